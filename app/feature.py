@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.hosting.server_part import ServerPart
 from app.plots.chart_list import Charts
 from app.text.document_list import DocumentFile
 from scenes.given_robots import RobotReader
@@ -53,6 +54,7 @@ class Feature:
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         charts: choice of the setting `plot` → chart.
+        key_help: rows for the page's table of keys, of keys that mean something at times.
         overlays: what makes the parts of a page that shows a session, operated or not; see `app.page.view.ViewPart`.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
@@ -62,6 +64,7 @@ class Feature:
         run_source: a dataclass that adds its fields to the options of `lwr-duet run`.
         opened: opens what all sessions of a server share, before anything is served.
         host: makes the host of a server that is started with the feature's options, or returns None.
+        server: makes what the feature keeps for a whole server.
         joining: makes the pages of people who join a visitor's private session by a link.
         store: makes what keeps the sessions of visitors who are away, and perhaps more.
     """
@@ -81,5 +84,6 @@ class Feature:
     run_source: "Callable[[], type[RunSource]] | None" = None
     opened: "Callable[[ServeOptions], OpenedFeature] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
+    server: "Callable[[AppContext], ServerPart] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None
     store: "Callable[[ServeOptions], Parking] | None" = None

@@ -16,7 +16,7 @@ PictureQuality = Literal["fine", "fast"]
 LANGUAGES: Final = {"en": "English", "de": "Deutsch", "sl": "Slovenščina"}
 """Code of a language → its own name. All texts are written in the first one; see `app/i18n/README.md`."""
 TRANSLATIONS: Final = tuple(LANGUAGES)[1:]
-"""Languages with a catalogue and with lessons of their own; what these lack is English."""
+"""Languages with a catalogue; what it lacks is English."""
 LANGUAGE_LABELS: Final = {"auto": "As the browser asks", **LANGUAGES, "pseudo": "Pseudo (a test)"}
 """What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
 Language = str

@@ -20,7 +20,6 @@ from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import Guesses, is_teacher
 from app.hosting.workload import Workload, places, step_seconds
-from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
 from app.page.panel_context import PanelMaker
 from app.runtime.job_pool import JobPool, Jobs
@@ -71,7 +70,8 @@ class App:
             self._preparation.close()
         self._loop.stop()
         self.host.close(goes_on)
-        self.context.library.close()
+        for part in self.context.parts:
+            part.close()
         self.context.jobs.close()
         for one in self.context.opened:
             one.close()
@@ -128,16 +128,12 @@ def start_app(
         )
         opened.callback(server.stop)
         server.scene.world_axes.visible = False
-        # Without a key the notes are not even read.
-        library = Library(options.lessons, options.playlist, options.key is not None)
-        opened.callback(library.close)
-        for problem in library.book.problems:
-            log.warning("a lesson was left out: %s", problem)
         kept = next((one.store(options) for one in features if one.store is not None), None) or Parking()
         server.app_state = lambda: {**kept.health, **workload.report._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
+        keys = tuple(row for one in reversed(features) if one.key_help is not None for row in one.key_help())
         overlays = tuple(made for one in reversed(features) if one.overlays is not None for made in one.overlays())
         given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
         context = AppContext(
@@ -145,19 +141,21 @@ def start_app(
             options,
             jobs or JobPool(),
             sources,
-            library,
             kept,
             workload,
             errors,
             tuple(panels),
-            overlays,
-            given,
-            tuple(of_server),
+            key_help=keys,
+            overlays=overlays,
+            started_with=given,
+            opened=tuple(of_server),
         )
-        if shared is None:
-            # A shared session goes on with the lessons that it began with.
-            library.watch(context.wake)
-        preparation = Preparation(library.book, context.jobs) if options.ahead else None
+        for feature in reversed(features):
+            if feature.server is not None:
+                part = feature.server(context)
+                opened.callback(part.close)
+                context.parts.append(part)
+        preparation = Preparation(context.parts, context.jobs) if options.ahead else None
         app = App(context, _host(context, features), preparation)
         opened.pop_all()
     return app

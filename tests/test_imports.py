@@ -15,7 +15,6 @@ FORBIDDEN: dict[str, frozenset[str]] = {
     "controllers": frozenset({"scenes", "app", "tests", "viser", "tyro", "yourdfpy", "trimesh"}),
     "scenes": frozenset({"app", "tests", "viser", "tyro"}),
     "app": frozenset({"tests"}),
-    "app/lessons": frozenset({"viser", "tyro"}),
 }
 
 
@@ -52,7 +51,6 @@ UPWARDS = {
     "scenes": ("import viser", "from tyro.conf import arg", "import importlib\nimportlib.import_module('app.web')",
                "__import__('viser')"),
     "app": ("from tests.browser import page_at",),
-    "app/lessons": ("import viser",),
 }  # fmt: skip
 DOWNWARDS = {
     "controllers": ("import numpy as np\nfrom controllers.laws import situation\nfrom . import errors",

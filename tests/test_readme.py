@@ -84,7 +84,7 @@ def test_every_key_is_in_the_table() -> None:
 
 
 def test_every_file_that_a_recipe_or_a_teacher_s_note_names_exists() -> None:
-    lessons = ROOT / "app" / "lessons"
+    lessons = ROOT / "app" / "features" / "lessons" / "files"
     of_lessons = "".join(path.read_text(encoding="utf-8") for path in (lessons / "README.md", *lessons.glob("*.notes.md")))
     named = {
         path for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"]) if "<" not in path

@@ -12,7 +12,7 @@ from tests.test_imports import ROOT, imported
 
 ROOMS = (
     *("lwr_duet", "__main__", "features", "cli", "start", "feature"),
-    *("hosting", "page", "recording", "lessons", "plots", "stage", "session", "custom_law"),
+    *("hosting", "page", "recording", "plots", "stage", "session", "custom_law"),
     *("text", "web", "i18n", "runtime", "theme", "settings", "version"),
 )
 """Folders and loose files of `app/`, from the top down. The README describes them in the same order."""

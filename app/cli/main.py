@@ -8,7 +8,6 @@ from typing import Final
 import tyro
 
 from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
-from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
 from app.cli.run import run_with, simulate
 from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
@@ -16,8 +15,6 @@ from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
 _COMMANDS: Final[dict[str, Command]] = {
-    "lessons": Command(Lessons, lessons),
-    "new-lesson": Command(NewLesson, new_lesson),
     "new-law": Command(NewLaw, new_law),
     "law-test": Command(LawTest, law_test),
 }

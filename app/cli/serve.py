@@ -64,10 +64,6 @@ class Serve:
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
     """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
-    lessons: Path | None = None
-    """Folder of lessons beside our own; see app/lessons/README.md."""
-    playlist: Path | None = None
-    """TOML file that names the lessons and single steps that are shown, in order: ours, those of --lessons, and files."""
     settings: object = None
     """What the page shows at first."""
 
@@ -99,10 +95,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     of_features: tuple[FeatureOptions, ...] = tuple(getattr(command, one.name) for one in features if one.options is not None)
     for one in of_features:
         one.check()
-    if command.lessons is not None and not os.path.isdir(command.lessons):
-        raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
-    if command.playlist is not None and not os.path.isfile(command.playlist):
-        raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
     settings = settings_of_options(command.settings, Settings())
     _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
@@ -119,8 +111,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         edited_law=_edited_law(command, of_features),
         # The processes of laws inherit the environment.
         proof=os.environ.pop(PROOF_VARIABLE, ""),
-        lessons=command.lessons,
-        playlist=command.playlist,
         ahead=True,
         features=of_features,
     )

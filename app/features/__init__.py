@@ -13,6 +13,7 @@ from app.features.jupyter import JUPYTER
 from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
+from app.features.lessons import LESSONS
 from app.features.lever import LEVER
 from app.features.marks import MARKS
 from app.features.person_files import PERSON_FILES
@@ -38,6 +39,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     DUEL,
     HANDOUT,
     LAB_REPORT,
+    LESSONS,
     EXPORTS,
     FIGURES,
     SECOND_PERSON,

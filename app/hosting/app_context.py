@@ -6,12 +6,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from app.features.lessons.library import Library
 from app.hosting.opened_feature import OpenedFeature
 from app.hosting.parking import Parking
 from app.hosting.serve_options import ServeOptions
+from app.hosting.server_part import ServerPart
 from app.hosting.workload import Workload
-from app.lessons.lesson import LessonBook
-from app.lessons.library import Library
 from app.page.panel_context import PanelMaker
 from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
@@ -19,6 +19,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
 from app.web.server import DuetServer
 
+P = TypeVar("P", bound=ServerPart)
 T = TypeVar("T")
 
 
@@ -30,15 +31,16 @@ class AppContext:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
         sources: a law that is not built in.
-        library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who are away left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
+        key_help: rows of features for the page's table of keys.
         overlays: makes what features draw on a page that shows a session.
         started_with: objects for hosts and pages, at most one of each type: from who starts the app, see `given`.
         opened: what features have opened for the whole server; closed with it.
         frame_due: set to ask for a frame at once.
+        parts: what features keep for the server.
     """
 
     server: DuetServer
@@ -54,15 +56,22 @@ class AppContext:
     started_with: tuple[object, ...] = ()
     opened: tuple[OpenedFeature, ...] = ()
     frame_due: threading.Event = field(default_factory=threading.Event)
+    parts: list[ServerPart] = field(default_factory=list)
 
     def given(self, kind: type[T]) -> T | None:
         """The object of a type among `started_with`; None if there is no such object."""
         return next((one for one in self.started_with if isinstance(one, kind)), None)
 
-    @property
-    def book(self) -> LessonBook:
-        """Return the lessons, in English."""
-        return self.library.book
+    def part(self, kind: type[P]) -> P:
+        """The server's part of a class.
+
+        Raises:
+            LookupError: the server has none; no feature in use adds it.
+        """
+        for part in self.parts:
+            if isinstance(part, kind):
+                return part
+        raise LookupError(f"no feature of this server adds a {kind.__name__}")
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""

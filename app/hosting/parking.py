@@ -6,7 +6,6 @@ from time import monotonic
 from typing import Final
 
 from app.hosting.visitor_record import VisitorRecord, link_of, tab_id
-from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import OPENED
 
@@ -21,7 +20,6 @@ MOST_SESSIONS: Final = 8
 class _Parked:
     query: Mapping[str, str]
     session: Session
-    lessons: LessonSession
     since: float
 
 
@@ -70,7 +68,7 @@ class Parking:
         """True if what a tab comes back for is in this process, and nowhere else."""
         return tab_id(query) in self._parked
 
-    def park(self, query: Mapping[str, str], session: Session, lessons: LessonSession) -> None:
+    def park(self, query: Mapping[str, str], session: Session) -> None:
         """Keep a live session, which does not advance meanwhile; a session that cannot be claimed is closed."""
         tab = tab_id(query)
         if tab is None:
@@ -78,18 +76,17 @@ class Parking:
             return
         session.hold(None)
         self._close(tab)
-        self._parked[tab] = _Parked(query, session, lessons, self._clock())
+        self._parked[tab] = _Parked(query, session, self._clock())
         self.tidy()
 
-    def claim(self, query: Mapping[str, str]) -> tuple[Session, LessonSession] | None:
+    def claim(self, query: Mapping[str, str]) -> Session | None:
         """Return the live session of a tab that is back by the same link, else None; by another link the session is closed."""
         self.tidy()
         tab = tab_id(query) or ""
         if not self.awaits(query):
             self._close(tab)
             return None
-        parked = self._parked.pop(tab)
-        return parked.session, parked.lessons
+        return self._parked.pop(tab).session
 
     def awaits(self, query: Mapping[str, str]) -> bool:
         """True if a live session waits for this tab with this link."""

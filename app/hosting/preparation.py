@@ -1,14 +1,14 @@
-"""Prepares at the start what is slow the first time: lessons and words of the other languages, and the meshes of robots, rooms and the
-person. Meshes that the user's cache does not hold yet are made in another process, as they would delay the frames for seconds."""
+"""Prepares at the start what is slow the first time: words of the other languages, what features prepare, and the meshes of robots, rooms
+and the person. Meshes that the user's cache does not hold yet are made in another process, as they would delay the frames for seconds."""
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Final, get_args
 
+from app.hosting.server_part import ServerPart
 from app.i18n.catalogue import words_of
-from app.lessons.lesson import LessonBook
 from app.runtime.job_pool import Jobs
 from app.settings import LANGUAGES
 from controllers.errors import DuetError
@@ -32,8 +32,8 @@ ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 class Preparation:
     """Reads or makes every item once, in a thread of its own. `jobs`: makes what is not stored."""
 
-    def __init__(self, book: LessonBook, jobs: Jobs) -> None:
-        self._book, self._jobs = book, jobs
+    def __init__(self, parts: Sequence[ServerPart], jobs: Jobs) -> None:
+        self._parts, self._jobs = parts, jobs
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
         self._thread.start()
@@ -45,7 +45,8 @@ class Preparation:
     def _run(self) -> None:
         for language in LANGUAGES:
             words_of(language)
-            self._book.in_language(language)
+            for part in self._parts:
+                part.prepare(language)
             if self._ended.wait(PAUSE):
                 return
         for number, draw in enumerate(mesh_makers()):

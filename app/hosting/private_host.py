@@ -5,13 +5,13 @@ from collections.abc import Mapping
 
 import viser
 
+from app.features.lessons.panel.teachers_tab import name_mistake
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.joining_pages import Joining, JoiningPages
 from app.hosting.teacher_key import is_mistaken
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
-from app.page.panels.teachers_tab import name_mistake
 from app.settings import from_query
 from app.web.request import request_query
 
@@ -98,13 +98,13 @@ class PrivateHost:
         for one in before:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]
-        if before and not visitor.lessons.open and before[-1].session.settings == settings:
+        if before and not visitor.session.parts.lead and before[-1].session.settings == settings:
             # It has gone on while the page was built.
             yield from visitor.session.go_on_from(before[-1].session.state())
         parked = context.store.claim(query) if before else None
         if parked is not None:
             # The earlier connection turned out to be broken while the page was built.
-            parked[0].close()
+            parked.close()
         self.visitors[client.client_id] = visitor
         if is_mistaken(context.options.key, query):
             name_mistake(client)

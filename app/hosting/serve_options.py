@@ -69,8 +69,6 @@ class ServeOptions:
         law_file: see `app.session.input_source.find_input_sources`.
         edited_law: file of a law that the person who started the server may edit on the page; None for none.
         proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
-        lessons: folder of lessons beside our own; None for none.
-        playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
         loops: frame loops that share the sessions, each with a core of its own.
         features: what is asked of features, at most one of each type.
@@ -86,8 +84,6 @@ class ServeOptions:
     law_file: Path | None = None
     edited_law: Path | None = None
     proof: str = field(default="", repr=False)
-    lessons: Path | None = None
-    playlist: Path | None = None
     ahead: bool = False
     loops: int = 1
     features: tuple[FeatureOptions, ...] = ()

@@ -11,22 +11,18 @@ import viser
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
-from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
+from app.hosting.server_part import Visit
+from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language, tr
-from app.lessons.runs import LONGEST
-from app.lessons.session.lesson_session import LessonSession
 from app.page.operation import Operation
-from app.page.panels.teachers_tab import TeachersTab
-from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
-from app.settings import MOTION, OPENED, PANEL, PUSH, WHOLE, Language, Settings
+from app.settings import MOTION, OPENED, PANEL, PUSH, Language, Settings
 from app.web.request import browser_language, request_query
-from controllers.errors import BadInputFile, LazyText
+from controllers.errors import BadInputFile
 from scenes.run_text import run_of_text
 
 SAVING: Final = 1.0
@@ -54,8 +50,8 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and others may join.
-        query: under which the store has session and lessons; None for that of the page.
+        private: whether this is no student's session: others may join it.
+        query: under which the store has the session; None for that of the page.
 
     Attributes:
         is_back: whether the session was claimed from the store.
@@ -82,19 +78,17 @@ class Visitor:
         self.beside: tuple[Beside, ...] = ()
         self._reloaded = context.store.is_reload(self.query)
         parked = context.store.claim(self.query)
-        self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
-        self._welcome: Welcome | None = None
-        self._teaches = private and is_teacher(context.options.key, self.query)
-        self._notes: TeachersTab | None = None
         self.is_back, self.superseded = parked is not None, False
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
-        self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
+        self.session = parked or Session(settings, context.wake, context.jobs, context.sources)
         if parked is None and record is not None:
-            self.session.parts.restore(record.parts)
+            self.session.parts.restore(record.parts, record.recordings)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
-        self.lessons = parked[1] if parked else LessonSession(self.session, context.book.in_language(self.language))
+        visit = Visit(self.session, self.language, self.query, private, self.is_back, parked is None and record is None)
+        made = (part.visit(visit) for part in context.parts)
+        self._parts = tuple(part for part in made if part is not None)
         self.view: View
         self.operation: Operation
 
@@ -107,7 +101,7 @@ class Visitor:
         except BaseException:
             # Also of a tab that is closed before its page is whole.
             if self.is_back:
-                self._context.store.park(self.query, self.session, self.lessons)
+                self._context.store.park(self.query, self.session)
             else:
                 self.session.close()
             raise
@@ -116,14 +110,16 @@ class Visitor:
         with self.client.atomic():
             yield from self._page(self.query.get(PANEL) != "small")
             if not self.is_back:
-                self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
-                self.operation.notify_lessons(self._context.book)
+                opened = (problem for part in self._parts for problem in part.open(self._record))
+                self.operation.notify_problems((*self._problems, *opened))
+                for part in self._parts:
+                    part.notify()
         if self.is_back:
             if self._reloaded:
                 self._replay_link()
             return
         if self._record is not None and same_tab(self._record.query, self.query):
-            yield from run_again(self.session, self.lessons, self._record)
+            yield from run_again(self.session, self._record)
             if self._record.query.get(OPENED) != self.query.get(OPENED):
                 self._replay_link()
         else:
@@ -132,7 +128,7 @@ class Visitor:
     def _page(self, whole: bool) -> Pieces:
         """Draw the page in the present language. `whole`: see `Operation`."""
         client = self.client
-        self.view = View(client, self.session, lambda: [client], self.lessons, overlays=self._context.overlays)
+        self.view = View(client, self.session, lambda: [client], overlays=self._context.overlays)
         yield
         self.view.show(freeze(self.session, perf_counter()))
         yield
@@ -144,17 +140,16 @@ class Visitor:
             private=self._private,
             edited=self._edited,
             panels=self._context.panels,
+            key_help=self._context.key_help,
         )
-        if self._welcomes and self.lessons.book.lessons:
-            self._welcome = Welcome(client.gui, self.session, self.lessons)
-        if self._teaches:
-            self._notes = TeachersTab(client.gui, self._context.library.notes)
+        for part in self._parts:
+            part.add_to(client, self.view)
         yield
         self.view.welcome(client)
 
     def _begin_run(self) -> None:
-        """Do what a link asks of a run that begins, besides settings and lesson."""
-        if MOTION in self.query and not self.lessons.open:
+        """Do what a link asks of a run that begins, besides its settings."""
+        if MOTION in self.query and not self.session.parts.lead:
             self.session.halt.set("visitor")
         self._replay_link()
 
@@ -170,14 +165,12 @@ class Visitor:
                 self.operation.notify_problems((str(error),))
 
     def _translate(self) -> None:
-        """Build the page again in another language, or with lessons that were read again; the session goes on where it is."""
-        saved = self.lessons.saved()
+        """Build the page again in another language, or with files that were read again; the session goes on where it is."""
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
         set_language(self.language)
-        self.lessons = LessonSession(self.session, self._context.book.in_language(self.language))
-        if saved is not None:
-            self.lessons.resume(saved, reopen=True)
+        for part in self._parts:
+            part.renew(self.language)
         with self.client.atomic():
             self.client.gui.reset()
             # At once: the visitor looks on.
@@ -201,22 +194,20 @@ class Visitor:
         if not self._attention.due(now, hidden, self.session.paused, stirred):
             return
         set_language(self.language)
-        reread = self._context.book.in_language(self.language) is not self.lessons.book
-        if reread or language_of(self.session.settings, self._browser) != self.language:
+        outdated = [part for part in self._parts if part.outdated]
+        if outdated or language_of(self.session.settings, self._browser) != self.language:
             self._translate()
-        if reread:
-            self.operation.notify_lessons(self._context.book)
+        for part in outdated:
+            part.notify()
         for one in self.beside:
             one.act()
-        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        frame = make_frame(self.session, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame, stirred)
-            if self._welcome is not None:
-                self._welcome.show(frame)
-            if self._notes is not None:
-                self._notes.show(self.lessons, workload.report)
+            for part in self._parts:
+                part.show(frame)
             self._keep_record(now)
         self.client.flush()
         for one in self.beside:
@@ -256,58 +247,27 @@ class Visitor:
             self.session.close()
         else:
             self.save()
-            self._context.store.park(self.query, self.session, self.lessons)
+            self._context.store.park(self.query, self.session)
 
 
 log = logging.getLogger("duet.hosts")
 
 
-def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
-    """Open the lesson of a link, or resume a visitor's record; return a message for every part of the link that is not possible.
-
-    Args:
-        record: of the visitor; by the same lesson link its lesson is open again, by another one only its progress counts.
-    """
-    lesson, step = lesson_link(query)
-    if record is not None and record.lessons is not None:
-        same = lesson_link(record.query) == (lesson, step)
-        run.resume(record.lessons, reopen=same)
-        if same:
-            return ()
-    if not lesson:
-        return (LazyText("step = {step} needs lesson = … beside it.", step=step),) if step else ()
-    index, problem = step_of(step)
-    by_number = lesson.isascii() and lesson.isdecimal()
-    known = [str(one.number) if by_number else one.id for one in run.book.lessons]
-    # 03 is lesson 3.
-    name = str(int(lesson)) if by_number else lesson
-    if name not in known:
-        names = ", ".join(known) or LazyText("none: the folder holds no lesson")
-        return (LazyText("There is no lesson {id}; choose from {names}.", id=lesson, names=names),)
-    run.enter(known.index(name), index)
-    if query.get(WHOLE) == "1":
-        run.vary(query)
-    return (problem,) if problem else ()
+def record_of(query: Mapping[str, str], session: Session) -> VisitorRecord:
+    """What a session can be made from again. `query`: of its visitor."""
+    parts = session.parts
+    return VisitorRecord(query, session.settings, session.state(), parts.saved(), parts.recordings())
 
 
-def run_again(session: Session, lessons: LessonSession, record: VisitorRecord) -> Iterator[None]:
-    """Go on with the run of a record, after its settings and its lesson; yield every few steps that are made again for it."""
-    saved = record.lessons if lessons.open else None
-    if record.state is None or (saved is not None and saved.now is None):
-        # The run that shows why an answer is wrong begins again.
+def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
+    """Go on with the run of a record, after its settings and parts; yield every few steps that are made again for it."""
+    histories = [part.history for part in session.parts]
+    if record.state is None or None in histories:
         return
     try:
-        yield from session.go_on_from(record.state, LONGEST if saved is not None else 0.0)
-        lessons.run_goes_on(saved is not None and saved.measured)
+        yield from session.go_on_from(record.state, max((one for one in histories if one is not None), default=0.0))
+        for part in session.parts:
+            part.run_restored()
     except Exception:
         log.exception("a session could not go on from its record, and begins again")
         session.reset()
-
-
-def step_of(text: str) -> tuple[int, str]:
-    """Return the step of a link, from 0, and the message if its text is not valid, else ""."""
-    if not text:
-        return 0, ""
-    if text.isascii() and text.isdecimal() and int(text) >= 1:
-        return int(text) - 1, ""
-    return 0, LazyText("step = {step} is not a number from 1.", step=text)

@@ -8,9 +8,9 @@ from typing import Final, TypeVar
 
 import msgspec
 
-from app.lessons.progress import SavedLesson
 from app.session.session_state import SessionState
 from app.settings import LANGUAGES_KEY, MOTION, OPENED, PANEL, Settings
+from scenes.inputs import Recorded
 
 log = logging.getLogger("duet.store")
 
@@ -33,11 +33,6 @@ def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
     return tab_id(query) is not None and tab_id(query) == tab_id(other) and link_of(query) == link_of(other)
 
 
-def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
-    """Return lesson and step of a link, as text."""
-    return query.get("lesson", "")[:60], query.get("step", "")[:8]
-
-
 def link_of(query: Mapping[str, str]) -> dict[str, str]:
     """Return the parts of a query that say what it shows."""
     return {key: value for key, value in query.items() if key not in _OF_THE_TAB}
@@ -48,16 +43,16 @@ class VisitorRecord:
     """What a visitor can come back to, as plain data that does not change.
 
     Attributes:
-        lessons: progress in the lessons; None if none was ever opened.
         state: where the session was; None if it cannot go on from there.
         parts: what features add, by name, see `with_part`.
+        recordings: recorded runs that these parts keep, by name, see `app.session.parts.SessionPart.recordings`.
     """
 
     query: Mapping[str, str]
     settings: Settings
-    lessons: SavedLesson | None
     state: SessionState | None = None
     parts: Mapping[str, bytes] = field(default_factory=dict)
+    recordings: Mapping[str, Recorded] = field(default_factory=dict)
 
 
 def with_part(record: VisitorRecord, name: str, part: object) -> VisitorRecord:

@@ -1,19 +1,16 @@
-"""A visitor's camera: it shows the whole experiment first, or what a step of a lesson is about, but never without a whole arm; it follows
+"""A visitor's camera: it shows the whole experiment first, or what a part of the page is about, but never without a whole arm; it follows
 what would leave the free part of the picture, and is left alone as soon as the visitor moves it."""
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 import viser
 
-from app.lessons.lesson import LessonCamera
 from app.page.picture_size import PictureReport
-from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, project, view_of
+from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, project
 from controllers.kinematics import Array
-from scenes.ball import BALL_RADIUS, PATH
 from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
@@ -181,59 +178,3 @@ def view_corners(view: Camera) -> Array:
     right, up, _ = axes(np.array(view.toward))
     corners = [x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     return np.array(view.centre) + np.array(corners)
-
-
-MARGIN: Final = 0.22
-"""What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
-
-REACH: Final = 0.12
-"""What is seen above the hand of a single arm, besides the margin [m]."""
-
-INSIDE: Final = 0.7
-"""Share of the experiment's own view that a wider one shows, about its middle; the rest of it is margin."""
-
-TOP: Final = (0.35, 0.0, 1.0)
-"""From the middle of the view to an eye above it, any length."""
-
-
-def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
-    """Return a view of a simulation."""
-    view = view_of(simulation)
-    if where == "top":
-        return replace(view, toward=TOP)
-    if simulation.settings.experiment.moves == "person" or (where == "room" and simulation.room.ball is None):
-        return view
-    near = _near(simulation, where)
-    if where == "room":
-        # A ball may begin beyond what shows the arm and its table.
-        near = np.vstack([near, view_corners(replace(view, width=INSIDE * view.width, height=INSIDE * view.height))])
-    return _around(near, view)
-
-
-def _near(simulation: Simulation, where: LessonCamera) -> Array:
-    """Return the points (k, 3) that a near view has to show [m]."""
-    kinematics, room = simulation.kinematics, simulation.room
-    arms = room.arms if where == "between" else (simulation.avoiding,)
-    points: list[Array] = []
-    for arm in arms:
-        points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
-        points += [room.rig.bases[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
-    if simulation.settings.experiment.obstacle == "nothing":
-        # Where a circle is drawn, or the handle's arrow stands.
-        points.append(points[-1] + np.array([0.0, 0.0, REACH]))
-    if room.ball is not None:
-        hand, ball = points[-1], simulation.positions[room.ball]
-        reach = BALL_RADIUS - MARGIN
-        points += [hand + PATH, ball + reach, ball - reach]
-    return np.array(points)
-
-
-def _around(points: Array, view: Camera) -> Camera:
-    """Return a view from the same direction that shows points (k, 3) with a margin."""
-    right, up, toward = axes(np.array(view.toward))
-    across, high = points @ right, points @ up
-    width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
-    along = float((points @ toward).mean())
-    centre = right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
-    x, y, z = (float(number) for number in centre)
-    return replace(view, centre=(x, y, z), width=width, height=height)

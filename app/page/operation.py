@@ -7,12 +7,10 @@ from typing import Any, Final
 import viser
 
 from app.i18n.speaking import tr
-from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
-from app.page.lessons.lesson_controls import LessonControls
 from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
+from app.page.panels.hotkeys import Hotkey, KeyHelp, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
@@ -46,11 +44,12 @@ class Operation:
         client: of the operator.
         session: what is operated.
         view: what is seen of it.
-        instead: keys that mean something else on this page, which others watch: leaving the lessons asks first.
-        whole: whether all settings are shown, also while no lesson is open.
+        instead: keys that mean something else on this page, which others watch.
+        whole: whether all settings are shown.
         private: whether this is the page of a private session.
         edited: file of a law that the operator may edit; None for none.
         panels: makes the panels of features.
+        key_help: rows of features for the table of keys.
 
     Attributes:
         whole: the same, as the visitor has asked for since.
@@ -67,26 +66,28 @@ class Operation:
         private: bool = False,
         edited: Path | None = None,
         panels: Sequence[PanelMaker] = (),
+        key_help: Sequence[KeyHelp] = (),
     ) -> None:
         self.whole, self._instead = whole, instead
         self._client, self._session, self._view = client, session, view
         self.handlers = handlers = ActionHandlers()
-        self._controls = Controls(client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE)
+        self._controls = Controls(client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE, key_help)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             replay_bar = ReplayBar(client.gui, session, handlers)
-        self._page = page = PanelContext(client, session, view, handlers, self._controls, self._keep, private, [replay_bar])
+        hands_off = lambda: session.parts.hands_off  # noqa: E731
+        self._gizmos = gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
+        self._page = page = PanelContext(
+            client, session, view, handlers, self._controls, gizmos, self._keep, private, instead, [replay_bar]
+        )
+        if edited is not None:
+            page.made.append(LawEditor(client.gui, session, handlers, self._controls, edited))
         for make in (*PANELS, *panels):
             panel = make(page)
             if panel is not None:
                 page.made.append(panel)
         with self._keep:
-            self._link = LinkBox(client, session, view.lessons, page.links)
-        if edited is not None:
-            page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
-        hands_off = lambda: view.lessons.hands_off  # noqa: E731
-        self._gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
-        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, instead)
+            self._link = LinkBox(client, session, page.links)
         for hotkey in keys_of(hotkeys(), instead):
             hotkey.add_to(client.gui, session.post)
         handlers.add(actions.SetSetting, lambda action: self._set(action.key, action.value))
@@ -131,11 +132,6 @@ class Operation:
         for problem in problems[:5]:
             self._session.notify("A part of the link was left out", problem)
 
-    def notify_lessons(self, book: LessonBook) -> None:
-        """Name what was wrong with the files of lessons."""
-        for problem in book.problems[:5]:
-            self._session.notify("A lesson file has a fault", str(problem))
-
     def show(self, frame: Frame, stirred: bool = True) -> None:
         """Bring handles and controls up to date, and show the session's notices.
 
@@ -150,11 +146,11 @@ class Operation:
         if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
             return
         self._next = frame.after(CALM)
-        lessons = self._view.lessons
-        plays = not (self._instead or lessons.open or lessons.listing or frame.replayed)
+        busy = frame.replayed or any(panel.needs_controls for panel in self._page.made)
+        plays = not (self._instead or busy)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
-        for panel in (self._controls, *self._page.made, self._link, self._lesson_controls):
+        for panel in (self._controls, *self._page.made, self._link):
             panel.show(frame)
 
     def close(self) -> None:

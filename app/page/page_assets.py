@@ -34,11 +34,11 @@ def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
     scripts = (
         "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size embed hotkeys resume announcements "
         "accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay copy_button "
-        "link_box pressed_buttons welcome label_placement contact_chart contact_balance contact_guess lambda_tone "
+        "link_box pressed_buttons label_placement contact_chart contact_balance contact_guess lambda_tone "
         "contact_card live_equations lit_symbols small_panel tab_row "
         "law_editor loading"
     )
-    styles = "without_webgl announcements notes page_overlay embed welcome loading contact_card law_editor"
+    styles = "without_webgl announcements notes page_overlay embed loading contact_card law_editor"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},

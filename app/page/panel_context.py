@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import viser
 
+from app.page.handles.gizmos import Gizmos
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
+from app.page.panels.hotkeys import Hotkey
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.frame import Frame
@@ -26,8 +28,10 @@ class PanelContext:
         view: what is seen of it.
         handlers: of the page's actions.
         controls: of the session's settings.
+        gizmos: with which the visitor moves what they hold.
         keep: the folder “Keep and replay”; not visible while few things are shown.
         private: whether the session belongs to this visitor alone: not to a class or one of its groups.
+        instead: keys that mean something else on this page, which others watch.
         made: the panels made so far.
         links: each returns what a link to the frame says, in place of settings; None if it has nothing to say.
     """
@@ -37,8 +41,10 @@ class PanelContext:
     view: View
     handlers: ActionHandlers
     controls: Controls
+    gizmos: Gizmos
     keep: viser.GuiFolderHandle
     private: bool
+    instead: tuple[Hotkey[Any], ...] = ()
     made: list[PagePanel] = field(default_factory=list)
     links: list[Callable[[Frame], Mapping[str, str] | None]] = field(default_factory=list)
 

@@ -39,7 +39,7 @@ def chart_title(name: str, run: RunSettings) -> Markup:
 
 
 PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
-"""Columns of the first two plots; a lesson also shows the hand's error beside the distance."""
+"""Columns of the first two plots; a part of the page may also show the hand's error beside the distance."""
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
@@ -64,11 +64,11 @@ def first_plots(run: RunSettings) -> tuple[str, str]:
 
 
 _COMPUTED: Final = ("none", "map", "safety")
-"""Plots that no step of a lesson shows: no further one, and those that are computed in the background."""
+"""Plots that no part of the page may choose: no further one, and those that are computed in the background."""
 
 
 def possible_plots(run: RunSettings) -> tuple[str, ...]:
-    """Return the plots that a step of a lesson may show: the page's own two, |e| of a hand, and of `app.settings.Details`."""
+    """Return the plots that a part of the page may choose: the page's own two, |e| of a hand, and of `app.settings.Details`."""
     hand = ("hand",) if run.experiment.error_unit == "m²" else ()
     return tuple(dict.fromkeys((*first_plots(run), *hand, *(name for name in possible_details(run) if name not in _COMPUTED))))
 
@@ -97,7 +97,7 @@ def makes_room(shown: tuple[str, ...]) -> bool:
 
 
 def place_of(name: str) -> float:
-    """Return where a plot stands among its neighbours, whatever the order in which a lesson names them."""
+    """Return where a plot stands among its neighbours, whatever the order in which they are named."""
     if name in PLACES:
         return PLACES[name]
     order = specs(PageSettings)["plot"].choices

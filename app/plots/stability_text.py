@@ -22,7 +22,7 @@ NO_ERROR: Final = 5e-4
 """An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
 
 DIED_OUT: Final = 5e-3
-"""An error below this, that changes by less than this in a second, has died out [m or rad]; the challenges of lesson 9 ask for as much."""
+"""An error below this, that changes by less than this in a second, has died out [m or rad]."""
 
 AT_REST: Final = 1e-3
 """An error that changes more slowly than this stays where it is [m/s or rad/s]."""

@@ -61,7 +61,7 @@ class SetSetting(Action, newest_by=("key",)):
 
 
 class Digit(Action):
-    """A digit, from 1: the experiment of that number in the picker; in a lesson, the answer of that number."""
+    """A digit, from 1: the experiment of that number in the picker; an answer of that number where one is asked for."""
 
     number: int
 

@@ -95,7 +95,7 @@ class Clock:
 
 
 Reason = Literal["visitor", "lesson", "replay", "class", "teacher", "hidden"]
-"""The visitor pauses; the lesson waits for Run or has come to its end; a replay is shown; the teacher pauses the session that all share;
+"""The visitor pauses; a lesson waits for Run or has come to its end; a replay is shown; the teacher pauses the session that all share;
 the teacher pauses the visitor's own session; the visitor's tab is out of sight."""
 
 NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))

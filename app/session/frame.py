@@ -1,6 +1,5 @@
 """One frame of a session, from what the visitor asked for to what the page draws."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple, TypeVar
@@ -142,18 +141,16 @@ class Frame:
         return self.shown.target()
 
 
-def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed: float, budget: float = BUDGET) -> Frame:
+def make_frame(session: Session, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
     """Advance a session by one frame, and return what the page draws.
 
     Args:
         session: what is advanced.
-        decide: begins, stops or measures the run where a lesson asks for it.
         now: wall time [s].
         elapsed: wall time since the last frame [s].
         budget: wall time after which no further step is made [s].
     """
     session.take_actions(elapsed)
-    decide()
     for part in session.parts:
         part.decide()
     session.step(elapsed, budget)

@@ -17,6 +17,7 @@ from app.session.input_source import NO_SOURCES, InputSource, InputSources, nudg
 from app.session.parts import SessionParts
 from app.session.relevant_settings import built_of
 from app.session.replay_player import ReplayPlayer
+from app.session.run_limits import RunLimits
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
 from app.session.student_law import LawStatus, StudentLaw
 from app.settings import Settings
@@ -79,12 +80,8 @@ class Session:
         self.stepping = 0.0
         """Wall time of the steps of the last frame [s]."""
         self._steps_asked, self._hurries_to = 0, 0.0
-        self.looks_up_at = 0.0
-        """A time of the run at which a frame ends, so that what comes then can be decided before the next step [s]."""
-        self.on_grid = False
-        """Whether what the visitor holds is put on the grid of `scenes.run_text`, so that the run fits into a link."""
-        self.ghost_hidden = False
-        """Whether the ghost may not be seen yet: it plays against the visitor."""
+        self.limits = RunLimits()
+        """What is asked of the run besides its settings."""
         self._input = InputSource()
         self.other_held: HeldTarget | None = None
         """What is held of the arm that keeps its place, and where; None while that arm is free."""
@@ -148,6 +145,11 @@ class Session:
         return self._ghost
 
     @property
+    def ghost_hidden(self) -> bool:
+        """True while the ghost may not be seen yet."""
+        return self.limits.ghost_hidden
+
+    @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
         """Both runs, with their histories; the second one only if it may be seen."""
         return self.simulation, None if self.ghost_hidden else self.ghost
@@ -158,7 +160,7 @@ class Session:
         return self.law.status(not self.paused and self._clock.pace(False).slowed)
 
     def let_custom_law_run(self, runs: bool) -> None:
-        """Switch the student's law on or off, as a lesson asks for it; the run is reset."""
+        """Switch the student's law on or off; the run is reset."""
         if runs != self.law.enabled:
             self.law.enabled = runs
             self._assign_laws(self.sources.law_file is not None)
@@ -279,7 +281,7 @@ class Session:
         """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
-        self._input.held = on_grid(target) if self.on_grid else target
+        self._input.held = on_grid(target) if self.limits.on_grid else target
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
@@ -415,7 +417,7 @@ class Session:
         dt = self.settings.run.dt
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
-        left = round((self.looks_up_at - self.simulation.time) / dt)
+        left = round((self.limits.frame_ends_at - self.simulation.time) / dt)
         due = min(due, left) if left > 0 else due
         made = self._make(due, budget)
         waits = self.law.waits

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from app.custom_law.custom_law import CustomLaw
-from app.custom_law.examination import Examination
+from app.custom_law.examination import Examination, ExaminationProgress
 from app.custom_law.law_limits import SHARE
 from app.runtime.job_pool import Jobs
 from app.session.clock import LONGEST_GAP
@@ -102,8 +102,15 @@ class StudentLaw:
         problem, line = law.problem or ("", None)
         return LawStatus(file, ghost_file, problem, law.away, law.waiting, slow, law.sha256, line)
 
+    @property
+    def tests(self) -> ExaminationProgress:
+        """How far the tests of the law are."""
+        return ExaminationProgress() if self.examination is None else self.examination.progress
+
     def advance(self, elapsed: float, paused: bool) -> None:
         """Look at the file, and let the law have its share of a frame. `elapsed`: wall time since the last one [s]."""
+        if self.examination is not None:
+            self.examination.advance()
         if self._law is None:
             return
         self._law.refresh()

@@ -27,7 +27,6 @@ DOCUMENTS: Final[dict[str, DocumentFile]] = {
         ("page", "documents/page.md", N_("The page")),
         ("model", "documents/model.md", N_("The model")),
         ("commands", "documents/commands.md", N_("Without a page")),
-        ("lessons", "lessons/README.md", N_("How to write a lesson")),
         ("accessibility", "documents/accessibility.md", N_("Accessibility")),
         ("cite", "documents/cite.md", N_("How to cite, and licences")),
         ("code", "documents/code.md", N_("The code")),
@@ -40,7 +39,7 @@ DOCUMENTS: Final[dict[str, DocumentFile]] = {
 """Last part of the address → document: those of the core, and those that `add_documents` has added."""
 
 _AFTER: Final = "commands"
-"""The documents of features stand behind this one, before those for people who write lessons or code."""
+"""The documents of features stand behind this one, before those for people who write code."""
 
 
 def add_documents(documents: Mapping[str, DocumentFile]) -> None:

@@ -47,7 +47,7 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
             svg, below = drawn.svg(), drawn.getyofst()
             break
         except Exception:
-            # A formula that the library cannot draw must not stop the lesson.
+            # A formula that the library cannot draw must not stop the page.
             continue
     else:
         log.warning("a formula cannot be drawn: %s", tex[:80])

@@ -1,4 +1,4 @@
-"""Markdown as HTML, for lessons, notes and documents: CommonMark with tables, formulas in LaTeX, and pictures on lines of their own.
+"""Markdown as HTML, for texts of features and documents: CommonMark with tables, formulas in LaTeX, and pictures on lines of their own.
 
 Raw HTML is escaped, and a link leads to http, https or one of the documents only.
 """

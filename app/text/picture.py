@@ -1,4 +1,4 @@
-"""Pictures of a lesson: `![what is seen](pictures/name.svg)` on a line of its own. One reader for the check and for the page."""
+"""Pictures of a Markdown file: `![what is seen](pictures/name.svg)` on a line of its own. One reader for the check and for the page."""
 
 import base64
 import errno
@@ -29,7 +29,7 @@ class NoPicture(Exception):
 
 
 def picture_html(folder: Path, name: str, words: str) -> str:
-    """Return a picture that lies in a lesson's folder or below, as it is embedded in a page.
+    """Return a picture that lies in a file's folder or below, as it is embedded in a page.
 
     An SVG of shapes and text alone is an element that takes its colours from the page; everything else is an `<img>`, in which nothing
     runs or loads.
@@ -74,7 +74,7 @@ def _plain(root: ET.Element) -> str:
     for element in list(root.iter()):
         for child in list(element):
             if str(child.tag).removeprefix(_SVG) in _WORDS:
-                # What is seen is said by the lesson, in its own language.
+                # What is seen is said by the text, in its own language.
                 element.remove(child)
     for element in root.iter():
         element.tag = str(element.tag).removeprefix(_SVG)
@@ -95,7 +95,7 @@ def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[st
     """Yield what keeps a page from showing the picture of a line.
 
     Args:
-        line: of a lesson.
+        line: of the file.
         folder: where its pictures are.
         alone: whether a picture may stand here at all.
     """

@@ -13,7 +13,6 @@ from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
 from app.i18n.speaking import set_language
-from app.lessons.session.lesson_session import LessonSession
 from app.runtime.job_pool import JobPool
 from app.session import session as session_module
 from app.session.session import Session
@@ -72,7 +71,6 @@ class Guest:
     visitor: BlockingClient
     session: Session
     number: int
-    lessons: LessonSession
 
     def ask(self, question: Callable[[Session], T]) -> T:
         return ask(self.session, question)
@@ -165,7 +163,7 @@ def arrive(join: Join) -> Arrive:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
         number = next(int(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner"))
         visitor.wait_for(lambda _: number in live_sessions(house))
-        return Guest(visitor, live_sessions(house)[number], number, private_of(house).visitors[number].lessons)
+        return Guest(visitor, live_sessions(house)[number], number)
 
     return make
 

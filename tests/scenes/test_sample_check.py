@@ -9,9 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.__main__ import run_command as main
-from app.lessons.blocks import Table
-from app.lessons.markdown import Fault
-from app.lessons.setups import read_setup, usual_setup
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
 from scenes.recording import Recording, inputs_from
@@ -161,17 +158,6 @@ def test_a_run_says_it_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFi
     ]
     assert main([*command, str(written(tmp_path / "good.csv", T))]) == 0
     assert "warning" not in capsys.readouterr().err
-
-
-def test_a_lesson_s_file_outside_its_run_is_a_fault_of_the_lesson(tmp_path: Path) -> None:
-
-    written(tmp_path / "ros.csv", T + EPOCH)
-    written(tmp_path / "good.csv", T)
-    base = usual_setup(tmp_path).with_changes((("rig", "table"),))
-    data = {"seconds": 3.0, "input": {"file": "ros.csv"}}
-    with pytest.raises(Fault, match="since 1970"):
-        read_setup(Table(data, [(1, "input = …")], 1), base)
-    assert read_setup(Table({**data, "input": {"file": "good.csv"}}, [(1, "input = …")], 1), base).input.name == "good.csv"
 
 
 def test_the_stamps_of_a_bag_keep_their_order() -> None:

@@ -9,14 +9,15 @@ from time import perf_counter
 
 from playwright.sync_api import Page
 
-from app.lessons.bookmark import Phase
-from app.lessons.check import said_by
-from app.lessons.lesson import Question, Step, Trial
-from app.lessons.session.lesson_actions import GoTo
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.check import said_by
+from app.features.lessons.lesson import Question, Step, Trial
+from app.features.lessons.session.lesson_actions import GoTo
+from app.features.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.start import App
 from tests.app.conftest import ask, private_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.by_hand import visit
 from tests.browser import lasting, until, wait_frames
 from tests.tools.lesson_hands import Hands
@@ -42,7 +43,7 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     """Open a lesson by its link; return the session and its lessons."""
     session = visit(page, opened, query)
     page.locator(".duet-l-head").wait_for()
-    return session, next(one.lessons for one in private_of(opened).visitors.values() if one.session is session)
+    return session, next(lessons_of(one) for one in private_of(opened).visitors.values() if one.session is session)
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:

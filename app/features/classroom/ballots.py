@@ -5,8 +5,8 @@ from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from app.features.classroom.class_record import NEW_CLASS, ClassRecord
-from app.lessons.lesson import LAST, LessonBook
-from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
+from app.features.lessons.lesson import LAST, LessonBook
+from app.features.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
 

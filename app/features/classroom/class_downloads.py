@@ -9,8 +9,8 @@ import viser
 
 from app.features.classroom.class_report import class_report_bytes, class_table_bytes, class_zip_bytes
 from app.features.classroom.class_summary import ClassSummary
+from app.features.lessons.lesson import LessonBook
 from app.i18n.speaking import N_, set_language, tr
-from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.runtime.job_pool import Jobs, JobWatch
 from app.session.action_handlers import ActionHandlers

@@ -6,11 +6,11 @@ from time import time
 from typing import Final
 
 from app.features.classroom.class_summary import ClassSummary, HandIn
+from app.features.lessons.bookmark import OpenSteps
+from app.features.lessons.tally import Ballot, QuestionId
 from app.features.store.session_store import SessionStore
 from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
-from app.lessons.bookmark import OpenSteps
-from app.lessons.tally import Ballot, QuestionId
 
 NAME: Final = "lecture"
 """Name of the shared session's record in the store."""

@@ -18,11 +18,11 @@ from app.features.handout.handout_html import PaperStep, told
 from app.features.lab_report.gain import Gain, gains, whole
 from app.features.lab_report.lab_report import Done, ReportEntry, lesson_title, report_html, rich_html, step_entry
 from app.features.lab_report.report_html import SHEET, locked_page, plain_svg
+from app.features.lessons.bookmark import fitting
+from app.features.lessons.lesson import MOST_CHOICES, Lesson, Step
+from app.features.lessons.progress import StepProgress, from_json
+from app.features.lessons.tally import QuestionId, Tally
 from app.i18n.speaking import set_language, tr
-from app.lessons.bookmark import fitting
-from app.lessons.lesson import MOST_CHOICES, Lesson, Step
-from app.lessons.progress import StepProgress, from_json
-from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
 from scenes.files import csv_text

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from app.lessons.lesson import Lesson
-from app.lessons.tally import QuestionId, Switch, Tally
+from app.features.lessons.lesson import Lesson
+from app.features.lessons.tally import QuestionId, Switch, Tally
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class HandIn:
 
     Attributes:
         name: that the student has typed; "" for none.
-        progress: what was done in the lessons, as `app.lessons.progress.to_json` writes it.
+        progress: what was done in the lessons, as `app.features.lessons.progress.to_json` writes it.
         answers: question of the class → the student's answer in every round, None for none.
     """
 

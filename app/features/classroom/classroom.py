@@ -8,17 +8,17 @@ from app.features.classroom.breakout_places import BreakoutPlaces
 from app.features.classroom.class_record import NEW_CLASS, ClassRecord
 from app.features.classroom.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.features.classroom.student_work import ProgressBoard, StudentWork, clean_name
-from app.lessons.bookmark import OpenSteps, Phase
-from app.lessons.curve_drawing import Drawing, checked_curve
-from app.lessons.lesson import Lesson, LessonBook, Question, Step
-from app.lessons.outcomes import AnswerVerdict, StepOutcome
-from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
-from app.lessons.step_view import StepPosition, answer_verdict
-from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
-from app.lessons.texts import fill
-from app.lessons.walkthrough import Walkthrough
+from app.features.lessons.bookmark import OpenSteps, Phase
+from app.features.lessons.lesson import Lesson, LessonBook, Question, Step
+from app.features.lessons.outcomes import AnswerVerdict, StepOutcome
+from app.features.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
+from app.features.lessons.step_view import StepPosition, answer_verdict
+from app.features.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
+from app.features.lessons.texts import fill
+from app.features.lessons.walkthrough import Walkthrough
 from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve
+from app.plots.drawing_axes import Drawing, checked_curve
 from app.web.connection import FilteredConnection
 
 

@@ -8,9 +8,9 @@ from app.features.classroom.ballots import VoterCount
 from app.features.classroom.breakout_places import group_size
 from app.features.classroom.classroom import Classroom, Poll
 from app.features.classroom.tally_html import cloud_html, drawn_too, switches_text, tie_text
+from app.features.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
+from app.features.lessons.tally import Ballot
 from app.i18n.speaking import spoken, tr
-from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
-from app.lessons.tally import Ballot
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import macros
@@ -67,7 +67,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
     """Return how near a curve came; "" for no curve."""
     if poll.drawing is None or not curve:
         return Markup()
-    return macros("page/lessons/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
+    return macros("features/lessons/panel/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:

@@ -7,9 +7,9 @@ from typing import Final, NamedTuple
 
 from app.features.classroom.class_record import NEW_CLASS, ClassRecord
 from app.features.classroom.class_summary import HandIn
-from app.lessons.bookmark import Bookmark, is_finished
-from app.lessons.progress import Progress, StepProgress, from_json
-from app.lessons.tally import QuestionId
+from app.features.lessons.bookmark import Bookmark, is_finished
+from app.features.lessons.progress import Progress, StepProgress, from_json
+from app.features.lessons.tally import QuestionId
 from app.web.traffic_limits import remember
 
 LONGEST_NAME: Final = 60

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
+from app.features.lessons.curve_drawing import drawing_svg, median_curve
+from app.features.lessons.tally import Switch, Tally
 from app.i18n.speaking import tr
-from app.lessons.curve_drawing import Drawing, drawing_svg, median_curve
-from app.lessons.tally import Switch, Tally
 from app.plots.curve_chart import Curve
+from app.plots.drawing_axes import Drawing
 from app.text.templates import macros
 
 

@@ -3,8 +3,9 @@
 import viser
 
 from app.features.exports.exports_panel import ExportsPanel
+from app.features.lessons.panel.lesson_panel import ORDER
+from app.features.lessons.panel.lesson_view import LessonView
 from app.i18n.speaking import N_, set_language, spoken, tr
-from app.page.lessons.lesson_panel import ORDER
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
 from app.page.panels.link_box import link_to
@@ -40,7 +41,8 @@ class DuelBox(PagePanel):
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
-        self._lessons, self._panel = page.view.lessons, page.view.lesson_panel
+        view = page.view.part(LessonView)
+        self._lessons, self._panel = view.lessons, view.panel
         self._address = request_address(page.client)
         self._shown: Recorded | None = None
         self._handles: tuple[viser.GuiHtmlHandle, viser.GuiButtonHandle] | None = None

@@ -19,10 +19,10 @@ from markupsafe import Markup
 from app.features.exports.recorded_curves import Curves, Panel
 from app.features.exports.scene_film import PLACE, RATE, TURN, Filmed, film_scene
 from app.i18n.speaking import decimal, spoken, tr
-from app.lessons.runs import page_value
 from app.recording.run_file import made_here, made_with
 from app.settings import PageSettings
 from app.stage.contact_view import contact_assets
+from app.text.setting_values import page_value
 from app.text.templates import macros
 from app.web.pages import PageAssets, software_rendering, translation
 from app.web.viser_internals import VISER_VERSION, client_html

@@ -13,12 +13,12 @@ from app.features.exports.csv_table import changes
 from app.features.exports.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.features.figures.drawn_figure import COLOURS, DASHES, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
-from app.lessons.runs import page_value
 from app.plots.law_charts import FAR, ORDERS, all_laws, distances
 from app.recording.run_file import made_here
 from app.session.frame import contact
 from app.session.replay import Replay, make_film
 from app.settings import Details
+from app.text.setting_values import page_value
 from app.theme import PALETTES
 from controllers.activation import activation
 from controllers.kinematics import Array

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from app.cli.lessons import book_of
-from app.lessons import FOLDER
+from app.features.lessons.commands import book_of
+from app.features.lessons.folder import FOLDER
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES
 from controllers.errors import BadSetting
@@ -45,8 +45,8 @@ def handout(command: Handout) -> int:
     with ending_at_once():
         from app.features.handout.handout_html import handout_html
         from app.features.handout.moodle_xml import moodle_xml
+        from app.features.lessons.library import notes_of
         from app.i18n.speaking import set_language
-        from app.lessons.library import notes_of
     book = book_of(command.folder, command.playlist, command.lang)
     for problem in book.problems:
         print(f"fault: {problem}", file=sys.stderr)

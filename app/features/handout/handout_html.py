@@ -7,12 +7,13 @@ from markupsafe import Markup
 
 from app.features.lab_report.lab_report import lesson_title
 from app.features.lab_report.report_html import locked_page
-from app.lessons.curve_drawing import axes_text, board_svg, drawing_svg
-from app.lessons.labels import label_of, sentence
-from app.lessons.lesson import Lesson, Step
-from app.lessons.loading import read_notes
-from app.lessons.outcomes import StepOutcome, reference
-from app.lessons.texts import fill, without_outcome
+from app.features.lessons.curve_drawing import drawing_svg
+from app.features.lessons.labels import label_of, sentence
+from app.features.lessons.lesson import Lesson, Step
+from app.features.lessons.loading import read_notes
+from app.features.lessons.outcomes import StepOutcome, reference
+from app.features.lessons.texts import fill, without_outcome
+from app.plots.drawing_axes import axes_text, board_svg
 from app.text.lesson_text import lesson_html
 from app.text.picture import PICTURE
 

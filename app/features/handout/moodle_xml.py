@@ -11,12 +11,12 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from app.features.handout.handout_html import PaperStep, told
 from app.features.lab_report.lab_report import lesson_title
+from app.features.lessons.labels import label_of
+from app.features.lessons.lesson import Challenge, Lesson, Question
+from app.features.lessons.measures.quantity import UNITS
+from app.features.lessons.reference_runs import measured
+from app.features.lessons.runs import settings_text
 from app.i18n.speaking import tr
-from app.lessons.labels import label_of
-from app.lessons.lesson import Challenge, Lesson, Question
-from app.lessons.measures.quantity import UNITS
-from app.lessons.reference_runs import measured
-from app.lessons.runs import settings_text
 from app.text.lesson_text import markdown_reader, plain
 from app.text.templates import element
 

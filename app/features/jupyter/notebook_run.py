@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from app.features import FEATURES
 from app.features.lecture.lecture import LectureHost
 from app.features.lecture.lecture_options import LectureOptions
+from app.features.lessons.bookmark import Bookmark
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
-from app.lessons.bookmark import Bookmark
 from app.recording.outcome import history_columns
 from app.runtime.temporary_folder import TemporaryFolder, remove_abandoned
 from app.session.actions import Action

@@ -6,9 +6,9 @@ The normalised gain is that of Hake, American Journal of Physics 66 (1998): what
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.lessons.lesson import LAST, Lesson, Step
-from app.lessons.progress import StepProgress
-from app.lessons.tally import QuestionId
+from app.features.lessons.lesson import LAST, Lesson, Step
+from app.features.lessons.progress import StepProgress
+from app.features.lessons.tally import QuestionId
 
 AnswerPairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
 """Question of the first test → answers before and after, from 0, of each student who gave both."""

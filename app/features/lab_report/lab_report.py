@@ -9,19 +9,20 @@ from markupsafe import Markup
 
 from app.features.lab_report.gain import QuestionGain, gains, own_pairs, whole
 from app.features.lab_report.report_html import SHEET, StepRecord, locked_page, plain_svg, records_html
+from app.features.lessons.bookmark import phases_of
+from app.features.lessons.curve_drawing import drawing_svg
+from app.features.lessons.labels import sentence
+from app.features.lessons.lesson import LAST, Lesson, Step
+from app.features.lessons.progress import StepProgress
+from app.features.lessons.reference_runs import begin_reference_run, person_of
+from app.features.lessons.runs import Setup, settings_text
+from app.features.lessons.step_view import StepPosition, StepView, make_view
 from app.i18n.speaking import set_language, tr
-from app.lessons.bookmark import phases_of
-from app.lessons.curve_drawing import drawing_svg
-from app.lessons.labels import sentence
-from app.lessons.lesson import LAST, Lesson, Step
-from app.lessons.progress import StepProgress
-from app.lessons.reference_runs import begin_reference_run, person_of
-from app.lessons.runs import Setup, page_value, settings_text
-from app.lessons.step_view import StepPosition, StepView, make_view
 from app.recording.run_file import made_here
 from app.session.relevant_settings import matters
 from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
+from app.text.setting_values import page_value
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
 from scenes.settings import RunSettings, specs, values

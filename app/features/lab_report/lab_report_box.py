@@ -10,10 +10,11 @@ import viser
 from app.features.exports.export_queue import ExportQueue
 from app.features.exports.exports_panel import ExportsPanel
 from app.features.lab_report.lab_report import Done, done_in, lab_bytes
+from app.features.lessons.panel.lesson_panel import ORDER
+from app.features.lessons.panel.lesson_view import LessonView
+from app.features.lessons.progress import MOST_WORDS
+from app.features.lessons.session.lesson_actions import Write
 from app.i18n.speaking import N_, spoken, tr
-from app.lessons.progress import MOST_WORDS
-from app.lessons.session.lesson_actions import Write
-from app.page.lessons.lesson_panel import ORDER
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
 from app.session.actions import Action
@@ -48,7 +49,8 @@ class LabReportBox(PagePanel):
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
-        self._lessons, self._panel = page.view.lessons, page.view.lesson_panel
+        view = page.view.part(LessonView)
+        self._lessons, self._panel = view.lessons, view.panel
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._of_lesson: viser.GuiButtonHandle | None = None
         with page.keep:

@@ -11,12 +11,14 @@ from app.features.lecture.audiences import SCREEN
 from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import GroupMember
+from app.features.lessons.progress import SavedLesson
+from app.features.lessons.session.lesson_session import LessonSession
 from app.features.workers.shared_load import combined
 from app.features.workers.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
-from app.hosting.visitor_record import VisitorRecord, tab_id
+from app.hosting.visitor_record import VisitorRecord, part_of, tab_id
 from app.i18n.speaking import set_language
 from app.page.panels.server_load import ServerLoad
 from app.session.actions import RestoreSettings
@@ -155,7 +157,8 @@ class BreakoutSessions:
             if of_many or (found is None and not visitor.is_back):
                 # What the teacher, or the one before, has chosen for the own page does not hold for this one.
                 participant.dress(visitor.session, self._context.options.settings)
-            if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
+            left = None if visitor.is_back or found is None else part_of(found, LessonSession.name, SavedLesson)
+            if found is not None and left is not None and left.open:
                 visitor.session.post(RestoreSettings(found.settings))
             participant.visitor = visitor
         finally:
@@ -193,12 +196,12 @@ class BreakoutSessions:
                 if page is not None:
                     set_language(page.language)
                     with self._context.apart("a frame of a student's page failed", one.client.client_id):
-                        one.show(self._classroom, None, page.view, page.lessons)
+                        one.show(self._classroom, None, page.view)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 with self._context.apart("a frame of a student's page failed", lead.client.client_id):
                     lead.visitor.session.halt.set("teacher", self._classroom.paused)
-                    lead.visitor.lessons.pace = self._classroom.pace
+                    lead.visitor.session.parts.of(LessonSession).pace = self._classroom.pace
                     lead.visitor.frame(now, elapsed)
 
     def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:

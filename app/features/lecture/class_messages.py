@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from app.features.classroom.class_summary import HandIn
+from app.features.lessons.bookmark import OpenSteps
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.bookmark import OpenSteps
 from app.page.panels.server_load import ServerLoad
 from app.session.actions import Action
 from scenes.inputs import Recorded

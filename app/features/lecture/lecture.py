@@ -19,17 +19,18 @@ from app.features.lecture.lecture_record import LectureRecorder
 from app.features.lecture.participant import Participant
 from app.features.lecture.presenter import INVITED, InvitedPages
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.lessons.panel.lesson_visit import LessonServer
+from app.features.lessons.progress import SavedLesson
+from app.features.lessons.session.lesson_session import LessonSession
 from app.features.store.session_store import store_of
 from app.features.workers.worker_messages import WorkerLink
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import VisitorRecord
+from app.hosting.visitor_record import VisitorRecord, with_part
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
-from app.lessons.progress import SavedLesson
-from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
@@ -56,7 +57,9 @@ class LectureHost:
         self.classroom = Classroom(context.workload.places, room)
         start = context.options.settings if record is None or record.state is None else record.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
-        self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
+        self._book = context.part(LessonServer).book
+        self.lessons = self.session.parts.of(LessonSession)
+        self.lessons.begin_with(self._book, language_of(context.options.settings, "en"))
         self.control, workers = TeacherControl(self.classroom, self.session, self.lessons), None
         if link is not None:
             link.wake = context.wake
@@ -119,7 +122,7 @@ class LectureHost:
         self.classroom.places.most = workload.places
         # The stage is a session beside those of the students.
         self.classroom.load = self._breakouts.load(workload.report)._replace(places=workload.places + 1)
-        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        frame = make_frame(self.session, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
@@ -161,7 +164,7 @@ class LectureHost:
             poll = page.show(frame, self._address("screens"))
             for one in self.shared.watchers(audience):
                 with self._context.apart("a frame of a student's page failed", one.client.client_id):
-                    one.show(self.classroom, poll, page.view, self.lessons)
+                    one.show(self.classroom, poll, page.view)
                     one.invite(self._address("all"))
             page.flush()
 
@@ -179,7 +182,7 @@ class LectureHost:
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
         """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
         last = None if self._context.options.key is None else self._recorder.last_class
-        return self.classroom.summary(self._context.book, time()), last
+        return self.classroom.summary(self._book, time()), last
 
     def _address(self, pages: InvitedPages) -> Address | None:
         """Return the address while such pages show it."""
@@ -226,10 +229,11 @@ class LectureHost:
 
     def _begin(self, student: str) -> VisitorRecord:
         """Return a breakout session like the plenary, in a lesson with the student's own answers."""
-        saved, own = self.lessons.saved(), None
-        if saved is not None and saved.open:
-            own = SavedLesson(self.classroom.progress_of(student, self.lessons.walk), saved.own, True)
-        return VisitorRecord({}, self.session.settings, own)
+        record, saved = VisitorRecord({}, self.session.settings), self.lessons.saved_lesson()
+        if saved is None or not saved.open:
+            return record
+        own = SavedLesson(self.classroom.progress_of(student, self.lessons.walk), saved.own, True)
+        return with_part(record, LessonSession.name, own)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

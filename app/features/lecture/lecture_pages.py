@@ -14,13 +14,14 @@ from app.features.lecture.presenter_keys import CLICKER_KEYS, PRESENTER_KEYS
 from app.features.lecture.student_page import Answers
 from app.features.lecture.teacher_control import TeacherControl
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
+from app.features.lessons.panel.lesson_view import LessonView
+from app.features.lessons.panel.lesson_visit import LessonServer, name_faults, open_link
 from app.hosting.app_context import AppContext
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.hosting.visitor import open_link
 from app.i18n.reader_language import language_of, look_of
 from app.i18n.speaking import set_language
 from app.page.operation import Operation
-from app.page.panels.teachers_tab import name_mistake
+from app.page.panels.key_notice import name_mistake
 from app.settings import ALONE, Language
 from app.web.address import Address, find_address
 from app.web.request import browser_language, request_address
@@ -41,6 +42,7 @@ class PlenaryControls:
 
     def __init__(self, context: AppContext, control: TeacherControl, summaries: Summaries) -> None:
         self._context, self._control, self._summaries = context, control, summaries
+        self._library = context.part(LessonServer).library
         self._session, self._lessons = control.session, control.lessons
         self.operator: Participant | None = None
         self.operation: Operation | None = None
@@ -86,7 +88,7 @@ class PlenaryControls:
         assert self.operation is not None
         if not (is_back or self._lessons.open):
             self.operation.notify_problems(open_link(self._lessons, teacher.query, None))
-        self.operation.notify_lessons(self._context.book)
+        name_faults(self._session, self._library.book)
 
     @property
     def language_changed(self) -> bool:
@@ -97,7 +99,7 @@ class PlenaryControls:
         """Build the operator's page, and translate the plenary to its language; the lesson goes on where it is."""
         self.language = language_of(self._session.settings, self._browser)
         set_language(self.language)
-        self._lessons.translate(self._context.book.in_language(self.language))
+        self._lessons.translate(self._library.book.in_language(self.language))
         if self.operation is not None:
             self.operation.close()
         self._build_page(operator)
@@ -115,11 +117,13 @@ class PlenaryControls:
             operation = None
             if leads:
                 keys = () if ALONE in teacher.query else PRESENTER_KEYS
-                operation = Operation(client, self._session, teacher.page.view, instead=keys, panels=context.panels)
+                operation = Operation(
+                    client, self._session, teacher.page.view, instead=keys, panels=context.panels, key_help=context.key_help
+                )
                 self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()
-            notes = context.library.notes if context.options.key is not None else None
+            notes = self._library.notes if context.options.key is not None else None
             if operation is None:
                 teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
@@ -170,7 +174,7 @@ class PlenaryAudiences:
             self._control.classroom.enter(client.client_id, student, self._context.server.page_of(client.client_id))
             watcher.add_banner()
             watcher.invitation = Invitation(client.gui, page.view)
-            watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)
+            watcher.answers = Answers(client, page.view.part(LessonView).panel, self._control, student)
         elif is_teacher(self._context.options.key, watcher.query):
             for hotkey in CLICKER_KEYS:
                 hotkey.add_to(client.gui, self._control.post)

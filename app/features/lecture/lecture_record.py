@@ -9,11 +9,12 @@ from app.features.classroom.class_summary import ClassSummary
 from app.features.classroom.classroom import Classroom
 from app.features.lecture.leader import Leader
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.panel.lesson_visit import LessonServer
 from app.features.store.session_store import store_of
 from app.hosting.app_context import AppContext
-from app.hosting.visitor import run_again
+from app.hosting.visitor import record_of, run_again
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.lesson import LessonBook
 from app.settings import Settings
 
 SAVING: Final = 1.0
@@ -29,13 +30,14 @@ class LectureRecorder:
     """
 
     def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
-        self._store, self._book, self._leader, self._save_at = store_of(context), context.book, leader, 0.0
+        self._store, self._book, self._leader, self._save_at = store_of(context), context.part(LessonServer).book, leader, 0.0
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
         self._last_class = _summary_in(self._store.named(NAME), record is not None, self._book)
         if record is not None and class_of(record) is not None:
-            if record.lessons is not None:
-                self._lessons.resume(record.lessons, reopen=True)
-            for _ in run_again(self._session, self._lessons, record):
+            self._session.parts.restore(record.parts, record.recordings)
+            if self._lessons.left is not None:
+                self._lessons.resume(self._lessons.left, reopen=True)
+            for _ in run_again(self._session, record):
                 pass
 
     @property
@@ -68,14 +70,12 @@ class LectureRecorder:
             nearest=dict(work.nearest),
             groups=dict(self._classroom.places.groups),
         )
-        session = self._session
-        shared = VisitorRecord({}, session.settings, self._lessons.saved(), session.state())
-        self._store.save_named(NAME, with_class(shared, record, self.last_class))
+        self._store.save_named(NAME, with_class(record_of({}, self._session), record, self.last_class))
 
     def close(self) -> None:
         summary = self._classroom.summary(self._book, time())
         last = self.last_class if summary.empty else summary
-        self._store.save_named(NAME, with_class(VisitorRecord({}, Settings(), None), None, last))
+        self._store.save_named(NAME, with_class(VisitorRecord({}, Settings()), None, last))
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:

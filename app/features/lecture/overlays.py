@@ -14,14 +14,15 @@ from app.features.classroom.tally_html import drawn_too
 from app.features.lecture.page_lines import overlay_html
 from app.features.lecture.presenter import ShownWork, Station, clock_text
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.lessons.bookmark import Bookmark
+from app.features.lessons.curve_drawing import drawing_svg
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.panel.lesson_html import record_html
+from app.features.lessons.panel.lesson_view import LessonView
+from app.features.lessons.step_view import StepView
+from app.features.lessons.tally import Tally
+from app.features.lessons.texts import fill
 from app.i18n.speaking import tr
-from app.lessons.bookmark import Bookmark
-from app.lessons.curve_drawing import drawing_svg
-from app.lessons.lesson import LessonBook
-from app.lessons.step_view import StepView
-from app.lessons.tally import Tally
-from app.lessons.texts import fill
-from app.page.lessons.lesson_html import record_html
 from app.page.view import View
 from app.text.lesson_text import lesson_html
 from app.text.templates import element, macros
@@ -43,7 +44,11 @@ class Invitation:
             return
         content = "" if address is None else overlay_html(address)
         # A folded panel is not on the page; one of several is.
-        places = {"main": contextlib.nullcontext(), "plots": self._view.plots_tab, "lesson": self._view.lesson_panel.tab}
+        places = {
+            "main": contextlib.nullcontext(),
+            "plots": self._view.plots_tab,
+            "lesson": self._view.part(LessonView).panel.tab,
+        }
         for name, place in places.items():
             if place is not None and name not in self._handles:
                 with place:

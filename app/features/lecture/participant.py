@@ -10,11 +10,12 @@ from app.features.lecture.page_lines import WATCHING
 from app.features.lecture.plenary_page import GroupMember, PlenaryPage
 from app.features.lecture.student_page import Answers, Banner, HandInBox
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
+from app.features.lessons.panel.lesson_view import LessonView
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.tally import Ballot
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.tally import Ballot
 from app.page.picture_size import canvas_size
 from app.page.view import View
 from app.session.session import Session
@@ -87,8 +88,10 @@ class Participant:
 
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
-        if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
-            self._post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
+        if self.visitor is not None and not self.visitor.superseded:
+            lessons = self.visitor.session.parts.of(LessonSession)
+            if lessons.begun:
+                self._post_work(Progressed(self.group, lessons.walk.to_json()))
         if isinstance(self.panel, TeacherPanel):
             self.panel.close()
 
@@ -104,13 +107,15 @@ class Participant:
             with self.client.atomic():
                 self.panel.show(poll)
 
-    def show(self, classroom: Classroom, poll: Poll | None, view: View, lessons: LessonSession) -> None:
+    def show(self, classroom: Classroom, poll: Poll | None, view: View) -> None:
         """Update what a student's page has beside the plenary.
 
         Args:
             poll: the question in the plenary; None for none, and in a breakout session.
-            view, lessons: the plenary's, or those of the breakout session.
+            view: of the plenary, or of the breakout session.
         """
+        seen = view.part(LessonView)
+        lessons, panel = seen.lessons, seen.panel
         if self.group and self._view is not view:
             self._view, self._shown = view, None
             self.add_banner()
@@ -119,9 +124,9 @@ class Participant:
         self.hand_in.post(lessons if self.group else None, self.member is None)
         report = classroom.work.hand_ins.get(self.id)
         self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
-        line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
+        line, tab = self._line(classroom), panel.tab if lessons.open and self.narrow else None
         mine = Ballot() if poll is None else classroom.ballots.ballot_of(poll.question, self.id)
-        answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        answered = None if self.answers is None else (lessons.open, poll, mine, panel.tab)
         offers = self.member is not None
         shown = line, tab, answered, self.worked, report
         # Opening a batch for each of thirty pages in every frame would cost a message each.
@@ -130,10 +135,10 @@ class Participant:
         self._shown = shown
         with self.client.atomic():
             self.banner.show(*line, tab, offers)
-            if offers and tab is not None and view.lesson_panel.panel is not None:
+            if offers and tab is not None and panel.panel is not None:
                 # The banner stands in it, and on a phone it is folded.
                 self.client.gui.main_panel.minimize()
-                expand_for(self.client, view.lesson_panel.panel)
+                expand_for(self.client, panel.panel)
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 if self.narrow:

@@ -11,12 +11,14 @@ from app.features.lecture.audiences import Audience
 from app.features.lecture.overlays import ScreenView
 from app.features.lecture.page_lines import WATCHING
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.lessons.panel.lesson_html import record_html
+from app.features.lessons.panel.lesson_panel import ORDER
+from app.features.lessons.panel.lesson_view import LessonView
+from app.features.lessons.session.lesson_session import LessonSession
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.i18n.reader_language import look_of
 from app.i18n.speaking import set_language, tr
-from app.page.lessons.lesson_html import record_html
-from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
 from app.settings import Language, Look
@@ -47,15 +49,13 @@ class PlenaryPage:
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
     ) -> None:
-        self._host, self._control, self.book = host, control, context.book.in_language(language)
+        self._host, self._control, self.book = host, control, control.lessons.english.in_language(language)
         self._clients, self._drawn = clients, False
         self.language: Language = language
         set_language(language)
         projects = isinstance(host, Audience) and host.screen
         with host.atomic():
-            self.view = View(
-                host, control.session, clients, control.lessons, look, self.book, folds=False, overlays=context.overlays
-            )
+            self.view = View(host, control.session, clients, look, language, folds=False, overlays=context.overlays)
             self._screen = ScreenView(host.gui, control, self.book) if projects else None
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
@@ -84,7 +84,7 @@ class PlenaryPage:
                         self.view.welcome(client)
                 self._screen.show(poll)
             self.view.show(frame)
-            tab, gui = self.view.lesson_panel.tab, self._host.gui
+            tab, gui = self.view.part(LessonView).panel.tab, self._host.gui
             if self._poll is None and tab is not None:
                 with tab:
                     self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
@@ -107,14 +107,14 @@ class GroupMember:
         lead: the member who operates it.
 
     Attributes:
-        view, language, lessons: what is seen of it.
+        view, language: what is seen of it.
     """
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
         self.client, self._context = client, context
-        self._session, self.lessons = lead.session, lead.lessons
+        self.session, self._book = lead.session, lead.session.parts.of(LessonSession).book
         look = look_of(request_query(client), browser_language(client), context.options.settings)
-        self.language, book = look.language, context.book.in_language(look.language)
+        self.language = look.language
         set_language(self.language)
         with client.atomic():
             # After a page of an earlier session.
@@ -123,9 +123,8 @@ class GroupMember:
                 client,
                 lead.session,
                 lambda: [client],
-                lead.lessons,
                 look,
-                book,
+                look.language,
                 folds=False,
                 tip=lambda _: tr(WATCHING),
                 overlays=context.overlays,
@@ -133,8 +132,8 @@ class GroupMember:
             self.view.welcome(client)
 
     def watches(self, lead: Visitor) -> bool:
-        """Return whether it still shows the session and the lessons of who operates; in another language these are new ones."""
-        return self._session is lead.session and self.lessons is lead.lessons
+        """True while this page shows the operator's session and lessons; a change of language makes new ones."""
+        return self.session is lead.session and self._book is lead.session.parts.of(LessonSession).book
 
     def act(self) -> None:
         """Do nothing: the page has nothing to operate."""

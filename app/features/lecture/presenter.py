@@ -6,10 +6,10 @@ from math import ceil
 from time import monotonic
 from typing import Final, Literal, NamedTuple, get_args
 
+from app.features.lessons.bookmark import Phase, phases_of
+from app.features.lessons.progress import StepProgress
+from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import N_
-from app.lessons.bookmark import Phase, phases_of
-from app.lessons.progress import StepProgress
-from app.lessons.walkthrough import Walkthrough
 
 ScreenAction = Literal[
     "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"

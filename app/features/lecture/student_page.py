@@ -15,13 +15,13 @@ from app.features.classroom.student_work import LONGEST_NAME, clean_name
 from app.features.lecture.class_messages import PostWork, Progressed, Reported
 from app.features.lecture.page_lines import TAKE_OVER, banner_html
 from app.features.lecture.teacher_control import Answer, Because, TeacherControl
+from app.features.lessons.panel.lesson_html import choice_label
+from app.features.lessons.panel.lesson_panel import IN_LESSONS, ORDER, LessonPanel
+from app.features.lessons.progress import LONGEST_REASON
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.tally import Ballot, QuestionId
 from app.i18n.speaking import tr
-from app.lessons.progress import LONGEST_REASON
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.tally import Ballot, QuestionId
-from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard
-from app.page.lessons.lesson_html import choice_label
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.panels.drawing_board import DrawingBoard
 from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
 from app.web.control_events import on_entry, on_press

@@ -8,15 +8,15 @@ from typing import Final, Literal
 from app.features.classroom.classroom import Classroom, Poll
 from app.features.lecture.class_messages import Progressed, Ran, Reported
 from app.features.lecture.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
+from app.features.lessons.bookmark import open_steps_from_text
+from app.features.lessons.curve_drawing import median_curve
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.session.lesson_actions import Choose, Draw, Press
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.tally import QuestionId
+from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import tr
-from app.lessons.bookmark import open_steps_from_text
-from app.lessons.curve_drawing import median_curve
-from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_actions import Choose, Draw, Press
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.tally import QuestionId
-from app.lessons.walkthrough import Walkthrough
-from app.page.lessons.drawing_board import TakeDrawing
+from app.page.panels.drawing_board import TakeDrawing
 from app.plots.curve_chart import Curve
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, ActionQueue

@@ -16,10 +16,10 @@ from app.features.lecture.page_lines import TAKE_OVER, banner_html, join_html, j
 from app.features.lecture.presenter_keys import PRESENTER_KEYS
 from app.features.lecture.screen_panel import ScreenPanel, covers_html
 from app.features.lecture.teacher_control import Teach, TeacherAction, TeacherControl
+from app.features.lessons.bookmark import LONGEST_PACE, Bookmark
+from app.features.lessons.panel.teachers_tab import ORDER, NotesView, TeachersTab
 from app.i18n.speaking import N_, tr
-from app.lessons.bookmark import LONGEST_PACE, Bookmark
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.text.templates import macros
 from app.web.address import Address
 from app.web.control_events import on_entry, on_press

@@ -20,21 +20,21 @@ class LeverPanel(PagePanel):
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
-        self._session, self._lessons = session, view.lessons
+        self._session = session
         box = client.gui.add_slider("", 0.0, 1.0, 0.01, 0.0, visible=False)
         self._box = on_entry(box, lambda share: session.post(SetSetting("lever", share)))
         view.part(CardLever).box = uuid_of(box)
         handlers.add_first(Nudge, self._move)
 
     def _move(self, nudge: Nudge) -> bool:
-        """Move the lever by a notch; ← and → of a lesson wait while a hand is at it."""
+        """Move the lever by a notch; ← and → wait while a part of the session moves the hand."""
         law = self._session.settings.run.law
         if law.law != LEVER_LAW:
             return False
         if nudge.up and not (nudge.right or nudge.away):
             self._session.change("lever", min(max(round(law.hand_lever + nudge.up * NOTCH, 6), 0.0), 1.0))
             return True
-        return self._lessons.hands_off and not self._session.paused
+        return self._session.parts.hands_off and not self._session.paused
 
     def show(self, frame: Frame) -> None:
         """Write into the box what was changed elsewhere; an entry of what stands there already would count for nothing."""

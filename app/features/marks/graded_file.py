@@ -17,8 +17,8 @@ from app.custom_law.law_file import quoted
 from app.custom_law.marked import LawMarks, marked
 from app.custom_law.trials import GATES, TRIALS, advice
 from app.features.lab_report.report_html import LARGEST_REPORT, StepRecord, read_records
+from app.features.lessons.loading import load_lessons
 from app.i18n.speaking import set_language, tr
-from app.lessons.loading import load_lessons
 from app.settings import Language
 from controllers.errors import BadSetting, DuetError
 from scenes.files import read_file, readable

@@ -65,7 +65,7 @@ class Guest:
             yield
             handlers = self._handlers
             hand = self._hand = SecondHand(session, handlers.do)
-            hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
+            hands_off = lambda: self._host is None or self._host.session.parts.hands_off  # noqa: E731
             self._gizmos = Gizmos(client, hand, lambda: self._view.stage.other, hands_off, handlers)
             self._words = SceneWords(client, self._view, handlers)
             handlers.add(Nudge, self._gizmos.nudge)

@@ -13,7 +13,7 @@ from app.features.store.sqlite_pages import is_whole
 from app.hosting.visitor_record import VisitorRecord, link_of
 from app.session.session_state import RunState, SessionState
 from controllers.errors import BadSetting
-from scenes.inputs import Recorded, RecordedPerson
+from scenes.inputs import Recorded
 from scenes.roles import room_of
 
 P = TypeVar("P")
@@ -92,19 +92,14 @@ def _array_in(kind: type[Any], value: Any) -> Any:
 
 def split_record(record: VisitorRecord) -> tuple[VisitorRecord, dict[str, Recorded]]:
     """Return a record without its recorded pieces, and these by name."""
-    parts: dict[str, Recorded] = {}
-    lessons, state = record.lessons, record.state
-    if lessons is not None:
-        parts |= {_TAB.join(("seen", *step)): piece for step, piece in lessons.seen.items()}
-        parts |= {f"kept{_TAB}{name}": one.recorded for name, one in lessons.kept.items() if isinstance(one, RecordedPerson)}
-        lessons = replace(lessons, seen={}, kept={})
+    parts, state = dict(record.recordings), record.state
     if state is not None:
         parts |= _numbered("run", state.run)
         if state.ghost is not None:
             parts |= _numbered("ghost", state.ghost)
         state = _with_pieces(state, (), ())
     query = {"resume": record.query.get("resume", ""), **link_of(record.query)}
-    return replace(record, query=query, lessons=lessons, state=state), parts
+    return replace(record, query=query, state=state, recordings={}), parts
 
 
 def _numbered(kind: str, run: RunState) -> dict[str, Recorded]:
@@ -119,21 +114,14 @@ def _with_pieces(state: SessionState, run: tuple[Recorded, ...], ghost: tuple[Re
 def joined_record(record: VisitorRecord, parts: Mapping[str, Recorded]) -> VisitorRecord:
     """Return a record with its recorded pieces, see `split_record`; a session that is not possible here is left out."""
     pieces: dict[str, list[Recorded]] = {"run": [], "ghost": []}
-    seen: dict[tuple[str, str], Recorded] = {}
-    kept: dict[str, RecordedPerson] = {}
+    recordings: dict[str, Recorded] = {}
     for name, piece in sorted(parts.items()):
         match name.split(_TAB):
-            case ["seen", lesson, step]:
-                seen[lesson, step] = piece
-            case ["kept", *words]:
-                kept[_TAB.join(words)] = RecordedPerson(piece)
             case [("run" | "ghost") as kind, _]:
                 pieces[kind].append(piece)
             case _:
-                pass
-    lessons, state = record.lessons, record.state
-    if lessons is not None:
-        lessons = replace(lessons, seen=seen, kept=kept)
+                recordings[name] = piece
+    state = record.state
     if state is not None:
         ghost = () if state.ghost is None else _leading_to(state.ghost.snapshot.steps, pieces["ghost"])
         state = _with_pieces(state, _leading_to(state.run.snapshot.steps, pieces["run"]), ghost)
@@ -142,7 +130,7 @@ def joined_record(record: VisitorRecord, parts: Mapping[str, Recorded]) -> Visit
         except BadSetting:
             # Such as a robot's file that this server was not started with.
             state = None
-    return replace(record, lessons=lessons, state=state)
+    return replace(record, state=state, recordings=recordings)
 
 
 def _leading_to(steps: int, pieces: list[Recorded]) -> tuple[Recorded, ...]:

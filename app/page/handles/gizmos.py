@@ -36,7 +36,7 @@ class Gizmos:
     Args:
         holder: the person; for the visitor it is the session itself.
         yours: returns what is drawn of it on the same scene; None if nothing can be held.
-        hands_off: returns whether an open lesson moves what the visitor would.
+        hands_off: returns whether a part of the session moves what the visitor would.
         handlers: of the page.
     """
 
@@ -134,7 +134,7 @@ class Gizmos:
             swing_elbow(self._holder, action.sign * SWING)
 
     def nudge(self, action: Nudge) -> None:
-        """Move the hand or the ball by one step. The page adds this handler, as the keys mean something else in a lesson."""
+        """Move the hand or the ball by one step. The page adds this handler, as the keys mean something else at times."""
         if self._grip is not None:
             self._holder.nudge(_in_view(self._client.camera, action))
 

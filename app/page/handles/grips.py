@@ -73,7 +73,7 @@ class Grip:
         self._holder.hold(None)
 
     def _ended_elsewhere(self) -> bool:
-        """True if a reset, or a step of a lesson, has ended the pull."""
+        """True if a reset, or what leads the session, has ended the pull."""
         return self._holder.held is None
 
     def show(self) -> None:

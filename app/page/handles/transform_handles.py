@@ -51,7 +51,7 @@ class TransformHandle:
             self.dragged = True
             self._holder.hold(target)
         elif self._holder.held is None:
-            # A reset, or a step of a lesson, has ended the pull.
+            # A reset, or what leads the session, has ended the pull.
             self.dragged = False
         elif self.dragged and action.phase == "update":
             self._holder.hold(self._target(action.place, action.turn))

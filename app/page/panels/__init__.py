@@ -14,5 +14,10 @@ class PagePanel:
         """Bring it up to date."""
         raise NotImplementedError
 
+    @property
+    def needs_controls(self) -> bool:
+        """True while the page may not leave out the controls that a visitor who just plays does not need."""
+        return False
+
     def close(self) -> None:
         """The page is operated no more: drop what is being made for it."""

@@ -69,7 +69,7 @@ class ContactCard:
 
         Args:
             further: gives more words.
-            asking: whether a lesson waits for a prediction, so that the card keeps back what the law does.
+            asking: whether a question waits for its answer, so that the card keeps back what the law does.
         """
         if frame.now < self._next and not frame.pace.paused:
             return
@@ -157,7 +157,7 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
 
 
 def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note, CardNumbers]:
-    """Return what the card shows while a lesson asks: where the bodies are, and nothing that the law makes of it."""
+    """Return what the card shows while a question waits for its answer: where the bodies are, and nothing that the law makes of it."""
     if "step" in words:
         return {**words, "asks": True, "step": 0.0, "title": "", "axis": ""}, ("", ""), numbers
     distance, law_distance, _, ghost = numbers[:4]

@@ -1,6 +1,6 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import viser
@@ -8,7 +8,8 @@ import viser
 from app.i18n.speaking import N_, spoken, tr
 from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.hotkeys import Hotkey, help_html
+from app.page.panels.drawing_board import TakeDrawing
+from app.page.panels.hotkeys import Hotkey, KeyHelp, help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import FirstView, Pause, Reset, SetSetting, ShowAll, SingleStep
@@ -72,6 +73,7 @@ class Controls:
         handlers: of the page.
         instead: keys that mean something else on this page.
         phone: whether a key of its own has to be a button.
+        key_help: rows of features for the table of keys.
 
     Attributes:
         twins: second controls of settings, by key.
@@ -86,6 +88,7 @@ class Controls:
         handlers: ActionHandlers,
         instead: tuple[Hotkey[Any], ...] = (),
         phone: bool = False,
+        key_help: Sequence[KeyHelp] = (),
     ) -> None:
         self._small, self._phone = False, phone
         self._folded: tuple[bool, bool] | None = None
@@ -100,6 +103,7 @@ class Controls:
             self._handles[key] = self._control(key, self._specs[key], present[key], order=place - len(PICKER))
         self._transport()
         self._tabs = gui.add_tab_group()
+        handlers.add(TakeDrawing, lambda action: action.board.take(action.text))
         for name, icon, keys in TABS:
             with self._tabs.add_tab(tr(name), icon) as tab:
                 for key in keys:
@@ -113,7 +117,7 @@ class Controls:
                     # Below what features add to the tab.
                     self._note = gui.add_html("", order=BELOW)
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
-            gui.add_html(element("div", "", help_html(instead), class_="duet"))
+            gui.add_html(element("div", "", help_html(instead, key_help), class_="duet"))
         self._panel = gui.add_html("")
         further = {N_("All settings"): ShowAll(), N_("Fewer settings"): ShowAll(False), N_("First view"): FirstView()}
         self._further = ChoiceButtons(gui, "", further, "", session.post)

@@ -1,6 +1,6 @@
 """The hotkeys: one table of key bindings, help, and entries of the command palette."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Generic, TypeVar, cast
 
@@ -8,7 +8,6 @@ import viser
 from markupsafe import Markup
 
 from app.i18n.speaking import N_, spoken, tr
-from app.lessons.session.lesson_actions import LessonAction, Press
 from app.session.actions import (
     Action,
     ChangeSpeed,
@@ -112,17 +111,6 @@ def hotkeys() -> tuple[Hotkey[Action], ...]:
     return (*_TABLE, *digits)
 
 
-LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
-    Hotkey("next", Press("next"), "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
-    Hotkey("back", Press("back"), "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
-    Hotkey("check", Press("check"), "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
-    Hotkey("hint", Press("hint"), "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
-    Hotkey("why", Press("why"), "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
-    Hotkey("leave", Press("leave"), "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
-)
-"""Keys of an open lesson. There the digits answer, and ← and → go back and on where the hand cannot be moved."""
-
-
 def keys_of(table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]) -> tuple[Hotkey[AnyAction], ...]:
     """Rows of a table without the keys that mean something else. `instead`: those keys."""
     taken = {hotkey.key for hotkey in instead}
@@ -133,9 +121,33 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 """Labels of keys that differ between languages."""
 
 
-def help_html(instead: tuple[Hotkey[Any], ...] = ()) -> Markup:
-    """Return the table as HTML. `instead`: keys that mean something else on this page."""
-    rows = (*instead, *keys_of(hotkeys(), instead), *keys_of(LESSON_KEYS, instead))
+@dataclass(frozen=True)
+class KeyRange:
+    """Keys that do much the same, as one row of the help.
+
+    Attributes:
+        first, last: of the keys, as a person knows them.
+        text: what they do.
+    """
+
+    first: str
+    last: str
+    text: str
+
+
+KeyHelp = Hotkey[Any] | KeyRange
+"""A row of the help for keys that a feature has at times."""
+
+
+def help_html(instead: tuple[Hotkey[Any], ...] = (), further: Sequence[KeyHelp] = ()) -> Markup:
+    """Return the table as HTML.
+
+    Args:
+        instead: keys that mean something else on this page.
+        further: those of features.
+    """
+    theirs = tuple(row for row in further if isinstance(row, Hotkey))
+    ranges = [row for row in further if isinstance(row, KeyRange)]
+    rows = (*instead, *keys_of(hotkeys(), instead), *keys_of(theirs, instead))
     documents = [(name, one.title) for name, one in DOCUMENTS.items()]
-    answers = min(len(EXPERIMENTS), 9)
-    return macros("page/panels/help.html").help(rows, KEY_NAMES, answers, documents, PREFIX, spoken().language)
+    return macros("page/panels/help.html").help(rows, KEY_NAMES, ranges, documents, PREFIX, spoken().language)

@@ -1,9 +1,9 @@
-"""An editor for a law of one's own, in the step of the lessons that asks for one and in the tab on comparisons. The script `law_editor.js`
+"""An editor for a law of one's own, in the tab on comparisons and where a feature asks for one. The script `law_editor.js`
 does the editing; here the file is saved, run beside the paper's law, and tested."""
 
 import json
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 import viser
 
@@ -11,12 +11,9 @@ from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_ver
 from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS
 from app.i18n.speaking import N_, tr
-from app.lessons.session.lesson_actions import Press
-from app.page.lessons.lesson_html import law_html
-from app.page.lessons.lesson_panel import ORDER
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
-from app.page.view import View
+from app.page.panels.law_tests import law_html
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
@@ -50,6 +47,29 @@ class RunLaw(Action):
     entry: str
 
 
+class LawTask(Protocol):
+    """What leads the session and asks for a custom law at times."""
+
+    @property
+    def asked(self) -> bool:
+        """True while a custom law is asked for."""
+        ...
+
+    @property
+    def tab(self) -> viser.GuiTabHandle | None:
+        """Where it is asked for, and the editor is shown too; None while that is not on the page."""
+        ...
+
+    @property
+    def order(self) -> float:
+        """Place of the editor in that tab."""
+        ...
+
+    def run_again(self) -> None:
+        """Begin the run again, with the law that was just saved."""
+        ...
+
+
 class LawEditor(PagePanel):
     """The editor on the page of the person who has started the server.
 
@@ -57,13 +77,14 @@ class LawEditor(PagePanel):
         handlers: of the page.
         controls: with the tab on comparisons.
         path: of the file, which is written when it is run for the first time.
+
+    Attributes:
+        task: place of a feature.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, session: Session, view: View, handlers: ActionHandlers, controls: Controls, path: Path
-    ) -> None:
-        self._gui, self._session, self._view, self._path = gui, session, view, path
-        view.lesson_panel.edits = True
+    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers, controls: Controls, path: Path) -> None:
+        self._gui, self._session, self._path = gui, session, path
+        self.task: LawTask | None = None
         box = gui.add_text("", "", visible=False)
         self._box = uuid_of(on_entry(box, lambda entry: session.post(RunLaw(entry))))
         self._version, self._number, self._said, self._refused = Version("", ""), "", "", ""
@@ -72,7 +93,7 @@ class LawEditor(PagePanel):
         with controls.compare_tab:
             self._compare = self._place()
             self._tests = gui.add_html("")
-        self._lesson: tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle] | None = None
+        self._in_task: tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle] | None = None
         self._shown: object = None
         handlers.add(RunLaw, self._save_and_run)
 
@@ -102,35 +123,35 @@ class LawEditor(PagePanel):
 
     def _run(self) -> None:
         """Run the file beside the paper's law from the beginning, and test it."""
-        session, lessons = self._session, self._view.lessons
-        if lessons.open and lessons.own_tests is None:
-            # The run belongs to a step that is about another law.
+        session, asked = self._session, self.task is not None and self.task.asked
+        if session.parts.lead and not asked:
+            # The run is about another law.
             return
         session.change("ghost", DEFAULT_LAW)
         session.take_law_file(self._path)
-        if lessons.own_tests is not None:
-            lessons.act(Press("again"))
+        if self.task is not None and asked:
+            self.task.run_again()
         session.halt.go_on()
         if session.law.examination is not None:
             session.law.examination.begin()
 
     def show(self, frame: Frame) -> None:
         """Offer the editor where it is of use, with what became of the law."""
-        lessons, law = self._view.lessons, frame.live.student_law
-        tests = lessons.law_tests
-        in_lesson = lessons.own_tests is not None and not lessons.listing
-        in_compare = not lessons.open and matters("ghost", frame.live.settings)
+        law, task, tests = frame.live.student_law, self.task, self._session.law.tests
+        tab = None if task is None else task.tab
+        in_task = task is not None and task.asked and tab is not None
+        in_compare = not self._session.parts.lead and matters("ghost", frame.live.settings)
         if law.sha256 not in (self._seen, self._version.sha256, ""):
             # Another editor has saved it; what is being written here stays.
             self._said = ""
             self._read()
         self._seen = law.sha256
-        if in_lesson and self._lesson is None and self._view.lesson_panel.tab is not None:
-            with self._view.lesson_panel.tab:
-                self._lesson = self._place(ORDER["attempt"] - 1.0)
+        if task is not None and tab is not None and in_task and self._in_task is None:
+            with tab:
+                self._in_task = self._place(task.order)
         failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
         problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
-        state = in_lesson, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away
+        state = in_task, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away
         if state == self._shown:
             return
         self._shown = state
@@ -149,7 +170,7 @@ class LawEditor(PagePanel):
             "words": {name: tr(word) for name, word in WORDS.items()},
         }
         content = element("i", class_="duet-law-state", data_text=json.dumps(told))
-        for pair, visible in ((self._compare, in_compare), (self._lesson, in_lesson)):
+        for pair, visible in ((self._compare, in_compare), (self._in_task, in_task)):
             if pair is not None:
                 pair[1].content = content if visible else ""
                 pair[0].visible = pair[1].visible = visible

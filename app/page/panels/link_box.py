@@ -6,28 +6,22 @@ from urllib.parse import urlencode
 
 import viser
 
-from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame, freeze
 from app.session.session import Session
-from app.settings import Settings, to_query
+from app.settings import to_query
 from app.text.templates import macros
 from app.web.request import frames_of, request_address
 
 PERIOD: Final = 0.5
 """Time between two writes of the link [s]; while a slider is dragged it need not follow."""
 
-OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
-"""What a step decides by itself, and a link to it need not say."""
 
-
-def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
-    """Return what a link to the present page says."""
-    if not lessons.open:
-        return to_query(settings)
-    walk = lessons.walk
-    query = to_query(settings, walk.setup.settings(Settings()))
-    query = {key: text for key, text in query.items() if key not in OF_LESSONS}
-    return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **query}
+def link_query(session: Session) -> dict[str, str]:
+    """Query of a link to the present page."""
+    query = to_query(session.settings)
+    for part in session.parts:
+        query = part.link(query)
+    return query
 
 
 def link_to(address: str, query: Mapping[str, str]) -> str:
@@ -40,7 +34,7 @@ class LinkBox:
 
     Args:
         client: who gets it; its container is open.
-        session, lessons: what the link opens again.
+        session: what the link opens again.
         links: of features, see `PanelContext.links`.
     """
 
@@ -48,10 +42,9 @@ class LinkBox:
         self,
         client: viser.ClientHandle,
         session: Session,
-        lessons: LessonSession,
         links: Sequence[Callable[[Frame], Mapping[str, str] | None]] = (),
     ) -> None:
-        self._lessons, self._links = lessons, links
+        self._session, self._links = session, links
         self._address, self._frames = request_address(client), frames_of(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -62,8 +55,7 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.after(PERIOD)
-        settings = frame.live.settings
         said = (link(frame) for link in self._links)
-        query = next((query for query in said if query is not None), None) or link_query(settings, self._lessons)
+        query = next((query for query in said if query is not None), None) or link_query(self._session)
         link = link_to(self._address, query)
         self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -19,7 +19,7 @@ from scenes.settings import specs
 
 
 class DetailsChooser(PagePanel):
-    """The row of buttons; an open lesson chooses its plots itself.
+    """The row of buttons; not seen while a part of the session leads, which chooses the plots.
 
     Args:
         view: with the panel of plots.
@@ -29,7 +29,7 @@ class DetailsChooser(PagePanel):
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
         del handlers
         spec = specs(PageSettings)["plot"]
-        self._lessons, self._choices = view.lessons, spec.choices
+        self._session, self._choices = session, spec.choices
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 client.gui,
@@ -44,7 +44,7 @@ class DetailsChooser(PagePanel):
         """Offer the choices of this experiment, and mark the present one."""
         possible, details = possible_details(frame.settings.run), frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
-        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._lessons.open)
+        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._session.parts.lead)
 
 
 _GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pan-y}</style>")

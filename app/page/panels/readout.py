@@ -42,7 +42,7 @@ class Readout:
         """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests.
 
         Args:
-            asking: whether a lesson waits for a prediction, so that only the state of the clock is shown.
+            asking: whether a question waits for its answer, so that only the state of the clock is shown.
         """
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
             return
@@ -160,7 +160,7 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
-    """Return the state of the clock and everything that is wrong, as pills; while a lesson is `asking`, the clock alone."""
+    """Return the state of the clock and everything that is wrong, as pills; while `asking`, the clock alone."""
     run, law = simulation.settings, simulation.settings.law
     pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
     if pace.slowed:

@@ -24,7 +24,7 @@ class SceneWords(PagePanel):
     """The sentence: seen over the picture, and read out by a screen reader."""
 
     def __init__(self, client: viser.ClientHandle, view: View, handlers: ActionHandlers) -> None:
-        self._client, self._lessons = client, view.lessons
+        self._client, self._view = client, view
         self._asked = False
         self._note: viser.NotificationHandle | None = None
         self._experiment: Experiment | None = None
@@ -44,7 +44,7 @@ class SceneWords(PagePanel):
         if not self._asked:
             return
         self._asked = False
-        asking = self._lessons.locked
+        asking = self._view.keeps_back()
         self._note = self._client.add_notification(
             tr("In the picture"), scene_sentence(frame, asking), color="gray", auto_close_seconds=SHOWN
         )
@@ -54,7 +54,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
     """Return one sentence: where the hands are, and, where there is something to keep clear of, d, λ and who gives way.
 
     Args:
-        asking: whether a lesson waits for a prediction, so that what the law does is kept back.
+        asking: whether a question waits for its answer, so that what the law does is kept back.
     """
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]

@@ -22,23 +22,16 @@ from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trials import TRIALS, WHY, verdict_on
 from app.i18n.catalogue import words_of
-from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import Press
-from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_html import COMMANDS, law_html
+from app.page.panels.law_tests import law_html
 from app.runtime.job_pool import BUSY, JobPool
-from app.session.session import Session
-from app.settings import Language, Settings
+from app.settings import Language
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes import wanted
-from scenes.settings import LawSettings, changed
-from tests.app.conftest import Arrive, OpenHouse
+from scenes.settings import LawSettings
 from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
 from tests.app.inline import Inline
-from tests.app.page.helpers import buttons, shown
 from tests.app.runtime.processes import until
 
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
@@ -324,82 +317,6 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
         assert session.student_law.problem == ""
         session.change("ghost", "off")
         assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
-
-
-def test_without_a_file() -> None:
-    session = Session(changed(Settings(), "ghost", "own"))
-    assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
-    for _ in range(20):
-        session.advance(0.02)
-    assert np.array_equal(session.ghost.positions, session.simulation.positions)
-    session = Session(Settings())
-    run = LessonSession(session, load_lessons())
-    to_challenge(session, run)
-    assert run.own_tests == ExaminationProgress()
-    run.act(Press("check"))
-    run.decide()
-    assert run.walk.done.attempts == 0 and run.own_tests == ExaminationProgress()
-
-
-def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arrive) -> None:
-    guest = arrive(house(), "lesson=10&step=5")
-    guest.ask(lambda session: to_challenge(session, guest.lessons))
-    guest.visitor.wait_for(lambda v: "Hint 1 of" in " ".join(buttons(v)) and all(command in shown(v) for command in COMMANDS))
-    assert "Test my law" not in buttons(guest.visitor)
-
-
-def to_challenge(session: Session, run: LessonSession) -> None:
-    run.enter("limits", 4)
-    while run.walk.phase is not Phase.CHALLENGE:
-        run.act(Press("next"))
-        session.advance(0.0)
-        run.decide()
-
-
-def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
-    with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
-        run = LessonSession(session, load_lessons())
-        assert session.student_law.file == "my_law.py" and run.own_tests is None
-        run.enter("limits", 4)
-        assert session.student_law.file is None and run.own_tests is None
-        to_challenge(session, run)
-        assert session.student_law.file == "my_law.py"
-        while run.walk.phase is not Phase.DO:
-            assert session.student_law.file == "my_law.py"
-            run.act(Press("back"))
-        assert session.student_law.file is None
-        to_challenge(session, run)
-        run.leave()
-        assert session.student_law.file == "my_law.py" and run.own_tests is None
-
-
-def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(examination_module, "examine_one", names_it)
-    background = Inline()
-    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
-    with session_of(path, background) as session:
-        run = LessonSession(session, load_lessons())
-        to_challenge(session, run)
-        assert run.own_tests == ExaminationProgress("my_law.py")
-
-        def check() -> None:
-            until(lambda: run._runner.further.done())
-            run.act(Press("check"))
-            for name in NAMES:
-                background.work(name)
-                run.decide()
-            assert run.own_tests is not None and run.own_tests.finished
-
-        until(lambda: run._runner.further.done())
-        run.act(Press("check"))
-        check()
-        assert run.walk.done.attempts == 1 and not run.walk.done.passed
-        attempt = run.walk.done.last
-        assert attempt is not None and attempt.failed == NAMES[:1] and attempt.text.endswith("is named")
-        assert WHY[NAMES[0]] in attempt.text
-        write(path, "# " + ", ".join(NAMES))
-        check()
-        assert run.walk.done.attempts == 2 and run.walk.done.passed
 
 
 def test_every_test_says_how_it_went_in_words() -> None:

@@ -15,13 +15,13 @@ from app.features.exports.recorded_curves import Curves
 from app.features.exports.scene_film import Filmed
 from app.features.figures.drawn_figure import STYLE
 from app.features.lab_report.lab_report import Done, ReportEntry, _settings, report_html, step_entry
+from app.features.lessons.curve_drawing import DrawingVerdict, DrawnCurves
+from app.features.lessons.outcomes import AnswerVerdict
 from app.i18n.speaking import set_language, tr
-from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
-from app.lessons.outcomes import AnswerVerdict
 from app.settings import Details, Settings
 from scenes.settings import RunSettings, changed
+from tests.app.features.lessons.helpers import much_done
 from tests.app.i18n.conftest import untranslated
-from tests.app.lessons.helpers import much_done
 from tests.app.recording.runs import piece, read_film
 
 SYMBOLS = frozenset({"mathrm", "λρ²"})

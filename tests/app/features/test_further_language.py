@@ -15,11 +15,11 @@ from app.__main__ import run_command as main
 from app.features import FEATURES
 from app.features.jupyter.duet import cell_html
 from app.features.jupyter.notebook_run import NotebookRun
+from app.features.lessons.loading import load_lessons
 from app.hosting.serve_options import ServeOptions
 from app.i18n.client_texts import translations
 from app.i18n.reader_language import language_asked
 from app.i18n.speaking import decimal, set_language
-from app.lessons.loading import load_lessons
 from app.start import start_app
 from tests.blocking_client import BlockingClient
 
@@ -63,9 +63,9 @@ def test_a_further_language_is_one_entry_its_catalogue_and_its_lessons(tmp_path:
     assert settings.count(LAST_LANGUAGE) == 1
     (app / "settings.py").write_text(settings.replace(LAST_LANGUAGE, f'{LAST_LANGUAGE}, "eo": "Esperanto"'), encoding="utf-8")
     (app / "i18n" / "eo.toml").write_text(CATALOGUE, encoding="utf-8")
-    lesson = (app / "lessons" / "01-redundancy.de.md").read_text(encoding="utf-8")
+    lesson = (app / "features" / "lessons" / "files" / "01-redundancy.de.md").read_text(encoding="utf-8")
     translated = lesson.replace("# Redundanz und Nullraum", "# Redundo", 1)
-    (app / "lessons" / "01-redundancy.eo.md").write_text(translated, encoding="utf-8")
+    (app / "features" / "lessons" / "files" / "01-redundancy.eo.md").write_text(translated, encoding="utf-8")
     code = f"from tests.app.features.{Path(__file__).stem} import *; print(json.dumps(answers(Path({str(out)!r}))))"
     done = subprocess.run(
         [sys.executable, "-c", code],

@@ -17,8 +17,8 @@ from app.features.exports.csv_table import csv_bytes
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
 from app.features.exports.python_snippet import as_python
+from app.features.lessons.scripts import SCRIPTS
 from app.features.sweep.heatmaps import _Plan
-from app.lessons.scripts import SCRIPTS
 from app.page.panels import contact_card
 from app.page.panels.hotkeys import help_html, hotkeys
 from app.page.panels.readout import status_html, tip_text
@@ -239,8 +239,8 @@ def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> N
 
 NOT_THE_SCENE = {
     "app/features/figures/fig1_path.py",
-    "app/lessons/scripts.py",
-    "app/lessons/setups.py",
+    "app/features/lessons/scripts.py",
+    "app/features/lessons/setups.py",
     "app/features/jupyter/duet.py",
     "app/page/handles/transform_handles.py",
     "app/page/panels/contact_card.py",

@@ -20,9 +20,9 @@ from app.features.exports.csv_table import csv_bytes
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
 from app.features.figures import equal_safety, laws_compared
+from app.features.lessons.attempts import StandIn
 from app.features.studies.background_studies import SafetyPoint
 from app.features.studies.trade_off_charts import safety_html
-from app.lessons.attempts import StandIn
 from app.page.page_assets import style_sheet
 from app.page.panels import contact_card
 from app.page.panels.readout import status_html

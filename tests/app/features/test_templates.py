@@ -22,20 +22,21 @@ from app.features.lab_report.lab_report import ReportEntry, report_html
 from app.features.league.entrants import Entrant
 from app.features.league.league_files import Played
 from app.features.league.league_page import league_page, league_tables
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.curve_drawing import DrawingVerdict, DrawnCurves
+from app.features.lessons.labels import Contrast
+from app.features.lessons.lesson import Choice, Lesson, Step
+from app.features.lessons.loading import read_notes
+from app.features.lessons.outcomes import AnswerVerdict, Attempt, Judgement
+from app.features.lessons.panel.lesson_html import blocks_html
+from app.features.lessons.progress import StepProgress, Try
+from app.features.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.features.marks.graded_file import GradedFile, Remark, Student
 from app.features.marks.mark_files import StudentMarks, feedback_page
 from app.i18n.speaking import tr
-from app.lessons.bookmark import Phase
-from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
-from app.lessons.labels import Contrast
-from app.lessons.lesson import Choice, Lesson, Step
-from app.lessons.loading import read_notes
-from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
-from app.lessons.progress import StepProgress, Try
-from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
-from app.page.lessons.drawing_board import board_html
-from app.page.lessons.lesson_html import blocks_html, law_html
 from app.page.page_assets import titlebar
+from app.page.panels.drawing_board import board_html
+from app.page.panels.law_tests import law_html
 from app.page.panels.readout import custom_law_html
 from app.plots.chart import Chart, ChartAxes
 from app.plots.curve_chart import COLUMNS
@@ -48,8 +49,8 @@ from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import QUICK, Outcome, events
 from scenes.settings import RunSettings
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 from tests.test_imports import ROOT
 
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&{{7*7}}{% raw %}{#"
@@ -187,12 +188,12 @@ def before_and_after() -> Iterator[str]:
 
 MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     "features/second_person/guest.html": [("waiting", (NASTY,))],
-    "page/lessons/duel.html": [
+    "features/lessons/panel/duel.html": [
         *(("score", ([(margin, NASTY)] * 2, 2, 0)) for margin in (0.001, -0.001)),
         *(("record", (margin, NASTY)) for margin in (0.001, -0.001)),
     ],
-    "page/lessons/lesson_list.html": [("lessons", ([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}))],
-    "page/lessons/search_plot.html": [
+    "features/lessons/panel/lesson_list.html": [("lessons", ([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}))],
+    "features/lessons/panel/search_plot.html": [
         ("plot", (NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]))
     ],
     "features/studies/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
@@ -200,7 +201,7 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     "page/panels/help.html": [("help", ([SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY))],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "page/panels/law_editor.html": [("place", (NASTY,))],
-    "page/panels/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
+    "features/lessons/panel/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],
     "text/equation.html": [("of_file", (NASTY,))],
 }
@@ -230,8 +231,8 @@ SURFACES: Surfaces = {
     "features/exports/player.html": player,
     "features/league/league.html": league,
     "features/marks/feedback.html": feedback,
-    "page/lessons/custom_law.html": laws,
-    "page/lessons/lesson.html": panel,
+    "page/panels/law_tests.html": laws,
+    "features/lessons/panel/lesson.html": panel,
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
     ),
@@ -239,9 +240,11 @@ SURFACES: Surfaces = {
     "page/panels/title_bar.svg": lambda: page_of_template(
         "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
     ),
-    "page/panels/welcome.html": lambda: re.sub("<style>.*?</style>", "", macros("page/panels/welcome.html").card(NASTY, NASTY)),
+    "features/lessons/panel/welcome.html": lambda: re.sub(
+        "<style>.*?</style>", "", macros("features/lessons/panel/welcome.html").card(NASTY, NASTY)
+    ),
     "plots/charts.html": charts,
-    **dict.fromkeys(("page/lessons/drawing_board.html", "plots/curve_chart.html"), drawing),
+    **dict.fromkeys(("page/panels/drawing_board.html", "plots/curve_chart.html"), drawing),
     "text/document.html": lambda: document_html(NASTY),
 }
 """Template → pages and pieces that are made with it, of the same."""
@@ -283,7 +286,7 @@ def test_a_value_that_is_not_given_is_an_error() -> None:
 
 
 def test_only_the_breaks_of_a_template_are_left_out() -> None:
-    assert macros("page/lessons/lesson.html").mark("✓", "a\n b") == '<p class="mark"><span>✓</span> <b>a\n b</b></p>'
+    assert macros("features/lessons/panel/lesson.html").mark("✓", "a\n b") == '<p class="mark"><span>✓</span> <b>a\n b</b></p>'
     assert tr_html("this run: {what}", what="<b>") == "this run: &lt;b&gt;" and tr("this run: {what}", what="<b>") != tr_html(
         "this run: {what}", what="<b>"
     )

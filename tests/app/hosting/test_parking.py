@@ -5,10 +5,10 @@ from typing import cast
 
 import pytest
 
+from app.features.lessons.session.lesson_session import LessonSession
 from app.hosting.parking import AWAY, MOST_SESSIONS, Parking
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor_record import same_tab
-from app.lessons.session.lesson_session import LessonSession
 from app.runtime.job_pool import JobPool
 from app.session.session import Session
 from app.settings import Settings

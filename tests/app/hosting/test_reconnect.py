@@ -1,25 +1,20 @@
 """Connections that break: a tab that comes back finds everything as it was, and no other tab notices."""
 
 import gc
-import logging
 import os
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from operator import le
 from typing import Any
 
-import msgspec
 import pytest
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
 from tests.app.conftest import Made, OpenHouse, ask, live_sessions, private_of
-from tests.app.page.helpers import buttons, click, page_label
+from tests.app.page.helpers import page_label
 from tests.blocking_client import BlockingClient
 
 WORD = "0123456789abcdef0123456789abcdef"
@@ -42,10 +37,6 @@ class Tab:
     def session(self) -> Session:
         return live_sessions(self.opened)[self.number]
 
-    @property
-    def lessons(self) -> LessonSession:
-        return private_of(self.opened).visitors[self.number].lessons
-
     def cut(self, unfinished: bytes = b"") -> None:
         """Break the connection without a word; perhaps in the middle of a message."""
         self.visitor.break_off(unfinished)
@@ -54,10 +45,10 @@ class Tab:
 
     def remembered(self) -> dict[str, Any]:
         def look(session: Session) -> dict[str, Any]:
-            now, ghost, walk = session.simulation, session.ghost, self.lessons.walk
+            now, ghost = session.simulation, session.ghost
             return {
                 "settings": (session.settings, session.paused),
-                "lesson": (walk.to_json(), walk.lesson.id, walk.step.id, walk.phase) if self.lessons.open else None,
+                "parts": session.parts.saved(),
                 "state": (now.steps, now.time, now.positions.tobytes(), now.velocities.tobytes()),
                 "history": now.history.table().tobytes(),
                 "ghost": None if ghost is None else (ghost.settings, ghost.steps, ghost.positions.tobytes()),
@@ -80,50 +71,6 @@ def held() -> tuple[int, int]:
     """How many files and threads this process has."""
     gc.collect()
     return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0, threading.active_count()
-
-
-@pytest.mark.thorough
-def test_four_dropped_connections_lose_nothing(
-    house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
-) -> None:
-    opened = house()
-    other = tab(opened, "dm=0.2", WORD[::-1])
-    one = tab(opened, "lesson=3&step=2")
-    # An answer, a run that has been seen, settings that are not the lesson's, and a ghost.
-    click(one.visitor, "2 ")
-    one.visitor.wait_for(lambda v: "Run" in buttons(v), 60.0)
-    ask(one.session, lambda s: s.change("speed", 2.0))
-    click(one.visitor, "Run")
-    one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.OBSERVE, 120.0)
-    ask(one.session, lambda s: [s.change("dm", 0.11), s.change("ghost", "frozen"), s.change("dm", 0.12)])
-    others = ask(other.session, lambda s: s.settings), other.session
-    with caplog.at_level(logging.WARNING):
-        caplog.clear()
-        counts: list[tuple[int, int]] = []
-        for turn in range(4):
-            session = one.session
-            if turn == 2:
-                click(one.visitor, "Next")
-                one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.EXPLAIN, 60.0)
-            if turn == 3:
-                ask(session, lambda s: s.toggle_pause())
-            ask(session, lambda s: s.halt.set("visitor"))
-            before = one.remembered()
-            message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
-            one.cut(message if turn % 2 else b"")
-            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and len(opened.context.store._parked) == 1, 60.0)
-            one.come()
-            assert one.session is session and not opened.context.store._parked
-            assert one.remembered() == before
-            if turn:
-                counts.append(held())
-                # What is closed is gone a moment later.
-                other.visitor.wait_for(lambda _: all(map(le, held(), counts[0])), 60.0)
-        assert not caplog.records, caplog.text
-    assert (ask(other.session, lambda s: s.settings), other.session) == others
-    steps = one.session.simulation.steps
-    ask(one.session, lambda s: s.toggle_pause())
-    one.visitor.wait_for(lambda _: one.session.simulation.steps > steps, 60.0)
 
 
 def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(house: OpenHouse, tab: Callable[..., Tab]) -> None:

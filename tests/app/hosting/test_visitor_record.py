@@ -2,10 +2,10 @@
 
 import pytest
 
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.session.lesson_session import LessonSession
 from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 

@@ -19,10 +19,8 @@ from app.custom_law.trials import TRIALS, WHY
 from app.features import FEATURES
 from app.i18n.catalogue import FOLDER, catalogues, read_texts
 from app.i18n.client_texts import ALL
-from app.lessons.measures.quantity import QUANTITIES
-from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
-from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.page.panels.hotkeys import hotkeys
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
@@ -55,6 +53,7 @@ ON_THE_PAGE: Final = (
         "app/recording/*.py",
         "app/custom_law/[!c]*.py",
         "app/page/**/*.py",
+        "app/features/*/panel/*.py",
     ),
     # The sources of the command line have errors of the command line.
     *("app/plots/*.py", "app/stage/*.py", "app/session/[!i]*.py"),
@@ -144,7 +143,7 @@ def _of_the_cores_tables() -> Iterator[str]:
     for _, spec in leaves(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
-    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS))
+    yield from (hotkey.text for hotkey in hotkeys())
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
     yield ALONE[1]
@@ -152,8 +151,7 @@ def _of_the_cores_tables() -> Iterator[str]:
     for texts in LAW_TEXTS.values():
         yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed, *texts.trends)
         yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))
-    yield from (quantity.label for quantity in QUANTITIES.values())
-    for table in (CHARTS, NEXT, PHASES, WHY):
+    for table in (CHARTS, WHY):
         yield from map(str, table.values())
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 

@@ -1,10 +1,7 @@
 """What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
 
 import inspect
-import io
 import pickle
-import zipfile
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,26 +13,16 @@ from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import verdict_on
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
-from app.hosting.visitor import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
-from app.lessons.lesson import NO_LESSONS
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
 from app.recording.run_file import Agreement, _words, changed_versions, load_run, saved_bytes
-from app.session.session import Session
-from app.settings import Settings, from_query
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
 from controllers.laws.unprotected import Unprotected
-from scenes.inputs_file import recorded_from
-from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.i18n.conftest import untranslated
-from tests.app.i18n.helpers import assert_said, refusal
-from tests.app.lessons.helpers import our_book
+from tests.app.i18n.helpers import refusal
 from tests.app.recording.runs import piece
 
 
@@ -63,53 +50,6 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
 
 
 RUN = saved_bytes(piece("hold", 1.0)[0])
-
-
-def damaged(part: str) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(RUN)) as old, zipfile.ZipFile(out, "w") as new:
-        for info in old.infolist():
-            if info.filename != f"{part}.npy":
-                new.writestr(info, old.read(info))
-    return out.getvalue()
-
-
-WALK = Walkthrough(our_book())
-WRONG: dict[str, Callable[[], object]] = {
-    "unknown": lambda: changed(RunSettings(), "🦆", "1"),
-    "choice": lambda: changed(Settings(), "theme", "🦆"),
-    "flag": lambda: changed(Settings(), "whatif", "2"),
-    "number": lambda: changed(RunSettings(), "dm", "-"),
-    "whole": lambda: changed(RunSettings(), "seed", "1.5"),
-    "range": lambda: changed(RunSettings(), "dm", "9"),
-    "not a run": lambda: load_run(b"1", "🦆"),
-    "empty run": lambda: load_run(damaged("about"), "🦆"),
-    "nothing to compare": lambda: load_run(damaged("made"), "🦆"),
-    "no inputs": lambda: recorded_from(damaged("codes"), "🦆"),
-    "no lesson": lambda: WALK.go("🦆"),
-    "no such lesson": lambda: WALK.go(99),
-    "no lesson before": lambda: WALK.go(-1),
-    "no step": lambda: WALK.go(0, 99),
-    "no step before": lambda: WALK.go(0, -1),
-    "an empty book": lambda: Walkthrough(NO_LESSONS),
-}
-
-
-@pytest.mark.parametrize("name", WRONG)
-def test_errors_are_said(name: str) -> None:
-    assert_said(WRONG[name])
-
-
-def test_links_are_answered_in_the_page_s_language() -> None:
-    _, problems = from_query({"dm": "9", "🦆": "1"}, Settings())
-    run = LessonSession(Session(Settings()), load_lessons())
-    for link in ({"lesson": "99"}, {"lesson": "🦆"}, {"step": "2"}):
-        problems += open_link(run, link, None)
-    problems += (step_of("🦆")[1], not_again("🦆.py"))
-    set_language("de")
-    said = ("dm = '9' liegt außerhalb", "Es gibt keine Einstellung", "Es gibt keine Lektion 99", "Es gibt keine Lektion 🦆;")
-    said += ("step = 2 hat nur zusammen", "step = 🦆 ist keine Zahl", "🦆.py läuft in einem eigenen")
-    assert all(tr(problem).startswith(begin) for problem, begin in zip(problems, said, strict=True))
 
 
 def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:

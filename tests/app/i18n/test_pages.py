@@ -2,14 +2,9 @@
 
 from collections.abc import Iterator
 
-import pytest
-
 from app.features.studies.background_studies import BackgroundStudies
-from app.lessons.loading import load_lessons
-from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, Guest, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
-from tests.app.page.helpers import bodies, notes, open_lessons
 from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
@@ -21,14 +16,6 @@ def texts(visitor: BlockingClient) -> Iterator[str]:
             yield from (text for text in ([found] if isinstance(found, str) else found or ()) if isinstance(text, str))
 
 
-def comes(visitor: BlockingClient, word: str) -> None:
-    visitor.wait_for(lambda _: any(word in text for text in texts(visitor)))
-
-
-def labels(visitor: BlockingClient) -> list[str]:
-    return [str(element["label"]) for element in list(visitor.mirror.gui.values()) if element.get("label")]
-
-
 def assert_all_said(visitor: BlockingClient) -> None:
     left = {text[:120]: words for text in texts(visitor) if (words := untranslated(text))}
     assert left == {}
@@ -37,6 +24,10 @@ def assert_all_said(visitor: BlockingClient) -> None:
 def choose(guest: Guest, **values: object) -> None:
     ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
     guest.run_on(0.2)
+
+
+def comes(visitor: BlockingClient, word: str) -> None:
+    visitor.wait_for(lambda _: any(word in text for text in texts(visitor)))
 
 
 def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
@@ -55,27 +46,3 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     ask(guest.session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
     choose(guest, scene="imitation", source="camera")
     assert_all_said(guest.visitor)
-
-
-@pytest.mark.thorough
-def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
-    guest = arrive(house(), "lang=sl&dm=9")
-    visitor = guest.visitor
-    visitor.wait_for(lambda _: notes(visitor))
-    assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == ["Del povezave je izpuščen"]
-    assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
-    visitor.set_value("prizor", "Žoga na poti (sl. 1)")
-    guest.wait(lambda s: s.settings.run.scene == "ball")
-    clock = visitor.mirror.labelled("ura")
-    visitor.send({"type": "GuiUpdateMessage", "uuid": clock["uuid"], "updates": {"value": "Premor"}})
-    guest.wait(lambda s: s.paused)
-    comes(visitor, "ustavljeno")
-    visitor.set_value("jezik", "English")
-    open_lessons(visitor)
-    comes(visitor, "Leave the lessons")
-    visitor.set_value("language", "Slovenščina")
-    title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
-    for word in ("Zapusti lekcije", title, "Lekcija: zapusti lekcije"):
-        comes(visitor, word)
-    own, others = ("jezik", "prizor", "zakon", "ura"), {"language", "scene", "law", "clock", "Leave the lessons"}
-    visitor.wait_for(lambda _: [labels(visitor).count(label) for label in own] == [1] * 4 and not others & set(labels(visitor)))

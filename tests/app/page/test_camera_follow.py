@@ -8,11 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.lessons.evidence import Evidence
-from app.lessons.lesson import Step
-from app.lessons.outcomes import decisive_moment
-from app.lessons.reference_runs import begin_reference_run, person_of
-from app.page.camera_follow import CameraFollow, lesson_view
+from app.page.camera_follow import CameraFollow
 from app.page.picture_size import FreePicture, PictureSize, free_picture
 from app.session.input_source import InputSource
 from app.session.replay_player import Mark
@@ -23,7 +19,6 @@ from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from tests.app.lessons.helpers import our_book
 
 pytestmark = pytest.mark.slow
 
@@ -37,7 +32,6 @@ SAID = (
     PictureSize(390.0, 390.0, 802.0, 0.0, 384.0, 132.0),
 )
 """What the page of a lesson says of itself at these sizes, with the card as high as it becomes."""
-LESSONS = our_book().lessons
 
 
 def pictures(with_lesson: bool) -> Iterator[FreePicture]:
@@ -133,18 +127,6 @@ def test_every_scene(scene: str, rig: str) -> None:
     source = simulation.source()
     simulation.reset()
     assert watch(simulation, source, 12.0, lambda: view_of(simulation), False) == []
-
-
-@pytest.mark.parametrize(
-    "step", [pytest.param(step, id=f"{lesson.number}-{step.id}") for lesson in LESSONS for step in lesson.steps]
-)
-def test_every_step_of_a_lesson(step: Step) -> None:
-    simulation = Simulation(step.setup.run)
-    begin_reference_run(simulation, step.setup)
-    source = simulation.source() if step.yours else person_of(simulation, step.setup)
-    view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
-    moment = lambda: decisive_moment(step.measurements, Evidence(simulation))  # noqa: E731
-    assert watch(simulation, source, step.setup.seconds, view, True, moment) == []
 
 
 def test_what_the_card_and_the_panels_cover_is_not_free() -> None:

@@ -5,13 +5,11 @@ import pytest
 from playwright.sync_api import Page
 
 from app.i18n.catalogue import words_of
-from app.page.panels.welcome import is_for_newcomers
 from app.settings import Language, Settings
 from scenes.settings import changed
 from tests.accessibility import accessible
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import OpenHouse
 from tests.app.page.by_hand import FREE, WRIST, grab, visit
-from tests.app.page.helpers import open_lessons, shown
 from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, wait_ready
 
 SEEN = """(() => {
@@ -175,15 +173,3 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
     again = page.context.new_page()
     visit(again, opened)
     comes_not(again)
-
-
-def test_links_to_something_do_not_greet(house: OpenHouse, arrive: Arrive) -> None:
-    private = house()
-    arrive(private).visitor.wait_for(lambda v: "duet-welcome" in shown(v))
-    for key, value in {"lesson": "1", "rig": "table", "whole": "1"}.items():
-        assert not is_for_newcomers({key: value})
-        assert "duet-welcome" not in shown(arrive(private, f"{key}={value}").visitor)
-    assert is_for_newcomers({"theme": "dark", "lang": "sl", "resume": "x", "window": "1x1"})
-    one = arrive(private)
-    open_lessons(one.visitor)
-    one.visitor.wait_for(lambda v: "Start lesson 1" not in shown(v))

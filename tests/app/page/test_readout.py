@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.lessons.room_places import RoomPlace, Start, start_positions
 from app.page.panels.contact_card import contact_note
 from app.page.panels.distance_rate import MISSED, Term, budget_terms, error_step, missed, promise_html, wanted_rate
 from app.page.panels.readout import error_html, status_html, tiles_html, tip_text
@@ -23,8 +22,7 @@ from app.session.frame import Contact, contact
 from app.session.session import Session
 from app.settings import Settings, from_query
 from app.text.law_texts import LAW_TEXTS, equation_html, equation_of
-from app.text.lever_texts import lever_text
-from controllers.laws.situation import AUTHORITY, FIRM_LEVER
+from controllers.laws.situation import AUTHORITY
 from controllers.limits import Authority
 from controllers.stability import analyse
 from scenes.experiments import EXPERIMENTS
@@ -346,19 +344,6 @@ def test_a_missing_condition_is_named() -> None:
     assert shown(both).endswith("stands"), "the other one keeps clear, too"
     tied = run_until("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single", Condition.PAIRS)
     assert shown(tied).endswith("dm may fail: between two pairs")
-
-
-def test_a_short_row_lights_the_lever_with_its_value() -> None:
-    """A ball against the elbow, almost along the upper arm."""
-    simulation = Simulation(settings("scene=ball&point=elbow&v=0.05").run)
-    simulation.reset(start_positions(simulation.room, Start(RoomPlace("elbow", "upper_arm", 0.1, 0.0872665))))
-    simulation.step(None)
-    sample = simulation.sample()
-    assert sample.lever < FIRM_LEVER
-    html = promise_html(simulation, sample)
-    assert text(html).startswith(f"lever s = {sample.lever:.2f}")
-    assert text(html).endswith(f"dm has failed: {lever_text(sample.lever)} (s = {sample.lever:.2f})")
-    assert 'class="halt"' in html and 'class="alarm"' in html
 
 
 def test_what_has_failed_is_not_said_to_be_possible() -> None:

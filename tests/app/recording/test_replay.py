@@ -7,15 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
-from app.web.headless_client import HeadlessClient
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.conftest import Arrive, OpenHouse, visitor_of
-from tests.app.page.helpers import shown
 from tests.app.recording.runs import SCENES, piece
 
 
@@ -125,23 +121,3 @@ def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPa
     for step in (150, 20, 199):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
-
-
-def says_so(visitor: HeadlessClient) -> bool:
-    return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
-
-
-def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
-    opened = house()
-    guest = arrive(opened)
-    stand = visitor_of(opened)
-    guest.ask(lambda _: stand.lessons.enter(1))
-    guest.ask(lambda _: stand.lessons.act(Choose(2)))
-    guest.ask(lambda _: stand.lessons.act(Press("run")))
-    guest.wait(lambda s: s.simulation.time > 0.3)
-    guest.visitor.set_value("replay", "Watch")
-    guest.visitor.wait_for(says_so)
-    guest.ask(lambda _: stand.lessons.act(GoTo(1, 1)))
-    guest.visitor.wait_for(lambda v: not says_so(v))
-    # The next step waits for an answer.
-    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)

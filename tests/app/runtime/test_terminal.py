@@ -142,7 +142,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
     "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
     "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
-    "lessons": (["-X", "importtime", "-c", ENTRY, "lessons", "--check"], importing("app.lessons.check")),
+    "lessons": (["-X", "importtime", "-c", ENTRY, "lessons", "--check"], importing("app.features.lessons.check")),
     "sweep": (
         ["-c", ENTRY, *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"]],
         members(3),

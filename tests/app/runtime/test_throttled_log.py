@@ -7,12 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import Press
-from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
-from app.session.session import Session
-from app.settings import Settings
 from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
 from tests.blocking_client import BlockingClient
 
@@ -121,23 +116,3 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         # What a busy machine takes for it may be ten seconds, and then there is a count.
         logged = [line for line in lines(caplog) if line.startswith("a frame of a visitor's page failed")]
         assert logged[0] == "a frame of a visitor's page failed" and len(logged) < 3
-
-
-def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: pytest.MonkeyPatch, caplog: Caplog) -> None:
-    session = Session(Settings())
-    run = LessonSession(session, load_lessons())
-    run.enter(0)
-
-    def fail(_: Any) -> None:
-        raise RuntimeError
-
-    monkeypatch.setattr(run.walk, "watch", fail)
-    monkeypatch.setattr(run.walk, "live", fail)
-    for _ in range(5):
-        run.decide()
-        assert run.live(session.simulation) == ()
-    assert len(lines(caplog)) == 2
-    assert [title for title, _ in session.notices] == ["The lesson stopped here"]
-    run.act(Press("reset"))
-    run.decide()
-    assert len(session.notices) == 2

@@ -25,7 +25,7 @@ def test_it_holds_in_all_that_makes_html() -> None:
     assert f"12{NO_BREAK}mm" in element("p", "12 mm")
     assert f"8.7{NO_BREAK}mm" in lesson_html("It rests 8.7 mm away.\n\n| d |\n|---|\n| 8.7 mm |")
     assert f"5{NO_BREAK}ms" in inline_html("dt = 5 ms")
-    lines = macros("page/lessons/lesson.html").paragraphs(["Smallest d: 14 mm; with n = 1: 30 mm."])
+    lines = macros("features/lessons/panel/lesson.html").paragraphs(["Smallest d: 14 mm; with n = 1: 30 mm."])
     assert f"14{NO_BREAK}mm" in lines and f"30{NO_BREAK}mm" in lines
 
 

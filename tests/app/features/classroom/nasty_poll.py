@@ -1,8 +1,8 @@
 """A poll of the worst that a lesson may hold."""
 
 from app.features.classroom.classroom import Poll
-from app.lessons.outcomes import AnswerVerdict
-from app.lessons.tally import Tally
+from app.features.lessons.outcomes import AnswerVerdict
+from app.features.lessons.tally import Tally
 from tests.app.features.test_templates import NASTY, nasty_lesson
 
 

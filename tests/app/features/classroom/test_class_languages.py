@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 from app.features.classroom.classroom import Classroom
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.outcomes import reference
+from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import set_language
-from app.lessons.bookmark import Phase
-from app.lessons.outcomes import reference
-from app.lessons.walkthrough import Walkthrough
 from app.settings import TRANSLATIONS
 from scenes.settings import RunSettings, values
-from tests.app.lessons.helpers import our_book
-from tests.app.lessons.test_languages import ENGLISH, phrases
+from tests.app.features.lessons.helpers import our_book
+from tests.app.features.lessons.test_languages import ENGLISH, phrases
 
 
 def test_the_class_reads_the_poll_in_its_own_language() -> None:

@@ -17,17 +17,17 @@ from app.features.classroom.class_summary import ClassSummary, HandIn
 from app.features.classroom.classroom import Classroom
 from app.features.classroom.student_work import clean_name
 from app.features.lab_report.report_html import LOCKED
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.library import Library
+from app.features.lessons.progress import from_json
+from app.features.lessons.walkthrough import Walkthrough
 from app.features.store.record_bytes import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
-from app.lessons.lesson import LessonBook
-from app.lessons.library import Library
-from app.lessons.progress import from_json
-from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS as CURVE
 from app.settings import Language
 from scenes.files import csv_cell
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 from tests.browser import PageAt, screenshot
 
 BOOK = our_book()

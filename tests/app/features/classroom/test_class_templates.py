@@ -7,8 +7,8 @@ import pytest
 from app.features.classroom.class_report import class_report_bytes
 from app.features.classroom.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.features.classroom.classroom_html import mine_html, poll_html, tied_html
-from app.lessons.progress import Progress, to_json
-from app.lessons.tally import Ballot, Tally
+from app.features.lessons.progress import Progress, to_json
+from app.features.lessons.tally import Ballot, Tally
 from tests.app.features.classroom.nasty_poll import poll
 from tests.app.features.test_templates import ALL_TEMPLATES, NASTY, Surfaces, assert_harmless, nasty_lesson
 

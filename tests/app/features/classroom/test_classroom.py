@@ -12,16 +12,16 @@ from app.features.classroom.breakout_places import HOLD, BreakoutPlaces, group_s
 from app.features.classroom.class_record import ClassRecord
 from app.features.classroom.classroom import Classroom
 from app.features.classroom.classroom_html import mine_html, poll_html
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.library import Library
+from app.features.lessons.outcomes import reference
+from app.features.lessons.progress import StepProgress, from_json
+from app.features.lessons.tally import Ballot, Tally
+from app.features.lessons.walkthrough import Walkthrough
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.lessons.bookmark import Phase
-from app.lessons.library import Library
-from app.lessons.outcomes import reference
-from app.lessons.progress import StepProgress, from_json
-from app.lessons.tally import Ballot, Tally
-from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 
 BOOK = our_book()
 

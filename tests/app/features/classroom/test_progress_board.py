@@ -6,14 +6,14 @@ from dataclasses import replace
 import pytest
 
 from app.features.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
-from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
-from app.lessons.lesson import Lesson
-from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
+from app.features.lessons.lesson import Lesson
+from app.features.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 
 BOOK = our_book()
 LESSON = BOOK.lessons[0]

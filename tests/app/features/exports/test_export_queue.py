@@ -14,9 +14,9 @@ from app.features.exports.plot_pictures import picture_bytes
 from app.features.exports.python_snippet import is_fresh
 from app.features.exports.scene_film import film_scene
 from app.features.lab_report.lab_report import Done, lab_bytes
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.progress import StepProgress
 from app.features.studies.background_studies import trade_off_row
-from app.lessons.loading import load_lessons
-from app.lessons.progress import StepProgress
 from app.page.panels.readout import replay_html
 from app.recording.run_file import SavedRun, saved_bytes, saved_from, verify
 from app.session import replay_player

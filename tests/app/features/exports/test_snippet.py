@@ -13,9 +13,8 @@ from matplotlib import pyplot
 
 from app.features.exports import python_snippet as snippet_module
 from app.features.exports.python_snippet import MOST_CHARACTERS, Snippet, as_python, is_fresh, settings_python
-from app.hosting.visitor import open_link
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.panel.lesson_visit import open_link
 from app.page.panels.link_box import link_query, link_to
 from app.session.session import Session
 from app.settings import WHOLE, Settings, from_query, to_query
@@ -26,6 +25,7 @@ from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.setting_spec import Spec
 from scenes.settings import LawSettings, RunSettings, changed, specs, values
 from scenes.simulation import Simulation
+from tests.app.features.lessons.helpers import lessons_in
 from tests.app.recording.runs import piece
 from tests.scenes.helpers import given_settings
 from tests.scenes.inputs.helpers import everything
@@ -77,17 +77,17 @@ def test_what_is_as_at_first_is_not_said() -> None:
 def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: int, key: str, value: float) -> None:
     book = load_lessons()
     session = Session(changed(Settings(), "dm", 0.2))
-    run = LessonSession(session, book)
+    run = lessons_in(session, book)
     run.enter(0, step)
     session.change(key, value)
     session.change("theme", "dark")
-    query = link_query(session.settings, run)
+    query = link_query(session)
     assert query == {"lesson": book.lessons[0].id, "step": str(step + 1), key: str(value), "theme": "dark", WHOLE: "1"}
 
     query = dict(parse_qsl(urlencode(query)))
     settings, problems = from_query(query, Settings())
     there = Session(settings)
-    again = LessonSession(there, book)
+    again = lessons_in(there, book)
     assert (problems, open_link(again, query, None)) == ((), ())
     assert (again.walk.lesson, again.walk.step) == (run.walk.lesson, run.walk.step)
     assert there.settings == session.settings

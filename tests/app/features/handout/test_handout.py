@@ -12,15 +12,15 @@ from app.__main__ import run_command as main
 from app.features.handout.handout_html import handout_html
 from app.features.handout.moodle_xml import moodle_xml
 from app.features.lab_report.report_html import LOCKED
+from app.features.lessons.lesson import Lesson, Step
+from app.features.lessons.library import Library, notes_of
+from app.features.lessons.outcomes import reference
+from app.features.lessons.texts import fill, without_outcome
 from app.i18n.speaking import set_language
-from app.lessons.lesson import Lesson, Step
-from app.lessons.library import Library, notes_of
-from app.lessons.outcomes import reference
-from app.lessons.texts import fill, without_outcome
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import lesson_html
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 from tests.browser import PageAt
 
 BOOK = Library().book

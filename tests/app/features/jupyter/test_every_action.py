@@ -11,14 +11,15 @@ import numpy as np
 
 from app.features.jupyter.notebook_run import NotebookRun
 from app.features.lecture.lecture_options import LectureOptions
+from app.features.lessons.session.lesson_actions import Write
 from app.features.second_person.guest import Guest, place_of
-from app.lessons.session.lesson_actions import Write
 from app.session.action_handlers import ActionHandlers, Handler
 from app.session.actions import Action, Drag, Nudge, Pause, Reset, SetSetting, SingleStep
 from app.settings import JOIN, Settings
 from scenes.settings import RunSettings
 from tests.app.conftest import Made, visitor_of
 from tests.app.features.lecture.lecture_room import lecture_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.inline import Inline
 from tests.app.recording.runs import piece
 
@@ -152,7 +153,7 @@ def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> N
     visitor = visitor_of(home)
     assert table(visitor.session.handlers) == {name: owners for name, owners in OWNER.items() if name != "MoveInNullSpace"}
     # The sliders of the null space are made with the first lesson that is opened.
-    visitor.lessons.enter(0)
+    lessons_of(visitor).enter(0)
     home.frame()
     assert table(visitor.session.handlers) == OWNER
     place_of(visitor).word = "word"
@@ -193,7 +194,7 @@ def test_in_a_replay_keys_mean_the_replay_then_the_lesson_and_then_the_run(by_ha
     home = by_hand(jobs=pool)
     home.let_in("lesson=1")
     visitor = visitor_of(home)
-    session, lessons, player = visitor.session, visitor.lessons, visitor.session.player
+    session, lessons, player = visitor.session, lessons_of(visitor), visitor.session.player
     do, begun = session.handlers.do, lessons.walk.run_id
     assert lessons.open and lessons.locked
     player.watch_file(piece("ball", 1.0)[0], "theirs.duet.npz")

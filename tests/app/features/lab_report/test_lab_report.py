@@ -24,15 +24,15 @@ from app.features.lab_report.lab_report import (
 )
 from app.features.lab_report.lab_report_box import LabReportBox, ask_report
 from app.features.lab_report.report_html import LOCKED
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.panel.lesson_panel import LessonPanel
+from app.features.lessons.progress import LONGEST_REASON, MOST_WORDS, StepProgress
+from app.features.lessons.reference_runs import simulated
+from app.features.lessons.session.lesson_actions import Choose, Draw, Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.features.store.session_store import SessionStore
 from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.bookmark import Phase
-from app.lessons.progress import LONGEST_REASON, MOST_WORDS, StepProgress
-from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import Choose, Draw, Press
-from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_panel import LessonPanel
 from app.page.panel_context import PanelContext
 from app.page.panels.replay_bar import ReplayBar
 from app.plots.curve_chart import COLUMNS
@@ -42,10 +42,10 @@ from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from app.settings import Settings
 from scenes.rerun import rerun
+from tests.app.features.lessons.helpers import lessons_in, much_done, our_book
+from tests.app.features.lessons.test_languages import attempts
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
-from tests.app.lessons.helpers import much_done, our_book
-from tests.app.lessons.test_languages import attempts
 from tests.app.recording.runs import piece
 from tests.app.stores import find
 from tests.browser import PageAt, screenshot
@@ -231,9 +231,12 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
 
 def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
     store, query = SessionStore(), {"resume": "0123456789abcdef"}
-    store.save(VisitorRecord(query, Settings(), run.saved()))
-    back = LessonSession(Session(Settings()), BOOK)
-    assert open_link(back, query, find(store, query)) == ()
+    store.save(VisitorRecord(query, Settings(), None, {run.name: run.saved()}, run.recordings()))
+    record, other = find(store, query), Session(Settings())
+    assert record is not None
+    other.parts.restore(record.parts, record.recordings)
+    back = lessons_in(other, BOOK)
+    assert open_link(back, query, record) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
     assert back.walk.done.because == run.walk.done.because != ""
     back.act(Press("reset"))
@@ -255,7 +258,14 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
     panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
     panel.show(frame)
     page = PanelContext(
-        client, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock(), MagicMock(), True
+        client,
+        session,
+        MagicMock(part=lambda _: MagicMock(lessons=run, panel=panel)),
+        ActionHandlers(),
+        MagicMock(),
+        MagicMock(),
+        MagicMock(),
+        True,
     )
     page.made.append(ReplayBar(MagicMock(), session, page.handlers))
     page.made.append(ExportsPanel(page))

@@ -6,8 +6,8 @@ import pytest
 from playwright.sync_api import Page
 
 from app.features.lab_report.lab_report import done_in, lab_bytes
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Choose
 from tests.app.conftest import OpenHouse, ask
 from tests.browser import PageAt, screenshot, until, wait_frames
 from tests.tools.lesson_hands import press

@@ -11,7 +11,7 @@ from playwright.sync_api import Page
 
 from app.features.lecture.lecture import LectureHost
 from app.features.lecture.teacher_panel import TeacherPanel
-from app.lessons.session.lesson_actions import GoTo
+from app.features.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed

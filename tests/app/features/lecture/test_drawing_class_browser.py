@@ -4,14 +4,14 @@ import re
 
 import pytest
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Press
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Press
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import OpenHouse, ask
 from tests.app.features.lecture.lecture_room import lecture_of
 from tests.app.features.lecture.test_browser import WAIT, come
-from tests.app.page.test_drawing_browser import by_mouse
+from tests.app.features.lessons.test_drawing_browser import by_mouse
 from tests.browser import PageAt, screenshot, until
 
 

@@ -13,24 +13,24 @@ from app.features.classroom.class_summary import HandIn
 from app.features.lecture.class_messages import Reported
 from app.features.lecture.lecture_record import _summary_in
 from app.features.lecture.teacher_control import Answer
+from app.features.lessons.bookmark import OpenSteps
+from app.features.lessons.progress import Progress, StepProgress, to_json
+from app.features.lessons.tally import Ballot
 from app.features.store.record_bytes import record_to_bytes, visitor_from_bytes
 from app.features.store.record_writer import RecordWriter
 from app.features.store.session_store import SessionStore, store_of
 from app.hosting.visitor_record import VisitorRecord, with_part
-from app.lessons.bookmark import OpenSteps
-from app.lessons.progress import Progress, StepProgress, to_json
-from app.lessons.tally import Ballot
 from app.settings import Settings
 from app.start import App
 from tests.app.conftest import Join, OpenHouse, ask
 from tests.app.features.lecture.lecture_room import lecture_of
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import opens_lesson, our_book
 
 BOOK = our_book()
 TEACHER, STUDENT = "a" * 32, "b" * 32
 ANSWERED = {("redundancy", "freedom"): {STUDENT: Ballot(1)}}
 CLASS = ClassRecord(saved=5.0, ballots=ANSWERED, free=True, leader=TEACHER, students=(STUDENT,))
-BROKEN_OFF = with_class(VisitorRecord({}, Settings(), None), CLASS, None)
+BROKEN_OFF = with_class(VisitorRecord({}, Settings()), CLASS, None)
 
 
 def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house: OpenHouse, join: Join, tmp_path: Path) -> None:
@@ -97,12 +97,12 @@ def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
     left = _summary_in(BROKEN_OFF, False, BOOK)
     assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
     assert _summary_in(BROKEN_OFF, True, BOOK) is None and _summary_in(None, False, BOOK) is None
-    ended = with_class(VisitorRecord({}, Settings(), None), None, left)
+    ended = with_class(VisitorRecord({}, Settings()), None, left)
     assert _summary_in(visitor_from_bytes(record_to_bytes(ended)), False, BOOK) == left
 
 
 def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
-    data = msgspec.to_builtins(VisitorRecord({}, Settings(), None))
+    data = msgspec.to_builtins(VisitorRecord({}, Settings()))
     del data["parts"]
     data["room"] = msgspec.to_builtins(CLASS)
     for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace", "groups"):
@@ -110,7 +110,7 @@ def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
     # A ballot without a reason.
     data["room"]["ballots"] = {("redundancy", "freedom"): {STUDENT: (1, ())}}
     record = visitor_from_bytes(record_to_bytes(data))
-    assert class_of(record) == CLASS and replace(record, parts={}) == VisitorRecord({}, Settings(), None)
+    assert class_of(record) == CLASS and replace(record, parts={}) == VisitorRecord({}, Settings())
 
 
 EARLIER = Path(__file__).parent / "earlier_class.store"
@@ -124,7 +124,7 @@ def test_a_store_of_the_release_before_is_read_whole_and_goes_on(house: OpenHous
     shutil.copyfile(EARLIER, path)
     store = SessionStore(file=RecordWriter(path, 1e12, 10**8))
     record = store.named(NAME)
-    assert record is not None and record.state is not None and record.lessons is not None and record.lessons.open
+    assert record is not None and record.state is not None and opens_lesson(record)
     room, last = class_of(record), last_class_of(record)
     assert room is not None and room == ClassRecord(
         saved=1.7e9,

@@ -11,8 +11,8 @@ import pytest
 from app.features.lecture import breakout_sessions
 from app.features.lecture.presenter_keys import CLICKER_KEYS
 from app.features.lecture.teacher_panel import COMMANDS
-from app.lessons.library import notes_of
-from app.lessons.session.lesson_actions import Choose, GoTo, Press
+from app.features.lessons.library import notes_of
+from app.features.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.headless_client import CAMERA, Mirror
@@ -33,7 +33,7 @@ from tests.app.features.lecture.lecture_room import (
     sessions_of,
     tab_of,
 )
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import lessons_of, our_book
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
@@ -511,16 +511,16 @@ def test_a_student_hands_in_from_one_tab_at_a_time_on_the_stage_and_in_an_own_se
     sees(teacher, "students here: 2")
     visitor = classroom.host.participants[classroom.number("ann")].visitor
     assert visitor is not None
-    assert visitor.lessons.walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
+    assert lessons_of(visitor).walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
     # She goes on, and hands it in again, without a name.
-    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 1)), visitor.lessons.act(Choose(1))])
+    ask(visitor.session, lambda _: [lessons_of(visitor).act(GoTo(4, 1)), lessons_of(visitor).act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
     assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
     # Bo does something there, and hands it in from the stage.
     his = classroom.host.participants[classroom.number("bo")].visitor
     assert his is not None
-    ask(his.session, lambda _: his.lessons.act(Choose(0)))
+    ask(his.session, lambda _: lessons_of(his).act(Choose(0)))
     ann, bo = classroom.send("Follow me", "ann", "bo")
     click(bo, "Hand in")
     sees(bo, "Handed in without a name.")

@@ -24,6 +24,7 @@ from app.settings import Settings
 from app.web.server import MOVED_CODE
 from tests.app.conftest import Made
 from tests.app.features.lecture.lecture_room import choose, command, drawn_name, sees, sessions_of, tab_of
+from tests.app.features.lessons.helpers import opens_lesson
 from tests.app.features.store.kept import kept
 from tests.app.features.workers.served import Serve, Served
 from tests.app.features.workers.test_workers import worker_of
@@ -227,7 +228,7 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
     # A service that is ended may be started again, and the lecture goes on.
     assert served.terminate() == ""
     left = kept(served.store, "lecture")
-    assert left is not None and left.lessons is not None and left.lessons.open
+    assert opens_lesson(left)
 
 
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
@@ -247,7 +248,7 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
     classroom.explore()
     classroom.settle(("ann", "bo"), 0.0)
     for student in ("ann", "bo"):
-        workers.send(student, VisitorRecord({}, Settings(), None))
+        workers.send(student, VisitorRecord({}, Settings()))
     load, report = ServerLoad(20, 1, 8, 5), HandIn("Ann", "")
     assert told(Present(1, ("ann",), load), Present(2, ("bo",), load)) == []
     classroom.work.hand_in("ann", report)
@@ -273,7 +274,7 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
     assert isinstance(host, LectureHost | BreakoutHost)
     if link is not None:
         link.put(ClassState(True, False, None, ""))
-        link.put(Exploring(ann, VisitorRecord({}, Settings(), None), False, None, "Ann", ann))
+        link.put(Exploring(ann, VisitorRecord({}, Settings()), False, None, "Ann", ann))
     else:
         assert isinstance(host, LectureHost)
         host.classroom.explore()

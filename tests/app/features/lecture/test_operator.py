@@ -8,9 +8,9 @@ import pytest
 
 from app.features.lecture.audiences import MOST
 from app.features.lecture.leader import Leader
+from app.features.lessons.session.lesson_actions import Press
 from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
 from app.i18n.catalogue import words_of
-from app.lessons.session.lesson_actions import Press
 from app.page.panels.hotkeys import hotkeys
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -19,7 +19,7 @@ from app.theme import PALETTES
 from app.web.headless_client import CAMERA
 from tests.app.conftest import Join, Made, OpenHouse, ask
 from tests.app.features.lecture.lecture_room import WAIT, lecture_of, operator_of, sees, tab_of
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
 from tests.app.runtime.processes import until

@@ -18,14 +18,13 @@ from app.features.lecture.overlays import screen_html
 from app.features.lecture.presenter import Presenter, Station, stations_of
 from app.features.lecture.screen_panel import next_station_label
 from app.features.lecture.teacher_control import Because, TeacherControl
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, GoTo, Press
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.plots.curve_chart import COLUMNS
 from app.session.frame import make_frame
 from app.session.session import Session
 from app.settings import LANGUAGES, Settings
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import lessons_in, our_book
 
 BOOK = our_book()
 
@@ -38,7 +37,7 @@ class Stage:
 
     def __init__(self) -> None:
         self.session, self._now = Session(Settings()), 100.0
-        self.lessons, self.classroom = LessonSession(self.session, BOOK), Classroom(8)
+        self.lessons, self.classroom = lessons_in(self.session, BOOK), Classroom(8)
         self.control = TeacherControl(self.classroom, self.session, self.lessons)
         self.presenter = self.control.presenter = Presenter(lambda: self._now)
         self.lessons.enter(0, 0)
@@ -47,7 +46,7 @@ class Stage:
     def frame(self, count: int = 1) -> Station:
         for _ in range(count):
             self._now += FRAME
-            make_frame(self.session, self.lessons.decide, self._now, FRAME)
+            make_frame(self.session, self._now, FRAME)
             self.control.present()
         return self.presenter.station
 

@@ -2,9 +2,9 @@
 
 from app.features.lecture.overlays import work_html
 from app.features.lecture.presenter import ShownWork
-from app.lessons.progress import StepProgress
+from app.features.lessons.progress import StepProgress
 from app.plots.curve_chart import COLUMNS
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 
 BOOK = our_book()
 

@@ -3,11 +3,12 @@
 import pytest
 from playwright.sync_api import Page, expect
 
-from app.lessons.bookmark import Phase
+from app.features.lessons.bookmark import Phase
 from app.session.frame import freeze
 from scenes.history import COLUMN
 from scenes.laws import LEVER_LAW
 from tests.app.conftest import OpenHouse, ask, live_sessions, private_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.by_hand import drag, drag_by_finger, run_on, visit
 from tests.browser import PageAt, screenshot, settled_box, until
 
@@ -24,7 +25,7 @@ def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]
 def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900, newcomer=True), house()
     session = visit(page, opened, "theme=light")
-    run = private_of(opened).visitors[max(live_sessions(opened))].lessons
+    run = lessons_of(private_of(opened).visitors[max(live_sessions(opened))])
     share = lambda: ask(session, lambda one: one.settings.run.law.hand_lever)  # noqa: E731
     phase = lambda: ask(session, lambda _: run.walk.phase)  # noqa: E731
 

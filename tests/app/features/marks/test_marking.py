@@ -28,10 +28,10 @@ from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
 from app.features.lab_report.lab_report import Done, lab_bytes
 from app.features.lab_report.report_html import StepRecord, read_records, records_html
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.progress import StepProgress
 from app.features.marks.graded_file import REPORT
 from app.i18n.catalogue import words_of
-from app.lessons.loading import load_lessons
-from app.lessons.progress import StepProgress
 from app.plots.curve_chart import COLUMNS
 from controllers.errors import LazyText
 from scenes.files import csv_cell

@@ -14,6 +14,7 @@ from scenes.targets import LinkTarget
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.custom_law.test_edited_law import LAW, state_of
 from tests.app.custom_law.test_edited_law import enter as save_law
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.helpers import click, hotkey_uuid, notes, shown
 from tests.blocking_client import BlockingClient
 from tests.scenes.helpers import place_of
@@ -89,7 +90,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         guest.pull(other, "end", hand.tolist(), hand.tolist())
         host.wait(lambda s: s.other_held is None)
         assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (settings, paused, None, word)
-        assert not host.lessons.open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
+        assert not lessons_of(host).open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
 
         # No one else can take the arm, until it is free; what the guest held is let go of.
         late = enter(opened, url, word, 3)

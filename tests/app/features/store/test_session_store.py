@@ -1,9 +1,8 @@
 """What a visitor left behind: kept for the own tab, for a while, in a bounded number; a record goes on from its bytes to the same bits."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import msgspec
 import pytest
@@ -20,17 +19,10 @@ from app.features.store.record_bytes import (
 )
 from app.features.store.session_store import MOST_RECORDS, SessionStore
 from app.hosting.parking import AWAY
-from app.hosting.visitor import open_link, run_again
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
-from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
-from app.lessons.progress import SavedLesson
-from app.lessons.session.lesson_actions import Choose, Press
-from app.lessons.session.lesson_session import LessonSession
-from app.session.frame import make_frame
 from app.session.session import Session
 from app.settings import Settings
-from scenes.inputs import Recorded, RecordedPerson
+from scenes.inputs import Recorded
 from scenes.rerun import rerun
 from scenes.settings import changed
 from tests.app.stores import find
@@ -38,15 +30,14 @@ from tests.scenes.helpers import with_values
 
 TAB = "0123456789abcdef0123456789abcdef"
 LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
-LESSONS = cast(LessonSession, None)
 
 
 def test_nothing_is_read_where_the_live_session_waits() -> None:
     store, session = SessionStore(), Session(Settings())
-    store.save(VisitorRecord(LINK, Settings(), None))
-    store.park(LINK, session, LESSONS)
+    store.save(VisitorRecord(LINK, Settings()))
+    store.park(LINK, session)
     assert find(store, LINK) is None and find(store, {**LINK, "dm": "0.3"}) is not None
-    assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) == (session, LESSONS)
+    assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) is session
     assert find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
     store.close()
 
@@ -83,8 +74,8 @@ def session_of(seconds: float = 1.5, **keys: object) -> Session:
     return session
 
 
-def record_of(session: Session, number: int = 0, lessons: SavedLesson | None = None) -> VisitorRecord:
-    return VisitorRecord({"resume": tab(number)}, session.settings, lessons, session.state())
+def record_of(session: Session, number: int = 0) -> VisitorRecord:
+    return VisitorRecord({"resume": tab(number)}, session.settings, session.state())
 
 
 def again(record: VisitorRecord) -> VisitorRecord:
@@ -110,28 +101,20 @@ WORDS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
 NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
 
 
-STEPS = st.tuples(NAMES, NAMES)
-
-
 @given(
     query=st.dictionaries(NAMES, WORDS, max_size=3),
-    progress=WORDS,
-    said=st.dictionaries(STEPS, st.lists(st.none() | st.floats(allow_nan=False), max_size=3).map(tuple), max_size=3),
-    names=st.lists(STEPS, max_size=2, unique=True),
+    stored=st.dictionaries(NAMES, st.binary(max_size=20), max_size=3),
+    names=st.lists(st.tuples(NAMES, NAMES).map("\t".join), max_size=2, unique=True),
     dm=st.floats(0.03, 0.3),
-    flags=st.tuples(*[st.booleans()] * 3),
 )
 @settings(max_examples=25, deadline=None)
-def test_a_record_comes_back_as_it_was(short: Session, query, progress, said, names, dm, flags) -> None:
+def test_a_record_comes_back_as_it_was(short: Session, query, stored, names, dm) -> None:
     own, piece = changed(Settings(), "dm", dm), short.state().run.pieces[0]
-    hands, people = dict.fromkeys(names, piece), {name: RecordedPerson(piece) for name, _ in names}
-    lessons = SavedLesson(progress, own, flags[0], hands, own if flags[1] else None, people, said, flags[2])
-    record = VisitorRecord({"resume": tab(1), **query}, own, lessons, short.state())
+    record = VisitorRecord({"resume": tab(1), **query}, own, short.state(), stored, dict.fromkeys(names, piece))
     back = again(record)
     assert content(back) == content(record)
-    assert back.settings == own and back.lessons is not None
-    assert replace(back.lessons, seen={}, kept={}) == replace(lessons, seen={}, kept={})
-    assert back.lessons.seen.keys() == set(names) and "key" not in back.query
+    assert back.settings == own and back.parts == stored
+    assert back.recordings.keys() == set(names) and "key" not in back.query
 
 
 RUNS = {
@@ -185,41 +168,6 @@ def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_
             visitor_from_bytes(damaged)
 
 
-@pytest.mark.parametrize("ghost", ["off", "unprotected"])
-def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> None:
-    book, link = load_lessons(), {"resume": tab(1), "lesson": "3", "step": "2"}
-
-    def run(session: Session, lessons: LessonSession, until: Callable[[], bool]) -> None:
-        while not until():
-            make_frame(session, lessons.decide, 0.0, 0.05, 60.0)
-
-    session = Session(Settings())
-    lessons = LessonSession(session, book)
-    open_link(lessons, link, None)
-    lessons.act(Choose(1))
-    session.change("ghost", ghost)
-    lessons.act(Press("run"))
-    run(session, lessons, lambda: session.simulation.time > 1.0)
-    record = again(VisitorRecord(link, session.settings, lessons.saved(), session.state()))
-    other = Session(record.settings)
-    back = LessonSession(other, book)
-    assert open_link(back, link, record) == ()
-    list(run_again(other, back, record))
-    assert other.simulation.time == session.simulation.time and not other.paused
-    for one, way in ((session, lessons), (other, back)):
-        run(one, way, lambda way=way: way.walk.phase is Phase.OBSERVE)
-    assert back.walk.done.outcome == lessons.walk.done.outcome is not None
-    assert other.simulation.positions.tobytes() == session.simulation.positions.tobytes()
-    # Once measured, it is not measured again.
-    record = again(VisitorRecord(link, other.settings, back.saved(), other.state()))
-    third = Session(record.settings)
-    last = LessonSession(third, book)
-    open_link(last, link, record)
-    list(run_again(third, last, record))
-    assert record.lessons is not None and record.lessons.measured and third.paused
-    assert (last.walk.phase, last.walk.to_json()) == (Phase.OBSERVE, back.walk.to_json())
-
-
 class Marks(NamedTuple):
     """What a feature may keep of a visitor."""
 
@@ -228,7 +176,7 @@ class Marks(NamedTuple):
 
 
 def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureFixture) -> None:
-    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    plain = VisitorRecord({"resume": TAB}, Settings())
     record = again(with_part(with_part(plain, "marks", Marks(3, ("Ann",))), "other", Marks(1)))
     assert part_of(record, "marks", Marks) == Marks(3, ("Ann",)) and part_of(record, "other", Marks) == Marks(1)
     assert part_of(record, "none", Marks) is None and caplog.text == ""
@@ -237,7 +185,7 @@ def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureF
 
 
 def test_the_parts_that_an_earlier_release_stored_as_fields_are_found() -> None:
-    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    plain = VisitorRecord({"resume": TAB}, Settings())
     stored = {**msgspec.to_builtins(plain), "marks": Marks(3), "empty": None}
     del stored["parts"]
     record = visitor_from_bytes(record_to_bytes(stored))

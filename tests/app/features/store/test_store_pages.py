@@ -9,6 +9,7 @@ from urllib.request import urlopen
 
 import pytest
 
+from app.features.lessons.progress import from_json
 from app.features.store import record_writer
 from app.features.store.record_writer import BEAT
 from app.features.store.session_store import store_of
@@ -17,7 +18,6 @@ from app.features.store.store_options import StoreOptions
 from app.hosting import visitor as visitor_module
 from app.hosting.frame_loop import LIVELY
 from app.hosting.visitor import SAVING, SAVING_AT_REST
-from app.lessons.progress import from_json
 from app.session.actions import Pause
 from tests.app.conftest import Join, Made, OpenHouse, live_sessions, private_of, visitor_of
 from tests.app.hosting.test_hidden_tabs import drawn

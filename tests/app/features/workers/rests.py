@@ -16,12 +16,13 @@ from typing import Final
 
 from websockets.exceptions import WebSocketException
 
+from app.features.lessons.progress import StepProgress
 from app.features.store.record_bytes import visitor_from_bytes
 from app.features.store.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.progress import StepProgress, from_json
 from app.page.panels.hotkeys import hotkeys
 from app.plots.curve_chart import COLUMNS
+from tests.app.features.lessons.helpers import progress_in
 from tests.app.features.workers.served import Served
 from tests.app.page.helpers import bodies, buttons, shown
 from tests.blocking_client import OperatingClient
@@ -111,7 +112,7 @@ class RestingVisitor:
         """Return whether a record has what the visitor has done. `saved`: when it was written [s since 1970]."""
         if self.kind == "pull":
             return saved >= self.acted and record.state is not None and record.state.run.snapshot.steps > 0
-        progress = from_json(record.lessons.progress if record.lessons is not None else "")
+        progress = progress_in(record)
         return any(self._is_of(done) for done in progress.steps.values())
 
     def _is_of(self, done: StepProgress) -> bool:

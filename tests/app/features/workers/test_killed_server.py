@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.progress import Progress, from_json
+from tests.app.features.lessons.helpers import opens_lesson, progress_in
 from tests.app.features.store.kept import kept
 from tests.app.features.workers.served import Serve
 from tests.app.page.helpers import buttons, click, hotkey_uuid
@@ -20,10 +20,6 @@ JOINT = re.compile(r"^/arms/.*/j[1-7]$")
 
 def steps_of(record: VisitorRecord | None) -> int:
     return 0 if record is None or record.state is None else record.state.run.snapshot.steps
-
-
-def progress_of(record: VisitorRecord | None) -> Progress:
-    return from_json(record.lessons.progress if record is not None and record.lessons is not None else "")
 
 
 def joints(visitor: BlockingClient) -> np.ndarray:
@@ -47,11 +43,11 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_wri
             explorer.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(explorer, "up")})
         explorer.wait_for(lambda _: np.abs(joints(explorer) - first).max() > 0.02, 60.0)
         answer(student)
-        student.wait_for(lambda _: any(done.choice == 1 for done in progress_of(kept(store, STUDENT)).steps.values()), 60.0)
+        student.wait_for(lambda _: any(done.choice == 1 for done in progress_in(kept(store, STUDENT)).steps.values()), 60.0)
         since = steps_of(kept(store, EXPLORER))
         # The hand has come to rest, and this is in the file.
         student.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > since + 800, 60.0)
-        moved, lesson = joints(explorer), progress_of(kept(store, STUDENT))
+        moved, lesson = joints(explorer), progress_in(kept(store, STUDENT))
         # The elbow still drifts a little; the hand was moved by more.
         assert np.abs(moved - first).max() > 5e-3
         served.kill()
@@ -61,11 +57,11 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_wri
         explorer.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > begin, 60.0)
         explorer.wait_for(lambda _: np.abs(joints(explorer) - moved).max() < 5e-3, 60.0)
         student.wait_for(lambda v: "Run" in buttons(v), 60.0)
-        assert progress_of(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+        assert progress_in(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
     # An answer that waits to be written.
     with served.come(lesson_link + LATE) as late:
         answer(late)
         assert served.terminate() == ""
     record = kept(store, LATE)
-    assert record is not None and record.lessons is not None and record.lessons.open
-    assert [done.choice for done in progress_of(record).steps.values()] == [1]
+    assert opens_lesson(record)
+    assert [done.choice for done in progress_in(record).steps.values()] == [1]

@@ -1,0 +1,112 @@
+"""Attempts at a challenge: whether a run counts and what is said if it does not, and what a custom law is worth."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf
+from typing import ClassVar
+
+from app.custom_law.arena import TrialResult
+from app.custom_law.law_limits import LawProblem
+from app.custom_law.trials import WHY
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.lesson import Challenge
+from app.features.lessons.outcomes import Attempt, Judgement, judge
+from app.i18n.speaking import N_
+from controllers.errors import LazyText, NumberText, joined
+from controllers.kinematics import Array
+from controllers.laws.situation import Law, Situation
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+
+
+class RunWatch:
+    """Watches one run.
+
+    Attributes:
+        mixed: whether settings have changed in the middle of it.
+        run: its number; each restart has the next one.
+    """
+
+    def __init__(self) -> None:
+        self.mixed, self.run = False, 0
+        self._seen: tuple[int, RunSettings] | None = None
+
+    def begin(self) -> None:
+        self._seen, self.mixed = None, False
+        self.run += 1
+
+    def see(self, simulation: Simulation) -> None:
+        """Take note of the run as it is now; fewer steps than before mean a restart."""
+        steps, settings = simulation.steps, simulation.settings
+        if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
+            self.run += self._seen is not None and steps < self._seen[0]
+            self.mixed = False
+        elif settings != self._seen[1]:
+            self.mixed = True
+        self._seen = (steps, settings)
+
+
+def attempted(
+    challenge: Challenge,
+    simulation: Simulation,
+    said: Sequence[float | None],
+    *,
+    yours: bool,
+    finished: bool,
+    mixed: bool,
+) -> Attempt:
+    """Return how a run stands up to a challenge; it does not count if settings were mixed in it, or before its end.
+
+    Args:
+        said: the student's forecasts, where the challenge asks for any.
+        yours: whether the student moves, so that any moment may be the end.
+        finished: whether the run is as long as the challenge asks for.
+        mixed: see `RunWatch`.
+    """
+    if challenge.criteria and simulation.steps == 0:
+        return Attempt(False, (), LazyText(N_("Press Run first.")))
+    attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
+    note, seconds = "", NumberText(f"{challenge.setup.seconds:g} s")
+    if challenge.criteria and mixed:
+        note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
+        if challenge.best_of:
+            note = N_("The settings changed during this push, so it does not count. Press Next push.")
+    elif challenge.criteria and not yours and not finished:
+        note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
+    return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt
+
+
+class StandIn:
+    """A law that never fails, as the tests of a custom law want one."""
+
+    wants_all_pairs: ClassVar[bool] = True
+    wants_task: ClassVar[bool] = True
+    problem: LawProblem | None = None
+    seconds: float = 0.0
+    """A built-in law is quick on any machine."""
+
+    def __init__(self, law: Law | Callable[[Situation], Array]) -> None:
+        self._law = law
+
+    def __call__(self, situation: Situation) -> Array:
+        return self._law(situation)
+
+    def activation(self, distance: float) -> float:
+        """Return nothing: no test asks for λ."""
+        del distance
+        return 0.0
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return nan: no test asks for it."""
+        del distance, pull, approach, square
+        return float("nan")
+
+
+def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
+    """Return how a controller did; a test that fails says why it is asked for."""
+    judgements: list[Judgement] = []
+    for verdict in verdicts:
+        why = () if verdict.passed else (LazyText(WHY[verdict.name]),)
+        outcome = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
+        judgements.append(Judgement(verdict.name, verdict.passed, joined((outcome, *why), " "), None))
+    return Attempt.of(judgements)

@@ -1,0 +1,7 @@
+"""Where our own lessons are."""
+
+from pathlib import Path
+from typing import Final
+
+FOLDER: Final = Path(__file__).parent / "files"
+"""Folder of our own eleven lessons, as Markdown."""

@@ -1,0 +1,130 @@
+"""Names of measured numbers and of compared runs, and what a run that shows why an answer is wrong does otherwise, in words."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from app.features.lessons.lesson import Choice, Compared, Measurement
+from app.features.lessons.measures.quantity import QUANTITIES, shown_parameter
+from app.features.lessons.room_places import Anchor
+from app.features.lessons.runs import Pairs, Setup, deviations, settings_text
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
+from app.settings import Language, Settings
+from app.text.setting_values import page_value
+from controllers.errors import LazyText, NumberText
+from scenes.settings import specs, values
+
+_BALL: Final[dict[Anchor, str]] = {
+    "goal": N_("the ball {gap} off the goal"),
+    "hand": N_("the ball {gap} off the hand"),
+    "middle": N_("the ball {gap} off the middle of the way"),
+    "elbow": N_("the ball {gap} off the elbow"),
+}
+
+
+_WORD: Final = re.compile(r"[^\W\d_]{2} ?[^\W\d_]")
+"""Begins with a word, and not with a symbol."""
+
+
+def label_text(m: Measurement) -> LazyText:
+    """Return the name of a measurement; {angle} and the like in it are its parameters."""
+    parameters = dict(m.parameters)
+    if m.name == "setting":
+        return LazyText(specs(Settings)[str(parameters["key"])].label.replace("d_m", "dₘ"))
+    return LazyText(QUANTITIES[m.name].label, **{name: shown_parameter(name, value) for name, value in parameters.items()})
+
+
+def label_of(m: Measurement, language: Language = "en") -> str:
+    """Return the name of a measurement in a language, as the beginning of a sentence."""
+    return sentence(words_of(language)(label_text(m)))
+
+
+def sentence(text: str) -> str:
+    """Return a text as a sentence: its first word gets a capital, a symbol such as d, λ or dt does not."""
+    return text[0].upper() + text[1:] if _WORD.match(text) else text
+
+
+def compared_text(compared: Compared, language: Language = "en") -> str:
+    """Return in what a further run differs: "n = 2", "the ball 100 mm off the goal"."""
+    words, parts = words_of(language), [settings_text(compared.changes, language)] if compared.changes else []
+    ball = compared.start.ball if compared.start is not None else None
+    if ball is not None:
+        parts.append(words(_BALL[ball.origin], gap=shown_parameter("gap", ball.gap)))
+        if ball.toward == "upper_arm":
+            parts.append(words(N_("{angle} beside the upper arm"), angle=shown_parameter("angle", ball.tilt)))
+    elif compared.start is not None:
+        parts.append(words(N_("another posture at the start")))
+    return ", ".join(parts)
+
+
+_SCRIPTS: Final = {
+    "elbow_to": N_("the elbow is asked to swing by {angle} to either side"),
+    "hand_to": N_("the hand is led to another place"),
+    "push": N_("you push at {speed}"),
+}
+"""Script → what is done in it, where it is all that differs."""
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """A run beside the step's own: it shows why an answer is wrong, or what a drawn curve does.
+
+    Attributes:
+        headline: what differs, and of an answer whether it is right here.
+        keys: settings that differ.
+        here: what differs, as it is in this run.
+        asked: as it is in the step's own run.
+        names: short names of the two runs, for a legend.
+    """
+
+    headline: str
+    keys: tuple[str, ...]
+    here: str
+    asked: str
+    names: tuple[str, str]
+
+
+def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: Language) -> Contrast:
+    """Return in what a run differs from the step's own. `answer`: the wrong one that it belongs to; None if the student's curve runs."""
+    words, run = words_of(language), asked.run
+    # The points of a curve are on the board.
+    changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
+    start = beside.start if beside.start != asked.start else None
+    here = compared_text(Compared(changes, start), language) or _done(asked, beside, language)
+    before = values(run)
+    unchanged = tuple((key, before[key]) for key, _ in changes)
+    asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
+    return Contrast(
+        words(_headline(answer), what=here),
+        tuple(key for key, _ in changes),
+        here,
+        asked_text,
+        (_chosen(changes, language) or here, _chosen(unchanged, language) or asked_text),
+    )
+
+
+def _headline(answer: Choice | None) -> str:
+    if answer is None:
+        return N_("Your curve at work: {what}")
+    if answer.otherwise:
+        return N_("Here you would be right: {what}")
+    return N_("Here it is the same: {what}") if answer.same else N_("See for yourself: {what}")
+
+
+def _chosen(changes: Pairs, language: Language) -> str:
+    """Return a choice without the name of its setting; "" where more than one choice differs."""
+    return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
+
+
+def _done(asked: Setup, beside: Setup, language: Language) -> str:
+    """Return what is done in a run of the same settings."""
+    given, words = beside.input, words_of(language)
+    if given == asked.input:
+        seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))
+        return words(N_("for {seconds} s instead of {before} s"), seconds=seconds, before=before)
+    parameters = {key: value for key, value in given.parameters if isinstance(value, float)}
+    text = _SCRIPTS.get(given.name, N_("another movement"))
+    angle, speed = math.degrees(parameters.get("angle", 0.0)), parameters.get("speed", 0.0)
+    return words(text, angle=f"{angle:.0f}°", speed=NumberText(f"{speed:g} m/s"))

@@ -1,0 +1,130 @@
+"""The line ḋ = λ v − (1 − λ) u − w: what it says in closed form, and what the run made of it."""
+
+from math import inf
+
+import numpy as np
+
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
+from app.i18n.speaking import N_
+from app.plots.time_series import resting_at_end
+from controllers import budget
+from controllers.activation import activation
+from scenes.settings import RunSettings, specs, values
+
+FAR = 1000.0
+"""Farther than anything rests [m]."""
+
+
+@quantity(N_("setting"), "", 3, live=True, settings=True)
+def setting(evidence: Evidence, key: str) -> Value:
+    """Return a setting of the run, in SI units; of a choice, its place in the list."""
+    value, spec = values(evidence.settings).get(key), specs().get(key)
+    if value is None or spec is None or spec.read is not None:
+        return None
+    return float(spec.choices.index(value)) if spec.choices else float(value)
+
+
+@quantity(N_("λ"), "", 2, live=True)
+def activation_now(evidence: Evidence) -> Value:
+    """Return λ in the newest step."""
+    return float(evidence.column("lambda")[-1])
+
+
+@quantity(N_("λ met at d = {ratio} dₘ"), "", 3, obstacle=True)
+def activation_met(evidence: Evidence, ratio: float) -> Reading:
+    """Return λ where d first was `ratio` times d_m, straight between two steps."""
+    d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
+    crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
+    if not len(crossed):
+        return None
+    k = int(crossed[0])
+    way = float(d[k + 1] - d[k])
+    part = (met - float(d[k])) / way if way else 0.0
+    return At(float(lam[k]) + part * float(lam[k + 1] - lam[k]), k)
+
+
+@quantity(N_("(dₘ/d)ⁿ at d = {ratio} dₘ"), "", 3, settings=True)
+def activation_formula(evidence: Evidence, ratio: float) -> Value:
+    """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
+    law = evidence.settings.law
+    return activation(ratio * law.critical_distance, law.critical_distance, law.order)
+
+
+@quantity(N_("u"), "m/s", 2, live=True)
+def pull_now(evidence: Evidence) -> Value:
+    """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
+    return float(evidence.column("u")[-1])
+
+
+@quantity(N_("d*"), "mm", 0, live=True, obstacle=True)
+def rest_now(evidence: Evidence) -> Value:
+    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m], as the plot has it; None under a law without this rest."""
+    if not evidence.settings.law.entry.rests:
+        return None
+    return resting_at_end(evidence.settings, evidence.table)
+
+
+def balance(run: RunSettings, inside: float) -> float:
+    """Return the d at which λ(d) v = (1 − λ(d)) K (d − inside), where avoidance and a straight pull to d = inside are equal [m]."""
+    d_m, n, v = run.law.critical_distance, run.law.order, run.law.nominal_velocity
+
+    def rate(d: float) -> float:
+        lam = activation(d, d_m, n)
+        return budget.distance_rate(lam, v, run.gain * (d - inside), 0.0)
+
+    if v == 0.0:
+        return max(d_m, inside)
+    if rate(FAR) > 0.0:
+        return inf
+    # Slow to import, and rarely wanted.
+    from scipy.optimize import brentq
+
+    return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
+
+
+@quantity(N_("d where λv = (1 − λ)K(d − d_goal)"), "mm", 1, settings=True)
+def stand_off_formula(evidence: Evidence, gap: float) -> Value:
+    """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
+    return balance(evidence.settings, gap)
+
+
+@quantity(N_("displacement by λv = (1 − λ)K e"), "mm", 1, settings=True)
+def bias_formula(evidence: Evidence, gap: float) -> Value:
+    """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
+    return balance(evidence.settings, gap) - gap
+
+
+@quantity(N_("largest n λ (v + u) dt / d"), "", 2, obstacle=True)
+def euler_number(evidence: Evidence) -> Value:
+    """Return the largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
+    run, d = evidence.settings, evidence.column("law_d")
+    above = d >= run.law.critical_distance
+    if not above.any():
+        return None
+    speeds = evidence.column("lambda") * (run.law.nominal_velocity + evidence.column("u"))
+    return float((run.law.order * run.dt * speeds[above] / d[above]).max())
+
+
+def _fall(evidence: Evidence) -> Row:
+    """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
+    d = evidence.column("law_d")
+    below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
+    if not len(below):
+        return None
+    return int(below[np.diff(d)[below].argmin()])
+
+
+@quantity(N_("loss of distance below dₘ"), "m/s", 3, obstacle=True)
+def loss_rate(evidence: Evidence) -> Reading:
+    """Return the fastest fall of d below d_m [m/s]."""
+    return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
+
+
+@quantity(N_("w − v at that moment"), "m/s", 3, obstacle=True)
+def loss_formula(evidence: Evidence) -> Reading:
+    """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
+    row = _fall(evidence)
+    if row is None:
+        return None
+    return At(budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row])), row)

@@ -1,0 +1,124 @@
+"""How well the joints can move the critical point along the line of contact, the speeds that this costs, their jumps, and chatter."""
+
+import numpy as np
+
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
+from app.i18n.speaking import N_
+from controllers.kinematics import Array
+
+
+@quantity(N_("|J_d|"), "m/rad", 3, live=True, obstacle=True)
+def lever_now(evidence: Evidence) -> Value:
+    """Return |J_d| in the newest step [m/rad]."""
+    return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))
+
+
+def _levers(evidence: Evidence) -> Array:
+    """Return |J_d| at the sampled rows (k,) [m/rad]."""
+    return np.linalg.norm(evidence.along(evidence.lever), axis=1)
+
+
+@quantity(N_("smallest |J_d|"), "m/rad", 3, obstacle=True)
+def smallest_lever(evidence: Evidence) -> Reading:
+    """Return the smallest |J_d| of the run [m/rad]."""
+    levers = _levers(evidence)
+    return At(float(levers.min()), evidence.sampled_rows()[int(levers.argmin())])
+
+
+@quantity(N_("speed that the textbook's law asks for"), "rad/s", 1, obstacle=True)
+def textbook_speed(evidence: Evidence) -> Reading:
+    """Return the largest λ v / |J_d| of the run, |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
+    levers, rows = _levers(evidence), evidence.sampled_rows()
+    asked = evidence.column("lambda")[rows] * evidence.settings.law.nominal_velocity
+    speeds = np.divide(asked, levers, out=np.full(len(levers), -np.inf), where=levers > 1e-9)
+    largest = int(speeds.argmax())
+    return At(float(speeds[largest]), rows[largest]) if np.isfinite(speeds[largest]) else None
+
+
+@quantity(N_("largest joint speed reached"), "rad/s", 2)
+def reached_speed(evidence: Evidence) -> Reading:
+    """Return the largest speed of one joint [rad/s]."""
+    speeds = np.abs(evidence.velocities).max(axis=1)
+    return at(speeds, int(speeds.argmax()))
+
+
+@quantity(N_("largest share of a joint's top speed"), "%", 0)
+def speed_share(evidence: Evidence) -> Reading:
+    """Return the largest |q̇| of a joint over its limit."""
+    limits = evidence.room.model.velocityLimit[evidence.arm.joints]
+    shares = (np.abs(evidence.velocities) / limits).max(axis=1)
+    return at(shares, int(shares.argmax()))
+
+
+@quantity(N_("time without authority"), "s", 2)
+def time_without_authority(evidence: Evidence) -> Value:
+    """Return how long the arm could not do what the law asked for [s]."""
+    return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
+
+
+SWINGS = 4
+"""Steps in a row that go to and fro before that counts as chatter."""
+
+
+@quantity(N_("largest step of a joint's speed"), "rad/s", 3)
+def velocity_step(evidence: Evidence) -> Reading:
+    """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
+    steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
+    return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
+
+
+def _first_switch(evidence: Evidence) -> Row:
+    """Return the row in which avoidance is first switched on: λ was less than ½ the row before."""
+    lam = evidence.column("lambda")
+    found = np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))
+    return int(found[0]) + 1 if len(found) else None
+
+
+@quantity(N_("jump of the joint velocity"), "rad/s", 3)
+def first_jump(evidence: Evidence) -> Reading:
+    """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
+    row = _first_switch(evidence)
+    return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
+
+
+@quantity(N_("(v + u)/|J_d|"), "rad/s", 3)
+def first_jump_formula(evidence: Evidence) -> Reading:
+    """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
+    row = _first_switch(evidence)
+    if row is None:
+        return None
+    pull, lever = float(evidence.column("u")[row]), float(np.linalg.norm(evidence.lever(row)))
+    return At((evidence.settings.law.nominal_velocity + pull) / lever, row) if lever else None
+
+
+@quantity(N_("u at the switch"), "m/s", 3)
+def switch_pull(evidence: Evidence) -> Reading:
+    """Return u where avoidance is first switched on [m/s]."""
+    return at(evidence.column("u"), _first_switch(evidence))
+
+
+@quantity(N_("|J_d| at the switch"), "m/rad", 3)
+def switch_lever(evidence: Evidence) -> Reading:
+    """Return |J_d| where avoidance is first switched on [m/rad]."""
+    row = _first_switch(evidence)
+    return None if row is None else At(float(np.linalg.norm(evidence.lever(row))), row)
+
+
+def largest_zigzag(values: Array) -> tuple[float, Row]:
+    """Return the largest swing that values (k,) keep up to and fro for `SWINGS` steps, and where it ends; 0 and None if they never do."""
+    steps = np.diff(values)
+    if len(steps) < SWINGS:
+        return 0.0, None
+    window = np.lib.stride_tricks.sliding_window_view(steps, SWINGS)
+    turns = (window[:, 1:] * window[:, :-1] < 0.0).all(axis=1)
+    swings = np.where(turns, np.abs(window).min(axis=1), 0.0)
+    first = int(swings.argmax())
+    return float(swings[first]), first + SWINGS if turns.any() else None
+
+
+@quantity(N_("chatter of the distance"), "mm", 2, obstacle=True)
+def zigzag(evidence: Evidence) -> Reading:
+    """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
+    swing, end = largest_zigzag(evidence.column("d"))
+    return swing if end is None else At(swing, end)

@@ -1,0 +1,209 @@
+"""What can be measured in a run: functions by name, with their unit, and how a value is read."""
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from typing import Any, Final, Literal, NamedTuple, get_args, get_origin
+
+from app.features.lessons.evidence import Evidence
+from controllers.errors import BadSetting, NumberText
+from controllers.kinematics import Array
+
+Value = float | None
+"""None: this run does not tell, or not yet."""
+
+Row = int | None
+"""Of `Evidence.table`; None: this run does not tell."""
+
+
+class At(NamedTuple):
+    """A value, and the row of `Evidence.table` in which it stands."""
+
+    value: float
+    row: int
+
+
+def at(values: Array, row: Row) -> At | None:
+    """Return the one of values (rows,) that stands in a row."""
+    return None if row is None else At(float(values[row]), row)
+
+
+Reading = At | Value
+"""What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
+
+
+class Unit(NamedTuple):
+    """A unit in which numbers are read: the SI unit of what it measures, the factor from that, and what stands behind a number."""
+
+    si: str
+    factor: float
+    sign: str
+
+
+UNITS: Final[dict[str, Unit]] = {
+    "": Unit("", 1.0, ""),
+    "%": Unit("", 100.0, "%"),
+    "m": Unit("m", 1.0, "m"),
+    "cm": Unit("m", 100.0, "cm"),
+    "mm": Unit("m", 1000.0, "mm"),
+    "rad": Unit("rad", 1.0, "rad"),
+    "deg": Unit("rad", 180.0 / math.pi, "°"),
+    "m/s": Unit("m/s", 1.0, "m/s"),
+    "mm/s": Unit("m/s", 1000.0, "mm/s"),
+    "rad/s": Unit("rad/s", 1.0, "rad/s"),
+    "deg/s": Unit("rad/s", 180.0 / math.pi, "°/s"),
+    "s": Unit("s", 1.0, "s"),
+    "ms": Unit("s", 1000.0, "ms"),
+    "1/s": Unit("1/s", 1.0, "1/s"),
+    "m/rad": Unit("m/rad", 1.0, "m/rad"),
+}
+"""By the name that a lesson file gives them."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that can be measured.
+
+    Attributes:
+        label: what a person calls it; its parameters may stand in it in braces.
+        shown: the usual unit for reading, see `UNITS`.
+        digits: after the point, in that unit.
+        live: whether it looks at the newest step only, so that it can be shown all the time.
+        function: (evidence, **parameters) → what was found.
+    """
+
+    label: str
+    shown: str
+    digits: int
+    live: bool
+    function: Callable[..., Reading]
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        return dict(list(inspect.signature(self.function).parameters.items())[1:])
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Return the units in which it can be shown."""
+        return tuple(name for name, unit in UNITS.items() if unit.si == UNITS[self.shown].si)
+
+
+QUANTITIES: Final[dict[str, Quantity]] = {}
+"""All, by name. Filled by the modules beside this one."""
+
+
+def quantity(
+    label: str,
+    shown: str,
+    digits: int,
+    live: bool = False,
+    obstacle: bool = False,
+    settings: bool = False,
+) -> Callable[[Callable[..., Reading]], Callable[..., Reading]]:
+    """Make a function of `Evidence` known as something that can be measured.
+
+    Args:
+        label, shown, digits, live: see `Quantity`.
+        obstacle: whether a run tells it only if there is something to keep clear of.
+        settings: whether the settings alone tell it, even before the first step.
+    """
+
+    def note(measured: Callable[..., Reading]) -> Callable[..., Reading]:
+        @wraps(measured)
+        def function(evidence: Evidence, **parameters: Any) -> Reading:
+            told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
+            return measured(evidence, **parameters) if told else None
+
+        QUANTITIES[function.__name__] = Quantity(label, shown, digits, live, function)
+        return function
+
+    return note
+
+
+def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Return keyword arguments, checked against the parameters of a function: numbers, texts and choices.
+
+    Raises:
+        BadSetting: there is no such parameter, one is missing, or a value is not possible.
+    """
+    for key in given:
+        if key not in wanted:
+            raise BadSetting(f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+    found: list[tuple[str, Any]] = []
+    for key, parameter in wanted.items():
+        if key not in given:
+            if parameter.default is inspect.Parameter.empty:
+                raise BadSetting(f"{what} needs the parameter {key!r}.")
+            continue
+        found.append((key, _read(f"{what}: {key}", parameter.annotation, given[key])))
+    return tuple(found)
+
+
+def _read(what: str, kind: Any, value: object) -> Any:
+    if get_origin(kind) is Literal:
+        if value in get_args(kind):
+            return value
+        raise BadSetting(f"{what} = {value!r:.40} is not possible; choose from {', '.join(get_args(kind))}.")
+    if kind is str:
+        if isinstance(value, str):
+            return value
+        raise BadSetting(f"{what} = {value!r:.40} is not a text.")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BadSetting(f"{what} = {value!r:.40} is not a number.")
+    if abs(value) > 1e6:
+        raise BadSetting(f"{what} = {value:g} is too large; SI units are meant.")
+    return float(value)
+
+
+def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
+    """Return a measurement of a run; None if the run does not tell."""
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    value = found.value if isinstance(found, At) else found
+    return None if value is None or math.isnan(value) else float(value)
+
+
+def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
+    """Return when a measurement stands as it does: the time after that step [s]; None if it is no single moment's, or not told."""
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    if not isinstance(found, At) or math.isnan(found.value):
+        return None
+    return float(evidence.times[found.row]) + evidence.settings.dt
+
+
+def shown_value(value: Value, unit: str, digits: int) -> str:
+    """Return a value as it is read: "88.2 mm"; "–" if there is none. `unit`: see `UNITS`."""
+    if value is None:
+        return "–"
+    _, factor, sign = UNITS[unit]
+    number = value * factor
+    if math.isinf(number):
+        text = "∞" if number > 0.0 else "−∞"
+    else:
+        text = f"{number:.{digits}f}"
+        if not text.strip("-0."):
+            text = text.lstrip("-")
+        text = text.replace("-", "−")
+    return NumberText(text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip())
+
+
+def significant_digits(value: Value, unit: str, digits: int) -> int:
+    """Return how many digits after the point show two significant ones: at most one more than usual, and none of a whole number."""
+    if not digits or value is None or not math.isfinite(value) or value == 0.0:
+        return digits
+    exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])
+    return min(max(1 - exponent, 0), digits + 1)
+
+
+_SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "dead": "ms", "since": "s", "until": "s"}
+"""Parameter → the unit in which it is read."""
+
+
+def shown_parameter(name: str, value: object) -> str:
+    """Return a parameter of a measurement as it is read."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    _, factor, sign = UNITS[_SHOWN.get(name, "")]
+    text = f"{value * factor:.3g}".replace("-", "−")
+    return NumberText(text + sign if sign == "°" else f"{text} {sign}".rstrip())

@@ -1,0 +1,60 @@
+"""Section III, eqs (14)–(25): are the two tasks independent, and is the paper's condition met? With K_a = K, as on the page."""
+
+import numpy as np
+
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.measures.quantity import Value, quantity
+from app.i18n.speaking import N_
+from controllers.stability import Analysis, analyse
+from controllers.tasks import TASK_DIMENSION
+
+LOOKS = 60
+"""Moments of a run that are analysed."""
+
+
+def analysed(evidence: Evidence, row: int) -> Analysis:
+    """Return section III's quantities in a row of a run with something to avoid."""
+    run = evidence.settings
+    J_d = evidence.lever(row)
+    J = None
+    if run.experiment.error_unit == "m²":
+        J = evidence.kinematics.hand_jacobian(evidence.arm, TASK_DIMENSION[run.task])
+    return analyse(J_d, J, float(evidence.column("lambda")[row]), run.gain, run.gain, damped=True)
+
+
+def _now(evidence: Evidence) -> Analysis:
+    return analysed(evidence, evidence.rows - 1)
+
+
+@quantity(N_("smallest eigenvalue of sym M"), "1/s", 2, live=True, obstacle=True)
+def eigenvalue_now(evidence: Evidence) -> Value:
+    """Return the smallest eigenvalue of (M + Mᵀ)/2 in the newest step [1/s]: the paper's condition asks for more than 0."""
+    return _now(evidence).smallest_eigenvalue
+
+
+@quantity(N_("smallest eigenvalue of sym M in the run"), "1/s", 2, obstacle=True)
+def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
+    """Return the smallest eigenvalue of (M + Mᵀ)/2 from a time on [1/s]."""
+    rows = np.flatnonzero(evidence.times >= since - 1e-9)
+    if not len(rows):
+        return None
+    chosen = rows[np.unique(np.linspace(0, len(rows) - 1, LOOKS).round().astype(int))]
+    return min(analysed(evidence, int(row)).smallest_eigenvalue for row in chosen)
+
+
+@quantity(N_("rank of both tasks together"), "", 0, live=True, obstacle=True)
+def rank_now(evidence: Evidence) -> Value:
+    """Return rank [J_a; J_b] in the newest step, eqs (14), (15)."""
+    return float(_now(evidence).rank_stack)
+
+
+@quantity(N_("1 − λρ², the part of the task that is left"), "", 2, live=True, obstacle=True)
+def survival_now(evidence: Evidence) -> Value:
+    """Return 1 − λ ρ² in the newest step: how much of the task survives along the line of contact."""
+    return _now(evidence).survival
+
+
+@quantity(N_("‖J_a J_b^#‖"), "", 2, live=True, obstacle=True)
+def coupling_now(evidence: Evidence) -> Value:
+    """Return ‖J_a J_b^#‖ in the newest step, eq. (16): 0 for orthogonal tasks."""
+    return _now(evidence).coupling

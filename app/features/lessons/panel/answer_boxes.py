@@ -1,0 +1,157 @@
+"""The boxes into which a student types: the numbers that a challenge asks for, a reason, and, by a script, a guess of d."""
+
+import math
+import re
+from collections.abc import Callable
+from itertools import chain, repeat
+from typing import Final
+
+import viser
+
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.lesson import Challenge
+from app.features.lessons.measures.quantity import UNITS
+from app.features.lessons.outcomes import asks_for_distance
+from app.features.lessons.panel.lesson_html import rules_html
+from app.features.lessons.panel.lesson_panel import ORDER
+from app.features.lessons.progress import LONGEST_REASON, kept_reason
+from app.features.lessons.session.lesson_actions import GiveReason, Guess, SayNumber
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.step_view import StepView
+from app.i18n.speaking import decimal, tr
+from app.session.session import Session
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
+
+_NUMBER: Final = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE)
+"""A number and what may stand behind it; a number of two parts, such as 1.000,5, is none."""
+
+_GUESS: Final = ORDER["choices"] + 0.5
+_REASON: Final = ORDER["choices"] + 7.5
+"""Between the answers and Run."""
+
+
+class Forecasts:
+    """The boxes of every challenge that asks for numbers, made when it is first seen.
+
+    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
+
+    Args:
+        run: the lessons; what is typed goes to their `said`.
+        tab: where the boxes are.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
+        self._gui, self._session, self._run, self._tab = gui, session, run, tab
+        self._boxes: dict[tuple[str, str], list[viser.GuiTextHandle]] = {}
+        self._shown: tuple[str, str] | None = None
+
+    def _make(self, view: StepView, challenge: Challenge, index: int) -> viser.GuiTextHandle:
+        lesson, step = view.lesson.id, view.step.id
+        unit = UNITS[challenge.forecasts[index].measurement.unit].sign
+        hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
+        with self._tab:
+            box = self._gui.add_text(view.forecasts[index], "", hint=hint, order=ORDER["after"] + 1.0 + index)
+        return on_entry(box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text))))
+
+    def show(self, view: StepView, challenge: Challenge | None) -> None:
+        """Offer the boxes of a challenge, with what was typed there; none without one."""
+        here = (view.lesson.id, view.step.id) if challenge is not None else None
+        if self._shown == here:
+            return
+        self._shown = here
+        if challenge is not None and here is not None:
+            if here not in self._boxes:
+                self._boxes[here] = [self._make(view, challenge, i) for i in range(len(challenge.forecasts))]
+            for box, number in zip(self._boxes[here], chain(self._run.said, repeat(None)), strict=False):
+                box.value = "" if number is None else decimal(f"{number:g}")
+        for place, boxes in self._boxes.items():
+            for box in boxes:
+                box.visible = place == here
+
+
+def read_number(text: object) -> float | None:
+    """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
+    found = _NUMBER.fullmatch(text[:40].replace("−", "-")) if isinstance(text, str) else None
+    number = float(found[1].replace(",", ".")) if found is not None else math.inf
+    return number if abs(number) < 1e9 else None
+
+
+def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
+    """Add a hidden box in the container that the caller has opened: `contact_guess.js` sends its value, a guess in mm. Return its id.
+
+    Args:
+        post: has an action done on the thread to which the lessons belong.
+    """
+
+    def take(text: str) -> None:
+        try:
+            place, mm = text[:200].split(" ")
+            lesson, step = place.split("/")
+            guess = Guess(lesson, step, float(mm) / 1000.0)
+        except ValueError:
+            return
+        post(guess)
+
+    box = uuid_of(on_entry(gui.add_text("guess", "", order=_GUESS), take))
+    hidden = f'div:has(> div > div > p > label[for="{box}"])'
+    gui.add_html(rules_html(f"{hidden}{{display:none}}"), order=_GUESS)
+    return box
+
+
+def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
+    """Return what the card shows of a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
+    step asks for no distance, and where the reader operates nothing: in a class the guess on the stage is not the reader's.
+
+    Args:
+        box: id of the box on the reader's page, "" for one that operates nothing.
+    """
+    if not box or not lessons.open or lessons.listing or not asks_for_distance(lessons.walk.step):
+        return {}
+    walk = lessons.walk
+    mm = None if walk.done.guess is None else round(1000.0 * walk.done.guess)
+    return {
+        "guess": {
+            "name": tr("my guess"),
+            "hint": tr("Drag ▼ along the axis: how far apart?"),
+            "mm": mm,
+            "at": f"{walk.lesson.id}/{walk.step.id}",
+            "box": box if walk.guessing else "",
+        }
+    }
+
+
+class ReasonBox:
+    """One box for every step that asks something, made when it is first seen. The caller opens its container.
+
+    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
+
+    Args:
+        post: has an action done on the thread to which all but the callback belongs.
+    """
+
+    def __init__(self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle) -> None:
+        self._gui, self._post, self._tab = gui, post, tab
+        self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
+
+    def _make(self, lesson: str, step: str) -> viser.GuiTextHandle:
+        hint = tr(
+            "Optional: one line of at most {count} characters. Your lab report shows it beside the outcome.", count=LONGEST_REASON
+        )
+        with self._tab:
+            box = self._gui.add_text(tr("Because …"), "", visible=False, hint=hint, order=_REASON)
+
+        return on_entry(box, lambda words: self._post(GiveReason(lesson, step, words)))
+
+    def show(self, view: StepView | None) -> None:
+        """Offer the box of the present step as long as its answer can be changed; without a step none."""
+        here: tuple[str, str] | None = None
+        if view is not None and (view.choices or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO):
+            here = view.lesson.id, view.step.id
+            if here not in self._boxes:
+                self._boxes[here] = self._make(*here)
+            if kept_reason(self._boxes[here].value) != view.done.because:
+                # A reload or a reset has changed it, not the student's typing.
+                self._boxes[here].value = view.done.because
+        for place, box in self._boxes.items():
+            box.visible = place == here

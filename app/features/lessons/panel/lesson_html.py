@@ -1,0 +1,161 @@
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
+
+from typing import Final
+
+from markupsafe import Markup
+
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.curve_drawing import drawing_svg
+from app.features.lessons.labels import sentence
+from app.features.lessons.panel.lesson_charts import search_plot
+from app.features.lessons.step_view import StepView
+from app.i18n.speaking import N_, decimal, tr
+from app.text.lesson_text import lesson_html, plain
+from app.text.templates import macros
+
+PHASES: Final[dict[str, str]] = {
+    "predict": N_("Predict"),
+    "do": N_("Do"),
+    "observe": N_("Observe"),
+    "explain": N_("Explain"),
+    "challenge": N_("Challenge"),
+}
+"""What a person calls the parts of a step."""
+
+NEXT: Final = {
+    "predict": N_("Next: predict"),
+    "do": N_("Next: do"),
+    "observe": N_("Next: observe"),
+    "explain": N_("Next: explain"),
+    "challenge": N_("Next: challenge"),
+}
+"""What stands on the button that goes on to a part."""
+
+BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
+"""All blocks."""
+
+_NOTHING: Final = Markup()
+_TEMPLATE: Final = "features/lessons/panel/lesson.html"
+_DUEL: Final = "features/lessons/panel/duel.html"
+
+
+def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
+    """Return every block's HTML, "" for one that has nothing to say.
+
+    Args:
+        view: of the walkthrough.
+        live: label and value of the numbers in view.
+        computing: whether further runs are still being made.
+        operated: whether the reader has buttons for the answers; otherwise they are listed.
+    """
+    made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
+    observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
+    blocks = {
+        "head": made.head(view, [tr(PHASES[phase.value]) for phase in view.phases]),
+        "text": lesson_html("" if observing else texts.get(view.phase.value, ""), folder),
+        "drawing": figure_html(view) if view.phase is Phase.PREDICT and not operated else _NOTHING,
+        "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
+        "live": made.live(live),
+        "verdict": _verdict_html(view, computing),
+        # The numbers in it are of the question's run.
+        "after": lesson_html(texts.get("observe", "") if observing and not view.showing else "", folder),
+        "attempt": attempt_html(view),
+        "learned": learned_html(view),
+        "hints": made.hints(view.hints) if view.hints else _NOTHING,
+    }
+    # Formulas that explain have the numbers of this moment.
+    return {
+        name: made.block(name, block, name == "text" and view.phase is Phase.EXPLAIN) if block else block
+        for name, block in blocks.items()
+    }
+
+
+def _verdict_html(view: StepView, computing: bool) -> Markup:
+    """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
+    made, curves = macros(_TEMPLATE), view.drawing
+    chosen = None if view.done.choice is None else view.choices[view.done.choice]
+    if computing:
+        return made.measuring()
+    if view.phase in (Phase.PREDICT, Phase.DO):
+        if view.step.concept:
+            return _NOTHING
+        figure = figure_html(view) if view.phase is Phase.DO and curves is not None and curves.drawn else ""
+        return made.prediction(chosen, figure) if chosen is not None or figure else _NOTHING
+    if view.phase is not Phase.OBSERVE and not view.showing:
+        return _NOTHING
+    reply = lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else _NOTHING
+    if view.contrast is not None:
+        return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
+    # A screen reader is read the card, not the numbers of the axes.
+    figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
+    near = made.drawn(None if curves is None else curves.verdict)
+    if view.verdict is not None:
+        lines = view.verdict.lines
+        return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.done.because)
+    return figure + made.measured(near, view.outcome) if view.outcome else _NOTHING
+
+
+def figure_html(view: StepView) -> Markup:
+    """Return the student's curve, beside the truth once the outcome is known; "" where no curve is asked for."""
+    drawing, curves = view.step.drawing, view.drawing
+    if drawing is None or curves is None:
+        return _NOTHING
+    return macros(_TEMPLATE).figure(drawing_svg(drawing, curves.drawn, curves.truth))
+
+
+def attempt_html(view: StepView) -> Markup:
+    """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
+    made, attempt, challenge = macros(_TEMPLATE), view.done.last, view.step.challenge
+    if view.phase is not Phase.CHALLENGE:
+        return _NOTHING
+    if attempt is None:
+        return made.passed_before() if view.done.passed else _NOTHING
+    judgements = [
+        (j.passed, sentence(tr(j.text)))
+        for j in sorted(attempt.judgements, key=lambda j: j.passed)
+        # The note says already why these have nothing to tell.
+        if not attempt.note or j.passed or j.value is not None
+    ]
+    # A duel counts its pushes, not what else was tried.
+    attempts = 0 if challenge is not None and challenge.best_of else view.done.attempts
+    card = duel_html(view) + made.attempt(attempt, attempts, judgements, view.stale)
+    if challenge is not None and challenge.search and view.tries:
+        card += search_plot(challenge, view.tries, view.lesson.language)
+    return card
+
+
+def duel_html(view: StepView) -> Markup:
+    """Return the score of a step's duel; "" before the first push, and where there is none."""
+    challenge = view.step.challenge
+    if challenge is None or not challenge.best_of or not view.tries:
+        return Markup()
+    pushes = [_with_words(one.measured) for one in view.tries]
+    nearest = pushes.index(min(pushes))
+    return macros(_DUEL).score(pushes, challenge.best_of, nearest)
+
+
+def record_html(margin: float | None) -> Markup:
+    """Return how near a class has come. `margin`: the smallest d less d_m [m]; None for nothing."""
+    return Markup() if margin is None else macros(_DUEL).record(*_with_words(margin))
+
+
+def _with_words(margin: float) -> tuple[float, str]:
+    """Return a margin [m], and its size as a person reads it."""
+    return margin, decimal(f"{1000.0 * abs(margin):.1f} mm")
+
+
+def learned_html(view: StepView) -> Markup:
+    """Return what was learned in the lesson, once its last step is finished."""
+    if not view.lesson_finished or not view.lesson.learned:
+        return _NOTHING
+    return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
+
+
+def rules_html(css: str) -> Markup:
+    """Return rules of CSS as an element of the panel, with which they go."""
+    return macros(_TEMPLATE).rules(Markup(css))
+
+
+def choice_label(number: int, text: str, chosen: bool) -> str:
+    """Return what stands on the button of an answer; `number` from 1."""
+    return f"{'● ' if chosen else ''}{number}   {plain(text)}"

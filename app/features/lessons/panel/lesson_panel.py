@@ -1,0 +1,185 @@
+"""The panel of lessons: what is seen of it, for everybody."""
+
+from collections.abc import Callable
+from typing import Final
+
+import viser
+from markupsafe import Markup
+
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.labels import Contrast
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.panel.lesson_charts import tracks_html
+from app.features.lessons.panel.lesson_html import BLOCKS, blocks_html, rules_html
+from app.features.lessons.session.lesson_session import LessonSession
+from app.i18n.speaking import tr
+from app.page.panels.law_tests import law_html
+from app.session.frame import Frame
+from app.text.setting_values import page_value
+from app.text.templates import element, macros
+from scenes.laws import LAWS
+
+PERIOD: Final = 0.2
+"""Wall time between two refreshes of the numbers [s]."""
+
+WIDTH: Final = 340
+"""Width of the panel [CSS px], and …"""
+
+EDITOR_WIDTH: Final = 520
+"""The same beside an editor, where the window is wide enough, and …"""
+
+NARROW_WIDTH: Final = 300
+"""… on a narrow window."""
+
+ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
+"""Where every block stands among its neighbours, the buttons between them."""
+
+IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
+"""Where a step's drawing board stands."""
+
+
+class LessonPanel:
+    """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
+
+    Args:
+        gui: of those who see it.
+        width: of the panel [CSS px].
+        operated: whether the reader also operates it.
+        narrow: whether the controls fold up for it until a challenge needs them.
+        sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
+        book: the lessons in the language of those who see it; None for that of `run`.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        run: LessonSession,
+        width: float,
+        operated: bool,
+        narrow: bool = False,
+        sheet: Callable[[], str] = lambda: "",
+        book: LessonBook | None = None,
+    ) -> None:
+        self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
+        self._sheet, self._book = sheet, book
+        self._wide = width
+        self._folded = False
+        self.panel: viser.PanelHandle | None = None
+        """The panel itself; None before a lesson was opened."""
+        self.tab: viser.GuiTabHandle | None = None
+        self.openers: dict[str, str] = {}
+        """Lesson id → id of the button that opens it, on the page of an operator."""
+        self.guess_box = ""
+        """Id of the box that takes a guess of d, on the page of an operator."""
+        self.edits = False
+        """Whether the operator writes a law on the page."""
+        self.contrast: Contrast | None = None
+        """In what the run on the page differs from the one of the question; None where it does not."""
+        self.run_names: tuple[str, str] | None = None
+        """Names of the visitor's run at the lever and of the law's, once both are shown; None elsewhere."""
+        self._tracks: tuple[object, Markup] = None, Markup()
+        self._shown: tuple[object, ...] = ()
+        self._next = 0.0
+
+    def _make(self) -> viser.PanelHandle:
+        panel = self.panel = self._gui.add_panel()
+        tab = self.tab = panel.add_tab(tr("Lesson"), viser.Icon.SCHOOL)
+        with tab:
+            self._style = self._gui.add_html("", order=0.0)
+            self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
+        return panel
+
+    def set_width(self, width: float) -> None:
+        """Give the panel another width [CSS px] from the next frame on, and its editor with it."""
+        self._width, self._shown = width, ()
+
+    def show(self, frame: Frame) -> bool:
+        """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
+        run, panel = self._run, self.panel
+        if not run.open or run.listing:
+            self.contrast = self.run_names = None
+        if not (run.open or run.listing):
+            if panel is None or not panel.visible:
+                return False
+            panel.visible = False
+            self._style.content = ""
+            self._fold(False)
+            return True
+        opened = panel is None or not panel.visible
+        if panel is None:
+            panel = self._make()
+        if opened:
+            panel.visible = True
+            panel.dock_left()
+            panel.set_width(self._wide)
+        law = frame.live.student_law
+        state = run.version, run.computing, law.problem, law.away, len(self.openers)
+        if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
+            self._next = frame.after(PERIOD)
+            self._shown = state
+            blocks = self._list() if run.listing else self._step(frame)
+            if opened and self._narrow:
+                panel.expand()
+            for name, block in self._blocks.items():
+                block.content, block.visible = blocks.get(name, ""), bool(blocks.get(name))
+        return opened
+
+    def _list(self) -> dict[str, Markup]:
+        self._style.content = self._sheet() + panel_style(self._widen(False))
+        self._fold(True)
+        made = macros("features/lessons/panel/lesson_list.html").lessons(self._run.walk.entries(self._book), self.openers)
+        return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
+
+    def _step(self, frame: Frame) -> dict[str, Markup]:
+        run = self._run
+        view = run.walk.view(self._book)
+        self.contrast = view.contrast
+        simulation = (frame if frame.of_live else frame.live).simulation
+        numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
+        # The law's equation is kept for after the experience.
+        early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
+        hidden = ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "")
+        self._style.content = self._sheet() + panel_style(self._widen(self.edits and run.own_tests is not None), hidden)
+        self._fold(view.phase is not Phase.CHALLENGE)
+        blocks = blocks_html(view, numbers, run.computing, self._operated)
+        if run.own_tests is not None:
+            law = frame.live.student_law
+            blocks["attempt"] = law_html(run.own_tests, law.problem, law.away, view.done.passed, self.edits)
+        over = view.step.at_lever and view.phase is not Phase.DO
+        ghost = frame.live.settings.page.ghost
+        # The student may have chosen another ghost meanwhile, or none.
+        self.run_names = (tr("you"), page_value("law", ghost)) if over and ghost in LAWS else None
+        if over and view.phase is Phase.OBSERVE:
+            blocks["verdict"] = self._both_tracks(frame) or blocks["verdict"]
+        return blocks
+
+    def _both_tracks(self, frame: Frame) -> Markup:
+        """Return both runs in one chart; nothing where a reload has left their beginning out, or before the first step."""
+        (own, rival), names = frame.live.traced, self.run_names
+        if rival is None or names is None or not 0 < own.history.count == rival.history.count == own.steps:
+            return Markup()
+        state = self._run.walk.run_id, own.steps
+        if state != self._tracks[0]:
+            self._tracks = state, tracks_html(own, rival, names)
+        return self._tracks[1]
+
+    def _widen(self, wide: bool) -> float:
+        """Give the panel the width that it needs, and return it."""
+        width = self._width * (EDITOR_WIDTH / WIDTH if wide and not self._narrow else 1.0)
+        if width != self._wide and self.panel is not None:
+            self._wide = width
+            self.panel.set_width(width)
+        return width
+
+    def _fold(self, folded: bool) -> None:
+        if self._narrow and folded != self._folded:
+            self._folded = folded
+            if folded:
+                self._gui.main_panel.minimize()
+            else:
+                self._gui.main_panel.expand()
+
+
+def panel_style(width: float, hidden: str = "") -> str:
+    """Return the style that makes room for the panel. `hidden`: selectors of what is not shown beside it."""
+    return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))

@@ -1,0 +1,236 @@
+"""What a student has done, as plain data that survives a reload: to JSON and back, whatever the JSON turns out to be."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+
+import msgspec
+
+from app.features.lessons.measures.quantity import Value
+from app.features.lessons.outcomes import Attempt, StepOutcome
+from app.plots.curve_chart import COLUMNS, Curve
+from app.settings import Settings
+from controllers.errors import LazyText
+from scenes.inputs import Recorded
+from scenes.roles import TargetSource
+from scenes.settings import specs
+
+VERSION: Final = 1
+MOST_WORDS: Final = 4000
+"""Characters of a student's own words in a step."""
+
+LONGEST_REASON: Final = 200
+"""Characters of the reason that a student gives for a prediction."""
+
+
+def kept_reason(typed: str) -> str:
+    """Return what is kept of a reason as it was typed."""
+    return typed[:LONGEST_REASON].strip()
+
+
+MOST_TRIES: Final = 30
+"""Newest tries of a search that are remembered."""
+
+
+class Try(NamedTuple):
+    """One try at a challenge that asks for the value of a setting, or a push of a duel.
+
+    Attributes:
+        setting: its value, SI; of a push w_max.
+        measured: what the first inequality is about, SI.
+        met: whether it held.
+    """
+
+    setting: float
+    measured: float
+    met: bool
+
+
+@dataclass
+class StepProgress:
+    """What a student has done in one step.
+
+    Attributes:
+        choice: index of the answer; None before the first.
+        drawing: the curve that was drawn; () for none.
+        guess: the distance that was guessed on the line of contact [m]; None for none.
+        why: of the run that shows why the answer is wrong.
+        hints: how many are open.
+        attempts: how often the challenge was tried.
+        last: the newest attempt.
+        words: of the student, about the whole step.
+        because: the student's reason for the prediction.
+        tries: at a challenge that asks for the value of a setting, and the pushes of a duel, oldest first.
+    """
+
+    choice: Annotated[int, msgspec.Meta(ge=0, le=99)] | None = None
+    outcome: StepOutcome | None = None
+    why: StepOutcome | None = None
+    hints: Annotated[int, msgspec.Meta(ge=0, le=99)] = 0
+    attempts: Annotated[int, msgspec.Meta(ge=0)] = 0
+    passed: bool = False
+    last: Attempt | None = None
+    words: str = ""
+    because: str = ""
+    tries: tuple[Try, ...] = ()
+    drawing: Curve = ()
+    guess: Value = None
+
+    @property
+    def predicted(self) -> bool:
+        """Return whether the run may be seen: an answer was chosen, or a curve was drawn."""
+        return self.choice is not None or bool(self.drawing)
+
+    @property
+    def untouched(self) -> bool:
+        """Return whether nothing was done here."""
+        return self == StepProgress()
+
+    def note(self, attempt: Attempt, again: bool = False) -> None:
+        """Take note of an attempt at the challenge. `again`: at the same run as the newest one, which counts once."""
+        self.attempts += not again
+        self.last, self.passed = attempt, self.passed or attempt.passed
+
+
+@dataclass
+class Progress:
+    """What a student has done, and where they are.
+
+    Attributes:
+        lesson, step, phase: where, by name.
+        steps: (lesson, step) → what was done there.
+    """
+
+    lesson: str = ""
+    step: str = ""
+    phase: str = ""
+    steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
+
+    def at(self, lesson: str, step: str) -> StepProgress:
+        """Return the progress in a step, added if there is none."""
+        return self.steps.setdefault((lesson, step), StepProgress())
+
+
+def to_json(progress: Progress) -> str:
+    """Return everything as text."""
+    steps = [{"lesson": lesson, "step": step, **asdict(p)} for (lesson, step), p in progress.steps.items() if not p.untouched]
+    whole = {"lesson": progress.lesson, "step": progress.step, "phase": progress.phase, "steps": steps}
+    return json.dumps({"version": VERSION, **_plain(whole)}, allow_nan=False)
+
+
+def _plain(data: Any) -> Any:
+    """Return data with what JSON does not know in other words: infinity, a distance where nothing can be met, and a `LazyText`."""
+    if isinstance(data, LazyText):
+        return {"template": data.template, "parts": _plain(data.parts)}
+    if isinstance(data, dict):
+        return {key: _plain(value) for key, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [_plain(value) for value in data]
+    return str(data) if isinstance(data, float) and math.isinf(data) else data
+
+
+def from_json(text: str) -> Progress:
+    """Return the progress in a JSON text; a part that cannot be read is left out, and nothing is raised."""
+    try:
+        whole = msgspec.json.decode(text, type=dict[str, Any])
+    except (msgspec.MsgspecError, RecursionError, UnicodeEncodeError):
+        return Progress()
+    if _read(whole.get("version"), int, 0) != VERSION:
+        return Progress()
+    progress = Progress(*(_read(whole.get(name), _Word, "") for name in ("lesson", "step", "phase")))
+    for entry in _read(whole.get("steps"), list[dict[str, Any]], []):
+        lesson, step = (_read(entry.get(name), _Word, "") for name in ("lesson", "step"))
+        if lesson and step:
+            progress.steps[lesson, step] = _step(entry)
+    return progress
+
+
+_Word = Annotated[str, msgspec.Meta(max_length=80)]
+
+
+def _read(value: object, kind: Any, otherwise: Any) -> Any:
+    """Return plain data as a type, or something else where it is none."""
+    try:
+        return msgspec.convert(value if kind in (str, _Word) else _numbers(value), kind, dec_hook=_text)
+    except (msgspec.MsgspecError, RecursionError):
+        return otherwise
+
+
+def _numbers(data: Any) -> Any:
+    """Return data with the infinities that `_plain` wrote as words."""
+    if isinstance(data, dict):
+        return {key: _numbers(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_numbers(value) for value in data]
+    return float(data) if data in ("inf", "-inf") else data
+
+
+def _step(entry: dict[str, Any]) -> StepProgress:
+    fresh = StepProgress()
+    done = StepProgress(**{name: _read(entry.get(name), kind, getattr(fresh, name)) for name, kind in _KINDS.items()})
+    done.words, done.because = done.words[:MOST_WORDS], done.because[:LONGEST_REASON]
+    done.tries, done.drawing = done.tries[-MOST_TRIES:], _whole_curve(done.drawing)
+    done.outcome, done.why = _possible(done.outcome), _possible(done.why)
+    return done
+
+
+_KINDS: Final = get_type_hints(StepProgress, include_extras=True)
+
+
+def _whole_curve(curve: Curve) -> Curve:
+    return curve if len(curve) == COLUMNS else ()
+
+
+def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
+    """Return an outcome without settings that there are not."""
+    if outcome is None:
+        return None
+    known = specs(Settings)
+    unlike = tuple(
+        (key, value)
+        for key, value in outcome.unlike
+        if key in known and isinstance(value, (str, int, float)) and (not known[key].choices or value in known[key].choices)
+    )
+    return replace(outcome, unlike=unlike, curve=_whole_curve(outcome.curve))
+
+
+def _text(kind: type, data: object) -> object:
+    """Return a `LazyText` of what `_plain` made of it."""
+    if kind is not LazyText:
+        raise NotImplementedError(f"{kind} is no plain data")
+    match data or {"template": "", "parts": {}}:
+        case {"template": str(template), "parts": dict(parts)}:
+            filled = {name: _text(LazyText, part) if isinstance(part, dict) else part for name, part in parts.items()}
+        case _:
+            raise ValueError(f"{data!r:.40} is no text")
+    try:
+        return LazyText(template, **filled)
+    except (LookupError, TypeError, AttributeError) as error:
+        raise ValueError("the parts of a text do not fit") from error
+
+
+@dataclass(frozen=True)
+class SavedLesson:
+    """What outlives a connection.
+
+    Attributes:
+        progress: the walkthrough's JSON.
+        own: the visitor's settings outside the lessons.
+        open: whether a lesson was open.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
+        now: the settings of the open step's run, which the visitor may have changed; None while no lesson is open.
+        kept: what the visitor did in runs that a later step takes up, by name.
+        said: (lesson, step) → the forecasts that were typed there.
+        measured: whether the present run was measured already.
+    """
+
+    progress: str
+    own: Settings
+    open: bool
+    seen: Mapping[tuple[str, str], Recorded] = field(default_factory=dict)
+    now: Settings | None = None
+    kept: Mapping[str, TargetSource] = field(default_factory=dict)
+    said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
+    measured: bool = False

@@ -1,0 +1,235 @@
+"""People who do the same thing every time: one a script, named in a lesson, a pure function of the room and its parameters."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from app.features.lessons.measures.quantity import read_parameters
+from app.features.lessons.room_places import RoomPlace, ball_centre
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.ball import BALL_RADIUS, POINT_RADIUS
+from scenes.experiments import EXPERIMENTS, Moved, Obstacle
+from scenes.roles import Scripted
+from scenes.simulation import Simulation
+from scenes.solo import NullMotions, swing
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
+
+Motion = Callable[[float], Target]
+"""The target at a time [s]."""
+
+POSTURES: Final = 150
+"""Postures on the way along one null-space motion."""
+
+
+def _hand(simulation: Simulation) -> Array:
+    simulation.kinematics.update(simulation.positions)
+    return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
+
+
+def _straight(begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0) -> Callable[[float], Array]:
+    """Return the place (3,) at a time [s] of what goes by a way at a constant speed. `beyond`: how far past its end it goes on [m]."""
+    length = float(np.linalg.norm(way))
+    longest = max(length + beyond, 0.0)
+    return lambda time: begin + way * (min(speed * max(time - after, 0.0), longest) / length if length else 0.0)
+
+
+def push(
+    simulation: Simulation,
+    speed: float,
+    at: Literal["hand", "wrist", "elbow"] = "hand",
+    after: float = 1.0,
+    seconds: float = 60.0,
+) -> Motion:
+    """Your hand goes straight for the other arm's hand, wrist or elbow at a constant speed, and on past it.
+
+    Parameters: speed [m/s]; at; after, how long it waits first [s]; seconds, how long it pushes before it stays where it is.
+    """
+    begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
+    goal = {
+        "hand": kinematics.hand_pose(other).translation.copy(),
+        "wrist": kinematics.joint_point(other.wrist),
+        "elbow": kinematics.joint_point(other.elbow),
+    }[at]
+    way = (goal - begin) / max(float(np.linalg.norm(goal - begin)), 1e-9) * speed
+    return lambda time: HandTarget(begin + way * min(max(time - after, 0.0), seconds))
+
+
+def push_and_back(simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0) -> Motion:
+    """Your hand goes for the other arm's hand by a share of the way, softly, waits, and comes back; again and again.
+
+    Parameters: share of the way; seconds for the way there [s]; rest, how long it waits at either end [s].
+    """
+    begin = _hand(simulation)
+    way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * share
+    return lambda time: HandTarget(begin + way * to_and_fro(time, seconds, rest))
+
+
+def to_and_fro(time: float, seconds: float, rest: float) -> float:
+    """Return the share in [0, 1] of a way that is gone softly, to and fro, with a rest before each: 0 at time 0."""
+    leg, t = divmod(max(time, 0.0), seconds + rest)
+    share, _ = quintic(min(max((t - rest) / max(seconds, 1e-9), 0.0), 1.0))
+    return 1.0 - share if int(leg) % 2 else share
+
+
+def hand_to(simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1) -> Motion:
+    """Your hand, or the one that keeps its place in a room of one arm, goes by a way at a constant speed, and stays there.
+
+    Parameters: x, y, z of the way [m]; speed [m/s].
+    """
+    place = _straight(_hand(simulation), np.array([x, y, z]), speed)
+    return lambda time: HandTarget(place(time))
+
+
+def hand_circle(simulation: Simulation, radius: float = 0.1, period: float = 6.0) -> Motion:
+    """Your hand draws an upright circle about its place at the start. Parameters: radius [m]; period, of a round [s]."""
+    begin = _hand(simulation)
+    return lambda time: HandTarget(begin + _circle(time, radius, period, along_y=True))
+
+
+def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) -> Motion:
+    """The elbow swings to one side, then to the other, and on like this, while the hand is held where it is.
+
+    Parameters: angle to either side about the line from shoulder to wrist [rad]; period, there, across and back [s].
+    """
+    simulation.kinematics.update(simulation.positions)
+    swung = swing(simulation.kinematics, simulation.avoiding)
+    return lambda time: swung(angle * np.sin(2.0 * np.pi * time / max(period, 1e-3)))
+
+
+def null_motions(
+    simulation: Simulation, swing: float = 0.5, x: float = 0.0, y: float = 0.0, z: float = 0.0, seconds: float = 3.0
+) -> Motion:
+    """The arm goes along its null-space motions one after another and stays there, while the hand stays where it is.
+
+    Parameters: swing of the elbow; x, y, z, turns of the hand about these axes [rad]; seconds for each of the four [s].
+    """
+    motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
+    shares = [quintic(i / POSTURES)[0] for i in range(1, POSTURES + 1)]
+    postures = [motions.joints]
+    postures += [motions.go(i, way * share) for i, way in enumerate((swing, x, y, z)) for share in shares]
+
+    def motion(time: float) -> Target:
+        return JointTarget(postures[min(round(max(time, 0.0) / max(seconds, 1e-3) * POSTURES), len(postures) - 1)])
+
+    return motion
+
+
+def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after: float = 0.0) -> Motion:
+    """The ball goes straight to a place at a constant speed, and stays there.
+
+    Parameters: place; speed [m/s]; after, how long it waits first [s].
+    """
+    begin = _ball(simulation)
+    centre = _straight(begin, ball_centre(simulation.room, place) - begin, speed, after)
+    return lambda time: BallTarget(centre(time))
+
+
+def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: float = -1.0) -> Motion:
+    """The ball goes straight for the hand, as it stands at the start, at a constant speed, and on past it.
+
+    Parameters: speed [m/s]; after, how long it waits first [s]; gap, where it stops [m], negative for beyond the hand.
+    """
+    begin = _ball(simulation)
+    centre = _straight(begin, _hand(simulation) - begin, speed, after, -gap - BALL_RADIUS - POINT_RADIUS)
+    return lambda time: BallTarget(centre(time))
+
+
+def ball_circle(simulation: Simulation, radius: float = 0.15, period: float = 6.0) -> Motion:
+    """The ball goes round in an upright circle that begins where it lies. Parameters: radius [m]; period, of a round [s]."""
+    begin = _ball(simulation)
+    return lambda time: BallTarget(begin + _circle(time, radius, period, along_y=False))
+
+
+def _circle(time: float, radius: float, period: float, along_y: bool) -> Array:
+    phase = 2.0 * np.pi * time / max(period, 1e-3)
+    aside = np.sin(phase)
+    return radius * np.array([0.0 if along_y else aside, aside if along_y else 0.0, 1.0 - np.cos(phase)])
+
+
+def _ball(simulation: Simulation) -> Array:
+    columns = simulation.room.ball
+    assert columns is not None
+    return simulation.positions[columns].copy()
+
+
+@dataclass(frozen=True)
+class ScriptEntry:
+    """A script, and where it has something to move.
+
+    Attributes:
+        make: a function of a simulation that has just begun, and its parameters.
+        moves: what it moves, of the visitor's.
+        beside: the obstacles with which it fits.
+    """
+
+    make: Callable[..., Motion]
+    moves: Moved
+    beside: tuple[Obstacle, ...]
+
+    def fits(self, scene: str) -> bool:
+        """Return whether it has something to move in an experiment."""
+        experiment = EXPERIMENTS[scene]
+        return experiment.moves == self.moves and experiment.obstacle in self.beside
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        return dict(list(inspect.signature(self.make).parameters.items())[1:])
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Names of the parameters that are places."""
+        return tuple(key for key, parameter in self.parameters.items() if parameter.annotation is RoomPlace)
+
+
+SCRIPTS: Final[dict[str, ScriptEntry]] = {
+    "push": ScriptEntry(push, "arm", ("arm",)),
+    "push_and_back": ScriptEntry(push_and_back, "arm", ("arm",)),
+    "hand_to": ScriptEntry(hand_to, "arm", ("arm", "nothing")),
+    "hand_circle": ScriptEntry(hand_circle, "arm", ("arm", "nothing")),
+    "elbow_to": ScriptEntry(elbow_to, "arm", ("nothing",)),
+    "null_motions": ScriptEntry(null_motions, "arm", ("nothing",)),
+    "ball_to": ScriptEntry(ball_to, "ball", ("ball",)),
+    "ball_push": ScriptEntry(ball_push, "ball", ("ball",)),
+    "ball_circle": ScriptEntry(ball_circle, "ball", ("ball",)),
+}
+"""All, by name."""
+
+
+def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tuple[str, Any], ...]:
+    """Return the parameters of a script, checked; a `RoomPlace` among them has been made before.
+
+    Raises:
+        BadSetting: there is no such script or parameter, a value is not possible, or it has nothing to move in the scene.
+    """
+    if name not in SCRIPTS:
+        raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
+    known = SCRIPTS[name]
+    if not known.fits(scene):
+        fitting = ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene)) or "none: nothing can be moved there"
+        raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
+    places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
+    wanted = known.parameters
+    for key in places:
+        if key not in known.places:
+            raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
+    for key, value in given.items():
+        if key not in wanted:
+            raise BadSetting(f"script {name} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+        if key in known.places and key not in places:
+            remedy = f"write {key} = {{ toward = [0.0, 1.0, 0.0], gap = 0.1 }}"
+            raise BadSetting(f"script {name}: {key} = {value!r:.40} is not a place; {remedy}.")
+    plain = {key: parameter for key, parameter in wanted.items() if key not in known.places}
+    numbers = read_parameters(f"script {name}", plain, {k: v for k, v in given.items() if k not in places})
+    missing = [key for key in known.places if key not in places]
+    if missing:
+        raise BadSetting(f"script {name} needs the place {missing[0]!r}.")
+    return (*numbers, *places.items())
+
+
+def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> Scripted:
+    """Return the target source of a script with checked parameters, in a simulation that has just begun."""
+    return Scripted(SCRIPTS[name].make(simulation, **dict(parameters)))

@@ -1,0 +1,179 @@
+"""The run that a step of a lesson asks for, in a session: begun with its settings, measured, and compared with further runs."""
+
+import logging
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from typing import Final
+
+from app.features.lessons.lesson import Setup, Step
+from app.features.lessons.measures.quantity import UNITS
+from app.features.lessons.outcomes import reference
+from app.features.lessons.reference_runs import begin_reference_run, measured, person_of
+from app.features.lessons.room_places import start_positions
+from app.features.lessons.runs import LONGEST
+from app.features.lessons.walkthrough import Walkthrough
+from app.features.studies.background_studies import BackgroundStudies
+from app.i18n.speaking import N_
+from app.session.session import Session
+from app.settings import Look, Settings
+from controllers.errors import BadSetting
+from scenes.inputs import Recorded, RecordedPerson
+from scenes.settings import values
+from scenes.simulation import Simulation
+
+log = logging.getLogger("duet.lessons")
+
+_RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
+"""Where further runs are made; one after another, so that pages go on."""
+
+
+def _make_runs(step: Step, why: Setup | None) -> None:
+    """Make every further run that a step compares with, so that they are known when they are needed.
+
+    Args:
+        why: the run that shows why an answer is wrong, while that one is on.
+    """
+    try:
+        if why is not None:
+            reference(step, why)
+            return
+        if step.measurements and step.asked != "first":
+            reference(step, step.setup)
+        if step.challenge is not None:
+            for forecast in step.challenge.forecasts:
+                m = forecast.measurement
+                measured(step.challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
+    except Exception:
+        log.exception("the runs that a step compares with could not be made")
+
+
+def with_look(settings: Settings, session: Session) -> Settings:
+    """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
+    page = session.settings.page
+    look = Look(page.theme, page.profile, page.picture, page.language)
+    return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
+
+
+def asks_for_custom_law(walk: Walkthrough) -> bool:
+    """Return whether it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
+    return walk.challenge is not None and walk.challenge.custom_law
+
+
+def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
+    """Return title and text of a notice if the visitor has chosen what the lesson's run cannot go on with; None if it can."""
+    asked, has = walk.setup.run, session.settings.run
+    if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
+        return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
+    if not walk.yours and not session.settings.page.autopilot:
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
+    return None
+
+
+class StepRunner:
+    """Begins and measures the run of a step; belongs to the session's thread.
+
+    Attributes:
+        further: the making of the further runs that it is compared with; done where nothing has to be waited for.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.further: Future[None] = Future()
+        self.further.set_result(None)
+        self._further_of: tuple[object, ...] = ()
+        self.seen: dict[tuple[str, str], Recorded] = {}
+        self._warm = False
+        self._tests = session.law.tests
+
+    def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
+        """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
+        session = self._session
+        step = walk.lesson.id, walk.step.id, walk.showing
+        if self._further_of != step:
+            self._further_of = step
+            self.further = _RUNS.submit(_make_runs, walk.step, walk.beside)
+        if not own_settings:
+            self.apply(walk.setup.settings(with_look(Settings(), session)))
+        session.let_custom_law_run(asks_for_custom_law(walk))
+        session.reset()
+        start = start_positions(session.simulation.room, walk.setup.start)
+        if start is not None:
+            session.simulation.reset(start)
+            if session.ghost is not None:
+                session.ghost.reset(start)
+        session.limits.on_grid = walk.pushes
+        if walk.yours:
+            session.set_source(None)
+            session.change("autopilot", False)
+        else:
+            session.set_source(person_of(session.simulation, walk.setup, walk.kept))
+        if walk.showing:
+            asked = walk.step.setup
+            beside = Simulation(asked.run)
+            begin_reference_run(beside, asked)
+            session.show_beside(beside, person_of(beside, asked, walk.kept))
+        # A hand that is the visitor's answers at once; anything else waits for Run.
+        session.limits.frame_ends_at = 0.0 if walk.yours else walk.setup.seconds
+        session.halt.go_on()
+        session.halt.set("lesson", walk.locked or not walk.yours)
+        if not self._warm:
+            # The decisive moment of the first run should not wait for a process that begins.
+            session.parts.of(BackgroundStudies).questions.prepare(session.settings)
+            self._warm = True
+
+    def apply(self, settings: Settings) -> None:
+        """Apply settings one by one, in whatever order they are possible; a notice says the last refusal, if some are not."""
+        problem = ""
+        for _ in range(3):
+            problem = ""
+            for key, value in values(settings).items():
+                if values(self._session.settings)[key] != value:
+                    try:
+                        self._session.change(key, value)
+                    except BadSetting as error:
+                        problem = str(error)
+            if not problem:
+                return
+        self._session.notify("A setting of the lesson is not possible here", problem)
+
+    def observe(self, walk: Walkthrough) -> None:
+        """Measure the run, and keep it where it is the one that answers the step's question."""
+        showing, step = walk.showing, (walk.lesson.id, walk.step.id)
+        if walk.observe(self._session.simulation).complete and not showing and self._session.student_law.file is None:
+            recorded = self._session.inputs.window(LONGEST)
+            if recorded is not None:
+                self.seen[step] = recorded
+
+    def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
+        """Try the step's challenge, if it is its turn, with the run as it is.
+
+        Args:
+            said: the forecasts that the visitor has typed, each in the unit in which its measurement is shown.
+        """
+        session, challenge = self._session, walk.challenge
+        if challenge is None:
+            return
+        if challenge.custom_law:
+            if session.law.examination is not None:
+                session.law.examination.begin()
+                self._tests = session.law.tests
+            return
+        typed = (*said, *(None,) * len(challenge.forecasts))
+        forecasts = [
+            None if number is None else number / UNITS[forecast.measurement.unit].factor
+            for forecast, number in zip(challenge.forecasts, typed, strict=False)
+        ]
+        recorded = session.inputs.window() if challenge.keep or walk.duel else None
+        person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
+        walk.attempt(session.simulation, forecasts, person)
+
+    def advance_law_tests(self, walk: Walkthrough) -> bool:
+        """Look after the tests of the custom law; return whether there is anything new."""
+        before, self._tests = self._tests, self._session.law.tests
+        if self._tests == before:
+            return False
+        if before.running and self._tests.finished:
+            walk.attempt_custom_law(self._tests.verdicts)
+        return True

@@ -1,8 +1,0 @@
-"""Everything that can be measured in a run, one subject a file; importing them fills `quantity.QUANTITIES`."""
-
-from app.lessons.measures import distances
-
-# isort: split
-from app.lessons.measures import contact_line, hand_errors, joint_speeds, task_stability
-
-__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "task_stability"]

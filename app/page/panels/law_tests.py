@@ -1,0 +1,25 @@
+"""What the page says of a custom law: how to begin, whether its file runs, and its tests as they come."""
+
+from typing import Final
+
+from markupsafe import Markup
+
+from app.custom_law.examination import ExaminationProgress
+from app.custom_law.trials import TRIALS, WHY, advice
+from app.text.templates import macros
+
+COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
+"""What has to be typed to have a custom law on the page."""
+
+
+def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
+    """Card of a custom law.
+
+    Args:
+        progress: of the six tests.
+        problem: why the arm stands still; "" if all is well.
+        away: whether the file is gone.
+        passed: whether the challenge was ever passed.
+        edits: whether the file is written on the page.
+    """
+    return macros("page/panels/law_tests.html").law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)

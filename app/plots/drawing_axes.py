@@ -1,0 +1,146 @@
+"""Axes on which a curve is drawn, and what is read of the curve that a browser sends."""
+
+import json
+import math
+from bisect import insort
+from dataclasses import dataclass
+from typing import Final, TypeGuard
+
+from markupsafe import Markup
+
+from app.i18n.speaking import N_, tr
+from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
+from controllers.curve import curve_text, curve_through
+from controllers.errors import NumberText
+
+
+@dataclass(frozen=True)
+class AxisQuantity:
+    """What an axis can show.
+
+    Attributes:
+        column: of the history; the error is the root of its column.
+        symbol, unit, factor, colour: see `CurveAxis`.
+        digits: after the point, in that unit.
+        word: what a screen reader calls it.
+    """
+
+    column: str
+    symbol: str
+    unit: str
+    factor: float
+    colour: str
+    digits: int
+    word: str
+
+
+AXES: Final = {
+    "time": AxisQuantity("t", "t", "s", 1.0, "", 1, N_("time")),
+    "distance": AxisQuantity("d", "d", "mm", 1000.0, "d", 0, N_("distance d")),
+    "activation": AxisQuantity("lambda", "λ", "", 1.0, "lam", 2, "λ"),
+    "error": AxisQuantity("e2", "|e|", "mm", 1000.0, "e", 0, N_("hand error |e|")),
+    "approach": AxisQuantity("w", "w", "m/s", 1.0, "w", 2, N_("approach w")),
+}
+
+UNSEEN: Final = 0.01
+"""What the eye does not see of λ on the board."""
+
+MOST_TEXT: Final = 2000
+"""Longest text of a drawing from a browser [characters]."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What is drawn, and what it is compared with.
+
+    Attributes:
+        x_name, y_name: of the quantities, see `AXES`.
+        formula: whether the truth is eq. (31) for the settings of the run, and not the recorded run itself.
+        within: the largest mean distance from the truth, in the unit of `y`, SI, with which a drawing is right.
+    """
+
+    x_name: str
+    y_name: str
+    x: CurveAxis
+    y: CurveAxis
+    formula: bool
+    within: float
+
+    @property
+    def columns(self) -> tuple[float, ...]:
+        """Return the middle of each column, SI."""
+        return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
+
+    def text(self, value: float) -> str:
+        """Return a difference along `y` as it is read, rounded up: what is beyond `within` is not read as within it."""
+        quantity = AXES[self.y_name]
+        power = 10.0**quantity.digits
+        return NumberText(
+            f"{math.ceil(value * quantity.factor * power - 1e-6) / power:.{quantity.digits}f} {quantity.unit}".rstrip()
+        )
+
+
+def activation_axes(critical: float, ends: tuple[float, float]) -> Drawing:
+    """Return axes on which a λ(d) is drawn that nothing is compared with. `critical`: d_m [m]; `ends`: of the axis of d [m]."""
+    x, y = axis_of("distance", ends, critical), axis_of("activation", (0.0, 1.0), critical)
+    return Drawing("distance", "activation", x, y, True, 1.0)
+
+
+def axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
+    """Axis of a quantity. `name`: see `AXES`; `ends`: SI; `d_m`: which an axis of d marks [m]."""
+    quantity, (low, high) = AXES[name], ends
+    shows_critical = name == "distance" and low < d_m < high
+    return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
+    """Return the curve that a browser sent as a JSON list of fractions of the height, null for a gap; None if it is not one."""
+    if not isinstance(text, str) or len(text) > MOST_TEXT:
+        return None
+    try:
+        heights = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(heights, list) or not all(h is None or (_is_number(h) and 0.0 <= h <= 1.0) for h in heights):
+        return None
+    return checked_curve(drawing, [None if h is None else drawing.y.value(h) for h in heights])
+
+
+def checked_curve(drawing: Drawing, values: object) -> Curve | None:
+    """Return values by column as a curve, () if none is drawn; None if they do not fit the axes."""
+    if not isinstance(values, (list, tuple)) or len(values) not in (0, COLUMNS):
+        return None
+    slack, known = 1e-6 * (drawing.y.high - drawing.y.low), [v for v in values if v is not None]
+    if not all(_is_number(v) and drawing.y.low - slack <= v <= drawing.y.high + slack for v in known):
+        return None
+    return tuple(None if v is None else float(v) for v in values) if known else ()
+
+
+def law_curve(drawing: Drawing, drawn: Curve) -> str:
+    """Return a drawn λ(d) as the text of the law that obeys it: of so many columns that its curve is within `UNSEEN` of all."""
+    points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
+    if len(points) == 1:
+        points.append((drawing.x.high, points[0][1]))
+    kept = [points[0], points[-1]]
+    while True:
+        text = curve_text(tuple(kept))
+        curve = curve_through(text)
+        # Straight lines between the points would need fewer; the law's curve is level at both ends and at every turn.
+        worst = max(points, key=lambda point: abs(point[1] - curve.height(point[0])))
+        if abs(worst[1] - curve.height(worst[0])) <= UNSEEN:
+            return text
+        insort(kept, worst)
+
+
+def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
+    """Return the axes to draw on, as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
+    return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
+
+
+def axes_text(drawing: Drawing) -> str:
+    """Return in words what is drawn over what."""
+    return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))
