@@ -14,6 +14,7 @@ from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.lessons import LESSONS
 from app.features.marks import MARKS
+from app.features.measures import MEASURES
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
 from app.i18n.catalogue import add_catalogues
@@ -29,6 +30,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     HANDOUT,
     LAB_REPORT,
     LESSONS,
+    MEASURES,
     EXPORTS,
     FIGURES,
     SECOND_PERSON,

@@ -9,8 +9,8 @@ from playwright.sync_api import Page
 
 from app.features.lessons.lesson import Trial
 from app.features.lessons.panel.null_motion_sliders import LABELS
-from app.features.lessons.room_places import mark_places, start_positions
 from app.features.lessons.session.lesson_session import LessonSession
+from app.features.measures.room_places import mark_places, start_positions
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import values
