@@ -16,6 +16,7 @@ from app.features.lecture import LECTURE
 from app.features.lessons import LESSONS
 from app.features.lever import LEVER
 from app.features.marks import MARKS
+from app.features.measures import MEASURES
 from app.features.person_files import PERSON_FILES
 from app.features.robot_files import ROBOT_FILES
 from app.features.second_person import SECOND_PERSON
@@ -40,6 +41,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     HANDOUT,
     LAB_REPORT,
     LESSONS,
+    MEASURES,
     EXPORTS,
     FIGURES,
     SECOND_PERSON,

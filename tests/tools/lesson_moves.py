@@ -9,13 +9,14 @@ from playwright.sync_api import Page
 
 from app.features.lessons.lesson import Trial
 from app.features.lessons.panel.null_motion_sliders import LABELS
-from app.features.lessons.room_places import mark_places, start_positions
 from app.features.lessons.session.lesson_session import LessonSession
+from app.features.measures.room_places import mark_places, start_positions
 from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask
+from tests.app.page.by_hand import hands_of
 from tests.browser import until
 from tests.tools.lesson_hands import Hands
 
@@ -135,10 +136,3 @@ def held_at(session: Session) -> Array:
         return session.held.position.copy()
     ball = session.simulation.room.ball
     return hands_of(session)[0] if ball is None else session.simulation.positions[ball].copy()
-
-
-def hands_of(session: Session) -> tuple[Array, Array]:
-    """Where the guided hand and the other arm's are (3,) [m]; twice the same of one arm alone."""
-    now = session.simulation
-    own, other = (now.kinematics.hand_pose(arm).translation.copy() for arm in (now.guided, now.avoiding))
-    return own, other

@@ -13,9 +13,9 @@ from app.features.handout.handout_html import PaperStep, told
 from app.features.lab_report.lab_report import lesson_title
 from app.features.lessons.labels import label_of
 from app.features.lessons.lesson import Challenge, Lesson, Question
-from app.features.lessons.measures.quantity import UNITS
 from app.features.lessons.reference_runs import measured
 from app.features.lessons.runs import settings_text
+from app.features.measures.quantities.quantity import UNITS
 from app.i18n.speaking import tr
 from app.text.lesson_text import markdown_reader, plain
 from app.text.templates import element

@@ -8,9 +8,9 @@ from typing import ClassVar
 from app.custom_law.arena import TrialResult
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trials import WHY
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import Challenge
 from app.features.lessons.outcomes import Attempt, Judgement, judge
+from app.features.measures.evidence import Evidence
 from app.i18n.speaking import N_
 from controllers.errors import LazyText, NumberText, joined
 from controllers.kinematics import Array

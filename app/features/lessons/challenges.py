@@ -8,10 +8,10 @@ from app.custom_law.trials import TRIALS
 from app.features.lessons.blocks import Table, is_number, quoted_value
 from app.features.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.features.lessons.markdown import FaultLog
-from app.features.lessons.measures.quantity import QUANTITIES, read_parameters
-from app.features.lessons.room_places import start_positions
 from app.features.lessons.runs import Setup
 from app.features.lessons.setups import read_changes, read_setup, start_of_table
+from app.features.measures.quantities.quantity import QUANTITIES, read_parameters
+from app.features.measures.room_places import start_positions
 from scenes.laws import LAWS
 from scenes.roles import room_of
 from scenes.setting_spec import unknown_setting

@@ -8,8 +8,8 @@ import numpy as np
 from markupsafe import Markup
 
 from app.features.lessons.blocks import NEEDED, Table
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.runs import Setup
+from app.features.measures.evidence import Evidence
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_, tr
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.features.lessons.lesson import Choice, Compared, Measurement
-from app.features.lessons.measures.quantity import QUANTITIES, shown_parameter
-from app.features.lessons.room_places import Anchor
 from app.features.lessons.runs import Pairs, Setup, deviations, settings_text
+from app.features.measures.quantities.quantity import QUANTITIES, shown_parameter
+from app.features.measures.room_places import Anchor
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.settings import Language, Settings

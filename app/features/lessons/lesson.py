@@ -5,9 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
-from app.features.lessons.measures.quantity import UNITS, Value, shown_value, significant_digits
-from app.features.lessons.room_places import Start
 from app.features.lessons.runs import Pairs, Setup
+from app.features.measures.quantities.quantity import UNITS, Value, shown_value, significant_digits
+from app.features.measures.room_places import Start
 from app.plots.drawing_axes import Drawing
 from app.settings import TRANSLATIONS, Language
 from controllers.errors import BadSetting, LazyText, NumberText

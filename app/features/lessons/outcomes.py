@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.features.lessons.curve_drawing import true_curve
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.labels import compared_text, label_of, label_text
 from app.features.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.features.lessons.measures.quantity import Value, measure, moment, shown_value
 from app.features.lessons.reference_runs import comparisons, drawn, measured
 from app.features.lessons.runs import Pairs, Setup, changes_text, deviations, settings_text
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import Value, measure, moment, shown_value
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.plots.curve_chart import Curve

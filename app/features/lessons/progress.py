@@ -8,8 +8,8 @@ from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 
 import msgspec
 
-from app.features.lessons.measures.quantity import Value
 from app.features.lessons.outcomes import Attempt, StepOutcome
+from app.features.measures.quantities.quantity import Value
 from app.plots.curve_chart import COLUMNS, Curve
 from app.settings import Settings
 from controllers.errors import LazyText

@@ -5,12 +5,12 @@ from dataclasses import replace
 from functools import lru_cache
 
 from app.features.lessons.curve_drawing import true_curve
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import Compared, Measurement
-from app.features.lessons.measures.quantity import Value, measure
-from app.features.lessons.room_places import start_positions
 from app.features.lessons.runs import Pairs, Setup
 from app.features.lessons.scripts import script
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import Value, measure
+from app.features.measures.room_places import start_positions
 from app.plots.curve_chart import Curve
 from app.plots.drawing_axes import Drawing
 from scenes.recording import read_inputs

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from app.features.lessons.room_places import Start
+from app.features.measures.room_places import Start
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_, spoken
 from app.settings import Language, Settings

@@ -7,8 +7,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from app.features.lessons.measures.quantity import read_parameters
-from app.features.lessons.room_places import RoomPlace, ball_centre
+from app.features.measures.quantities.quantity import read_parameters
+from app.features.measures.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS

@@ -7,9 +7,9 @@ from typing import Any, Final, cast, get_args
 
 from app.features.lessons.blocks import NEEDED, Table, is_number, quoted_value
 from app.features.lessons.markdown import Fault, FaultLog
-from app.features.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.features.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup
 from app.features.lessons.scripts import SCRIPTS, checked_script
+from app.features.measures.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import path_inside

@@ -12,10 +12,10 @@ from app.features.lessons.challenges import no_doubles, read_challenge, read_ide
 from app.features.lessons.curve_drawing import read_drawing
 from app.features.lessons.lesson import MOST_CHOICES, Challenge, Choice, Expectation, LessonCamera, Measurement, Question, Step
 from app.features.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
-from app.features.lessons.measures.quantity import QUANTITIES
 from app.features.lessons.runs import Setup
 from app.features.lessons.setups import read_changes, read_setup, usual_setup
 from app.features.lessons.texts import placeholder_problems
+from app.features.measures.quantities.quantity import QUANTITIES
 from app.plots.plot_choice import possible_plots
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems

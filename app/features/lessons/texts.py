@@ -8,9 +8,9 @@ from typing import Final
 
 from app.features.lessons.labels import compared_text, label_of
 from app.features.lessons.lesson import Measurement, Step
-from app.features.lessons.measures.quantity import Value, shown_parameter
 from app.features.lessons.outcomes import StepOutcome, reference
 from app.features.lessons.runs import Setup
+from app.features.measures.quantities.quantity import Value, shown_parameter
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.settings import Language, Settings

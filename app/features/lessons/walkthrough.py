@@ -12,9 +12,7 @@ from typing import Final
 from app.custom_law.arena import TrialResult
 from app.features.lessons.attempts import RunWatch, attempt_of, attempted
 from app.features.lessons.bookmark import Bookmark, Phase, first_phase, fitting, furthest_phase, is_finished, phases_of
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import AT_ONCE, LAST, Challenge, Lesson, LessonBook, Measurement, Step
-from app.features.lessons.measures.quantity import measure
 from app.features.lessons.outcomes import (
     FARTHEST,
     Attempt,
@@ -28,6 +26,8 @@ from app.features.lessons.outcomes import (
 from app.features.lessons.progress import MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, kept_reason, to_json
 from app.features.lessons.runs import Setup
 from app.features.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import measure
 from app.plots.curve_chart import Curve
 from app.plots.drawing_axes import checked_curve, law_curve
 from app.session.replay_player import Mark

@@ -13,7 +13,6 @@ from app.features.lab_report.gain import gains, own_pairs, whole
 from app.features.lab_report.lab_report import done_in, lab_bytes
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.check import check_lesson
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import LAST, Lesson
 from app.features.lessons.library import Library
 from app.features.lessons.panel.lesson_html import blocks_html
@@ -21,6 +20,7 @@ from app.features.lessons.reference_runs import simulated
 from app.features.lessons.session import lesson_actions as do
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.measures.evidence import Evidence
 from app.session.session import Session
 from app.settings import LANGUAGES, Settings
 from controllers.kinematics import Array, null_space_projector

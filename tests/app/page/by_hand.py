@@ -11,6 +11,7 @@ from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App
+from controllers.kinematics import Array
 from scenes.settings import values
 from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
@@ -34,6 +35,13 @@ def visit(page: Page, opened: App, query: str = "", url: str = "") -> Session:
     close_software_note(page)
     (number,) = set(live_sessions(opened)) - before
     return live_sessions(opened)[number]
+
+
+def hands_of(session: Session) -> tuple[Array, Array]:
+    """Where the guided hand and the other arm's are (3,) [m]; twice the same of one arm alone."""
+    now = session.simulation
+    own, other = (now.kinematics.hand_pose(arm).translation.copy() for arm in (now.guided, now.avoiding))
+    return own, other
 
 
 def chosen(session: Session) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from scenes.history import COLUMN
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import CURSOR, WRIST, control, drag_through, finger, grab, hand, run_on, visit
+from tests.app.page.by_hand import CURSOR, WRIST, control, drag_through, finger, grab, hand, hands_of, run_on, visit
 from tests.browser import (
     CAMERA,
     PageAt,
@@ -25,7 +25,6 @@ from tests.browser import (
     world_position,
     world_to_px,
 )
-from tests.tools.lesson_moves import hands_of
 
 # Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
 # hand, which lie on it at 0.65.

@@ -10,7 +10,6 @@ import viser
 
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.lesson import Challenge
-from app.features.lessons.measures.quantity import UNITS
 from app.features.lessons.outcomes import asks_for_distance
 from app.features.lessons.panel.lesson_html import rules_html
 from app.features.lessons.panel.lesson_panel import ORDER
@@ -18,6 +17,7 @@ from app.features.lessons.progress import LONGEST_REASON, kept_reason
 from app.features.lessons.session.lesson_actions import GiveReason, Guess, SayNumber
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.lessons.step_view import StepView
+from app.features.measures.quantities.quantity import UNITS
 from app.i18n.speaking import decimal, tr
 from app.session.session import Session
 from app.web.control_events import on_entry

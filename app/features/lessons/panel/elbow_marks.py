@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import Step
-from app.features.lessons.measures.quantity import measure, shown_parameter
-from app.features.lessons.room_places import mark_places
 from app.features.lessons.session.lesson_session import LessonSession
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import measure, shown_parameter
+from app.features.measures.room_places import mark_places
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.stage_part import fresh

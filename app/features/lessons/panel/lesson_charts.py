@@ -8,8 +8,8 @@ from markupsafe import Markup
 
 from app.features.lessons.labels import label_of
 from app.features.lessons.lesson import Challenge, Criterion
-from app.features.lessons.measures.quantity import UNITS
 from app.features.lessons.progress import Try
+from app.features.measures.quantities.quantity import UNITS
 from app.i18n.speaking import decimal, tr
 from app.plots.chart import Chart, ChartAxes
 from app.settings import Language

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Final
 
 from app.features.lessons.lesson import Setup, Step
-from app.features.lessons.measures.quantity import UNITS
 from app.features.lessons.outcomes import reference
 from app.features.lessons.reference_runs import begin_reference_run, measured, person_of
-from app.features.lessons.room_places import start_positions
 from app.features.lessons.runs import LONGEST
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.measures.quantities.quantity import UNITS
+from app.features.measures.room_places import start_positions
 from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.speaking import N_
 from app.session.session import Session

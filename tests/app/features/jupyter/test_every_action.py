@@ -64,7 +64,7 @@ PAGE = SESSION | {
     "AskReport": ("LabReportBox",),
     "AskPushFilm": ("DuelBox",),
     "AskToLeave": ("LessonControls",),
-    "TakeDrawing": ("LessonControls",),
+    "TakeDrawing": ("Controls",),
     "MoveInNullSpace": ("NullMotionSliders",),
     **dict.fromkeys(LESSON_ACTIONS, ("LessonControls",)),
 }

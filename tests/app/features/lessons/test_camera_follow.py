@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import Step
 from app.features.lessons.outcomes import decisive_moment
 from app.features.lessons.panel.lesson_camera import lesson_view
 from app.features.lessons.reference_runs import begin_reference_run, person_of
+from app.features.measures.evidence import Evidence
 from scenes.simulation import Simulation
 from tests.app.features.lessons.helpers import our_book
 from tests.app.page.test_camera_follow import watch

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import measure
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import measure
 from app.plots.lap_charts import laps_html
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation

@@ -10,7 +10,6 @@ from app.custom_law.trials import verdict_on
 from app.features.lessons import outcomes, reference_runs
 from app.features.lessons.attempts import StandIn, attempt_of
 from app.features.lessons.bookmark import phases_of
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.labels import label_of, sentence
 from app.features.lessons.lesson import Lesson, Step
 from app.features.lessons.outcomes import Attempt, judge, judged, reference
@@ -19,6 +18,7 @@ from app.features.lessons.reference_runs import simulated
 from app.features.lessons.step_view import StepPosition, StepView, make_view
 from app.features.lessons.texts import series_table, tabled
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.measures.evidence import Evidence
 from app.i18n.catalogue import catalogues, read_texts
 from app.i18n.speaking import set_language, tr
 from app.settings import LANGUAGES, TRANSLATIONS, Language

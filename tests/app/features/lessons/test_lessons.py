@@ -11,14 +11,14 @@ from _pytest.mark import ParameterSet
 
 from app.features.lessons import check, reference_runs
 from app.features.lessons.check import Walk, check_lesson, table_text
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.labels import contrast_of
 from app.features.lessons.lesson import Lesson, Step
-from app.features.lessons.measures.quantity import Value, measure, moment
 from app.features.lessons.outcomes import AT_END, StepOutcome, decisive_moment, reference
 from app.features.lessons.reference_runs import measured, simulated
 from app.features.lessons.runs import Setup
 from app.features.lessons.texts import fill, placeholder_problems, told_in
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import Value, measure, moment
 from app.plots.time_series import DRIVEN
 from app.settings import LANGUAGES, Language
 from app.text.lesson_text import lesson_html

@@ -1,6 +1,6 @@
 """Tests of lessons beside those of the core in the file `test_readout.py`."""
 
-from app.features.lessons.room_places import RoomPlace, Start, start_positions
+from app.features.measures.room_places import RoomPlace, Start, start_positions
 from app.page.panels.distance_rate import promise_html
 from app.text.lever_texts import lever_text
 from controllers.laws.situation import FIRM_LEVER

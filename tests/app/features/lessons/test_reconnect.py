@@ -1,13 +1,13 @@
 """A lost connection in the middle of a lesson."""
 
 import logging
-from collections.abc import Callable
 from operator import le
 
 import msgspec
 import pytest
 
 from app.features.lessons.bookmark import Phase
+from app.start import App
 from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.app.features.lessons.helpers import lessons_of
 from tests.app.hosting.test_reconnect import WORD, Tab, held
@@ -15,8 +15,13 @@ from tests.app.page.helpers import buttons, click
 
 
 def test_four_dropped_connections_lose_nothing(
-    house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
+    house: OpenHouse, request: pytest.FixtureRequest, caplog: pytest.LogCaptureFixture
 ) -> None:
+    def tab(opened: App, link: str, word: str = WORD) -> Tab:
+        one = Tab(opened, link, word)
+        request.addfinalizer(lambda: one.visitor.close())
+        return one
+
     opened = house()
     other = tab(opened, "dm=0.2", WORD[::-1])
     one = tab(opened, "lesson=3&step=2")

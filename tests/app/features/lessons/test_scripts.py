@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from app.features.lessons.folder import FOLDER
 from app.features.lessons.lesson import Start
 from app.features.lessons.reference_runs import measured, person_of
-from app.features.lessons.room_places import RoomPlace, ball_centre, mark_places, start_positions
 from app.features.lessons.runs import Input, Setup
 from app.features.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
+from app.features.measures.room_places import RoomPlace, ball_centre, mark_places, start_positions
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS, build_ball_room

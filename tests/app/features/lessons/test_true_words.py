@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import measure
-from app.features.lessons.room_places import RoomPlace, Start, start_positions
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import measure
+from app.features.measures.room_places import RoomPlace, Start, start_positions
 from app.page.panels.contact_card import contact_numbers
 from app.page.panels.distance_rate import budget_terms
 from app.plots.time_series import COLUMNS, resting_now, signals

@@ -16,10 +16,10 @@ from app.features.lessons.folder import FOLDER
 from app.features.lessons.lesson import LessonBook, Step
 from app.features.lessons.library import notes_of
 from app.features.lessons.loading import Notes, StepNotes, read_notes
-from app.features.lessons.measures.quantity import QUANTITIES
 from app.features.lessons.scripts import SCRIPTS
 from app.features.lessons.steps import HINTS, MOST_NUMBERS, MOST_PLOTS
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.measures.quantities.quantity import QUANTITIES
 from app.settings import LANGUAGES, TRANSLATIONS
 from app.text.law_texts import ALONE
 from app.text.templates import macros

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.lesson import Measurement, Start, Step
-from app.features.lessons.measures.contact_line import balance
-from app.features.lessons.measures.joint_speeds import largest_zigzag
-from app.features.lessons.measures.quantity import QUANTITIES, At, measure, moment, read_parameters, shown_value
 from app.features.lessons.reference_runs import simulated
-from app.features.lessons.room_places import RoomPlace
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.contact_line import balance
+from app.features.measures.quantities.joint_speeds import largest_zigzag
+from app.features.measures.quantities.quantity import QUANTITIES, At, measure, moment, read_parameters, shown_value
+from app.features.measures.room_places import RoomPlace
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
 from scenes.settings import LawSettings, RunSettings

@@ -11,13 +11,13 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.distance import pdist
 
-from app.features.lessons.evidence import Evidence
 from app.features.lessons.folder import FOLDER
 from app.features.lessons.lesson import Start
-from app.features.lessons.measures.quantity import QUANTITIES, measure, shown_value
 from app.features.lessons.reference_runs import simulated
-from app.features.lessons.room_places import RoomPlace
 from app.features.lessons.runs import Input, Setup, settings_text
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import QUANTITIES, measure, shown_value
+from app.features.measures.room_places import RoomPlace
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.history import COLUMN

@@ -12,8 +12,8 @@ from app.features.lessons.labels import Contrast
 from app.features.lessons.lesson import Start
 from app.features.lessons.outcomes import reference
 from app.features.lessons.reference_runs import begin_reference_run, person_of, simulated
-from app.features.lessons.room_places import RoomPlace, start_positions
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.measures.room_places import RoomPlace, start_positions
 from app.settings import PageSettings, Settings
 from controllers.laws.situation import Situation
 from scenes.roles import NO_TARGETS

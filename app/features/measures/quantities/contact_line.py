@@ -4,8 +4,8 @@ from math import inf
 
 import numpy as np
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import At, Reading, Row, Value, at, quantity
 from app.i18n.speaking import N_
 from app.plots.time_series import resting_at_end
 from controllers import budget

@@ -3,9 +3,9 @@
 import numpy as np
 import pinocchio as pin
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import At, Reading, Value, at, quantity
-from app.features.lessons.room_places import mark_places
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import At, Reading, Value, at, quantity
+from app.features.measures.room_places import mark_places
 from app.i18n.speaking import N_
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import Value, quantity
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import Value, quantity
 from app.i18n.speaking import N_
 from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION

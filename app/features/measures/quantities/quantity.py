@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Final, Literal, NamedTuple, get_args, get_origin
 
-from app.features.lessons.evidence import Evidence
+from app.features.measures.evidence import Evidence
 from controllers.errors import BadSetting, NumberText
 from controllers.kinematics import Array
 

@@ -1,8 +1,8 @@
 """Everything that can be measured in a run, one subject a file; importing them fills `quantity.QUANTITIES`."""
 
-from app.features.lessons.measures import distances
+from app.features.measures.quantities import distances
 
 # isort: split
-from app.features.lessons.measures import contact_line, hand_errors, joint_speeds, task_stability
+from app.features.measures.quantities import contact_line, hand_errors, joint_speeds, task_stability
 
 __all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "task_stability"]

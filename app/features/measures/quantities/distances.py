@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from app.features.lessons.evidence import Evidence
-from app.features.lessons.measures.quantity import At, Reading, Value, at, quantity
+from app.features.measures.evidence import Evidence
+from app.features.measures.quantities.quantity import At, Reading, Value, at, quantity
 from app.i18n.speaking import N_
 from controllers import budget
 from controllers.kinematics import Array

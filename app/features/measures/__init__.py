@@ -1,0 +1,8 @@
+"""What is measured of a run: distances, errors of the hand, joint speeds, the line of contact, stability."""
+
+from pathlib import Path
+from typing import Final
+
+from app.feature import Feature
+
+MEASURES: Final = Feature("measures", texts=Path(__file__).parent)
