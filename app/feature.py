@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from app.hosting.parking import Parking
     from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
+    from app.page.panels.hotkeys import KeyHelp
     from app.page.view import View, ViewPart
     from app.recording.run_source import RunSource
     from app.web.pages import PageAssets
@@ -76,6 +77,7 @@ class Feature:
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     charts: Callable[[], Charts] | None = None
+    key_help: "Callable[[], Sequence[KeyHelp]] | None" = None
     overlays: "Callable[[], Sequence[Callable[[View], ViewPart]]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None

@@ -6,13 +6,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from app.features.lessons.library import Library
 from app.hosting.opened_feature import OpenedFeature
 from app.hosting.parking import Parking
 from app.hosting.serve_options import ServeOptions
 from app.hosting.server_part import ServerPart
 from app.hosting.workload import Workload
 from app.page.panel_context import PanelMaker
+from app.page.panels.hotkeys import KeyHelp
 from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
@@ -47,11 +47,11 @@ class AppContext:
     options: ServeOptions
     jobs: Jobs
     sources: InputSources
-    library: Library
     store: Parking
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
+    key_help: tuple[KeyHelp, ...] = ()
     overlays: tuple[Callable[[View], ViewPart], ...] = ()
     started_with: tuple[object, ...] = ()
     opened: tuple[OpenedFeature, ...] = ()

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 
 import viser
 
-from app.features.lessons.panel.teachers_tab import name_mistake
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.joining_pages import Joining, JoiningPages
 from app.hosting.teacher_key import is_mistaken
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
+from app.page.panels.key_notice import name_mistake
 from app.settings import from_query
 from app.web.request import request_query
 

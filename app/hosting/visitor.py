@@ -229,8 +229,7 @@ class Visitor:
 
     def record(self) -> VisitorRecord:
         """What this visitor can come back to."""
-        session = self.session
-        return VisitorRecord(self.query, session.settings, self.lessons.saved(), session.state(), session.parts.saved())
+        return record_of(self.query, self.session)
 
     def save(self) -> None:
         """Keep settings and progress in the store, unless they have gone on at a later connection of the same tab."""

@@ -1,11 +1,9 @@
 """The live session of a visitor who is away waits for the own tab and link, for a while, in a bounded number."""
 
 from collections.abc import Iterator
-from typing import cast
 
 import pytest
 
-from app.features.lessons.session.lesson_session import LessonSession
 from app.hosting.parking import AWAY, MOST_SESSIONS, Parking
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor_record import same_tab
@@ -17,7 +15,6 @@ from tests.app.conftest import ByHand, private_of
 
 TAB = "0123456789abcdef0123456789abcdef"
 LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
-LESSONS = cast(LessonSession, None)
 
 
 class NotedSession(Session):
@@ -33,14 +30,14 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
 
     def park(query: dict[str, str]) -> NotedSession:
         session = NotedSession(Settings())
-        parking.park(query, session, LESSONS)
+        parking.park(query, session)
         return session
 
     assert AWAY == 600.0
     session = park(LINK)
     now = AWAY
     claimed = parking.claim({**LINK, "window": "390x844"})
-    assert claimed is not None and claimed[0] is session and not parking._parked and parking.claim(LINK) is None
+    assert claimed is session and not parking._parked and parking.claim(LINK) is None
     session = park(LINK)
     now += AWAY + 0.1
     assert parking.claim(LINK) is None and session.closed, "too late"

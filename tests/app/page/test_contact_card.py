@@ -94,7 +94,7 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
     set_language(language)
     simulation, whole = played(query, seconds), settings(query)
     sample = simulation.sample()
-    frame = Frame(0.0, live := Session(whole), live, None, simulation, None, sample, whole, PAUSED)
+    frame = Frame(0.0, live := Session(whole), live, simulation, None, sample, whole, PAUSED)
     if sample.pair < 0:
         words, note, numbers = solo_words(whole.run), solo_note(whole.run), solo_numbers(sample)
         return part_text(words), part_text(note), part_text(numbers)
@@ -177,9 +177,7 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: Open
     sample = ask(session, lambda s: s.simulation.sample())
     terms = ask(
         session,
-        lambda s: budget_terms(
-            s.simulation, sample, Frame(0.0, s, s, None, s.simulation, None, sample, s.settings, PAUSED).contact
-        ),
+        lambda s: budget_terms(s.simulation, sample, Frame(0.0, s, s, s.simulation, None, sample, s.settings, PAUSED).contact),
     )
     values = [-t.value if t.kind in ("u", "w") else t.value for t in terms]
     page.wait_for_function(

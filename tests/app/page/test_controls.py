@@ -6,8 +6,8 @@ from typing import Any
 from unittest.mock import MagicMock
 
 import pytest
-from app.page.lessons.drawing_board import CurveControl
 
+from app.page.panels.curve_control import CurveControl
 from app.session.relevant_settings import ALSO, matters
 from app.session.session import Session
 from app.settings import Settings

@@ -89,7 +89,7 @@ def test_a_part_follows_its_session() -> None:
     session = Session(Settings())
     follower = session.parts.of(Follower)
     assert follower.session is session
-    make_frame(session, lambda: None, 0.0, 0.25)
+    make_frame(session, 0.0, 0.25)
     assert follower.told == [("advance", 0.25), "decide"]
     follower.told.clear()
     session.change("scene", "imitation")

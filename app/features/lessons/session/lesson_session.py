@@ -16,11 +16,11 @@ from app.features.lessons.labels import label_of
 from app.features.lessons.lesson import NO_LESSONS, LessonBook
 from app.features.lessons.progress import SavedLesson
 from app.features.lessons.runs import LONGEST
+from app.features.lessons.session import lesson_actions
 from app.features.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
 from app.features.lessons.walkthrough import Walkthrough
 from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.catalogue import words_of
-from app.lessons.session import lesson_actions
 from app.runtime.throttled_log import ThrottledLog
 from app.session.parts import SessionPart
 from app.session.run_limits import RunLimits

@@ -26,12 +26,12 @@ from app.features.lab_report.lab_report_box import LabReportBox, ask_report
 from app.features.lab_report.report_html import LOCKED
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.panel.lesson_panel import LessonPanel
+from app.features.lessons.panel.lesson_visit import open_link
 from app.features.lessons.progress import LONGEST_REASON, MOST_WORDS, StepProgress
 from app.features.lessons.reference_runs import simulated
 from app.features.lessons.session.lesson_actions import Choose, Draw, Press
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.store.session_store import SessionStore
-from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
 from app.page.panel_context import PanelContext
 from app.page.panels.replay_bar import ReplayBar

@@ -22,8 +22,8 @@ from scenes import league_runs as league
 from scenes.experiments import HOLD
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
 from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
-from tests.app.cli.test_searches import interrupted
 from tests.app.custom_law.helpers import PAPER, write
+from tests.app.features.studies.test_searches import interrupted
 from tests.app.features.sweep.test_dask_sweep import scheduler, worker
 from tests.app.html_reader import HtmlReader
 

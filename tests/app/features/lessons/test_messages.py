@@ -5,13 +5,13 @@ import zipfile
 from collections.abc import Callable
 
 import pytest
-from scenes.person.bvh import read_bvh
 
 from app.features.lessons.lesson import NO_LESSONS
 from app.features.lessons.loading import load_lessons
 from app.features.lessons.panel.lesson_visit import open_link, step_of
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.lessons.walkthrough import Walkthrough
+from app.features.person_files.bvh import read_bvh
 from app.i18n.speaking import set_language, tr
 from app.recording.run_file import load_run
 from app.session.session import Session
@@ -22,9 +22,9 @@ from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.features.lessons.helpers import our_book
+from tests.app.features.person_files.bvh_text import MIXAMO, write_bvh
 from tests.app.i18n.conftest import untranslated
 from tests.app.i18n.test_messages import RUN, refusal
-from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
 

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from app.features.lessons.bookmark import Phase
+from app.features.lessons.session import lesson_actions as do
 from app.features.studies.background_studies import BackgroundStudies, magnified
-from app.lessons.session import lesson_actions as do
 from app.page.panels.shown_moment import moment_html
 from app.session.actions import Pause, Reset, SetSetting
 from app.session.frame import Frame, make_frame

@@ -13,15 +13,16 @@ from app.features.lessons.panel.lesson_visit import open_link
 from app.features.lessons.progress import SavedLesson
 from app.features.lessons.session.lesson_actions import Choose, Press
 from app.features.lessons.session.lesson_session import LessonSession
+from app.features.store.record_bytes import joined_record, record_to_bytes, visitor_from_bytes
 from app.hosting.visitor import record_of, run_again
-from app.hosting.visitor_record import VisitorRecord, joined_record, record_to_bytes, visitor_from_bytes
+from app.hosting.visitor_record import VisitorRecord
 from app.session.frame import make_frame
 from app.session.session import Session
 from app.settings import Settings
 from scenes.inputs import RecordedPerson
 from scenes.settings import changed
 from tests.app.features.lessons.helpers import lesson_in, lessons_in
-from tests.app.hosting.test_session_store import TAB, WORDS, again, session_of, tab
+from tests.app.features.store.test_session_store import TAB, WORDS, again, session_of, tab
 
 
 @pytest.fixture(scope="module")

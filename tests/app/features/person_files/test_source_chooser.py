@@ -102,7 +102,7 @@ def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> 
     session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
     for brings in (True, False):
         client, handlers = MagicMock(), ActionHandlers()
-        page = SourceChooser(PanelContext(client, session, MagicMock(), handlers, MagicMock(), MagicMock(), True))
+        page = SourceChooser(PanelContext(client, session, MagicMock(), handlers, MagicMock(), MagicMock(), MagicMock(), True))
         said = client.gui.add_html.return_value
         page.show(freeze(session, 0.0))
         if brings:

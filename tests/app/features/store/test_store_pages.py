@@ -9,7 +9,6 @@ from urllib.request import urlopen
 
 import pytest
 
-from app.features.lessons.progress import from_json
 from app.features.store import record_writer
 from app.features.store.record_writer import BEAT
 from app.features.store.session_store import store_of
@@ -20,6 +19,7 @@ from app.hosting.frame_loop import LIVELY
 from app.hosting.visitor import SAVING, SAVING_AT_REST
 from app.session.actions import Pause
 from tests.app.conftest import Join, Made, OpenHouse, live_sessions, private_of, visitor_of
+from tests.app.features.lessons.helpers import progress_in
 from tests.app.hosting.test_hidden_tabs import drawn
 from tests.app.page.helpers import click, notes
 from tests.app.runtime.processes import until
@@ -112,8 +112,7 @@ def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_pa
         # The writer takes up to `BEAT` more.
         drawn(opened, 2.0 - BEAT)
         record = find(opened.house.context.store, query)
-        assert record is not None and record.lessons is not None
-        assert [done.choice for done in from_json(record.lessons.progress).steps.values()] == [choice]
+        assert [done.choice for done in progress_in(record).steps.values()] == [choice]
 
 
 def test_by_another_link_a_doubled_tab_finds_the_record_of_the_later_page(by_hand: Made) -> None:
