@@ -7,7 +7,8 @@ import viser
 
 from app.i18n.speaking import N_, spoken, tr
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.drawing_board import CurveControl, TakeDrawing
+from app.page.panels.curve_control import CurveControl
+from app.page.panels.drawing_board import TakeDrawing
 from app.page.panels.hotkeys import Hotkey, KeyHelp, help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.session.action_handlers import ActionHandlers
