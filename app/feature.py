@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.hosting.server_part import ServerPart
 from app.plots.chart_list import Charts
 from app.text.document_list import DocumentFile
 from scenes.given_robots import RobotReader
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from app.hosting.opened_feature import OpenedFeature
     from app.hosting.parking import Parking
     from app.hosting.serve_options import FeatureOptions, ServeOptions
+    from app.hosting.server_part import ServerPart
     from app.page.panel_context import PanelMaker
     from app.page.panels.hotkeys import KeyHelp
     from app.page.view import View, ViewPart

@@ -138,10 +138,8 @@ ERRORS = {
     "run --seconds -3": "seconds = -3|5000.",
     "run --seconds inf": "seconds = inf|5000.",
     "run --seconds 6000": "seconds = 6000|above 0 and up to 5000 (or a larger dt).",
-    "hunt --seconds 0": "seconds = 0|above 0 and up to 600.",
     "run --inputs {}/hand.csv --csv {}/hand.csv": "hand.csv: the run reads this file|give another name",
     "run --law-file {}/none.py --csv {}/hand.csv": "none.py",
-    "falsify --out my_law.py": "out = my_law.py|ends in .npz",
     "run --inputs /no/such/file.csv": "/no/such/file.csv|cannot be read",
     "run --csv /no/such/folder/out.csv": "/no/such/folder|make it first",
     "run --csv {}": "cannot be written",
@@ -161,12 +159,7 @@ ERRORS = {
         f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
         for option in ("--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org")
     },
-    "lessons --only nonsense": "1 redundancy",
-    **dict.fromkeys(
-        (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
-    ),
-    **dict.fromkeys((f"hunt --out {LONG}", f"falsify --out {LONG}/a.npz"), LONG),
-    f"lessons --check --out {LONG}/a.html": LONG,
+    **dict.fromkeys((f"run --start {LONG}", f"run --csv {LONG}/a.csv"), LONG),
 }
 
 
@@ -271,10 +264,8 @@ def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyP
 def every_option(folder: Path) -> list[str]:
     """Every option of `serve` that may go with several processes."""
     files = {f"--{name}": str(folder / name) for name in ("law-file",)}
-    (folder / "playlist").touch()
-    files["--playlist"] = str(folder / "playlist")
     others = "--sessions 3 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
-    here = ["--port", str(free_port()), "--lessons", str(folder), "--allow-origin", "https://duet.example.org"]
+    here = ["--port", str(free_port()), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
     return [*(word for pair in files.items() for word in pair), *others.split(), *here]
 

@@ -17,6 +17,7 @@ from app.features.exports.csv_table import csv_bytes
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
 from app.features.exports.python_snippet import as_python
+from app.features.lessons.panel.lesson_keys import key_help
 from app.features.lessons.scripts import SCRIPTS
 from app.features.sweep.heatmaps import _Plan
 from app.page.panels import contact_card
@@ -121,7 +122,8 @@ def test_card_readout_and_tip_are_those_of_a_ball() -> None:
     fast = replace(simulation.sample(), law_approach=1.0, distance=-0.01)
     said = status_html(frame.pace, simulation, fast)
     assert "the ball is faster than v" in said and "the arm overlaps the ball" in said
-    assert f"<kbd>6</kbd></td><td>{SHORT}</td>" in help_html() and "<kbd>1</kbd> … <kbd>6</kbd>" in help_html()
+    table = help_html(further=key_help())
+    assert f"<kbd>6</kbd></td><td>{SHORT}</td>" in table and "<kbd>1</kbd> … <kbd>6</kbd>" in table
 
 
 def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:

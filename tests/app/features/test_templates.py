@@ -198,7 +198,19 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     ],
     "features/studies/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
     "page/panels/copy.html": [("link", (NASTY, True, NASTY)), ("snippet", (NASTY,))],
-    "page/panels/help.html": [("help", ([SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY))],
+    "page/panels/help.html": [
+        (
+            "help",
+            (
+                [SimpleNamespace(shown=NASTY, text=NASTY)],
+                (),
+                [SimpleNamespace(first=NASTY, last=NASTY, text=NASTY)],
+                [(NASTY, NASTY)],
+                NASTY,
+                NASTY,
+            ),
+        )
+    ],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "page/panels/law_editor.html": [("place", (NASTY,))],
     "features/lessons/panel/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import tyro
 
+import app
 from app.features.lessons.bookmark import Bookmark
 from app.features.lessons.check import Walk, at_step, check_lesson, shown_early
 from app.features.lessons.commands import Lessons, lessons
@@ -28,7 +29,7 @@ from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
 from tests.app.features.lessons.helpers import SMALL, book_of, our_book
 
-DOCUMENTS = FOLDER.parent / "documents"
+DOCUMENTS = Path(app.__file__).parent / "documents"
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
