@@ -90,7 +90,7 @@ def test_the_model_says_what_the_program_and_the_paper_do() -> None:
     model = (DOCUMENTS / "model.md").read_text(encoding="utf-8")
     speeds = [round(math.degrees(joint.velocity_limit)) for joint in JOINTS]
     assert f"({min(speeds)}° to {max(speeds)}° a second)" in model
-    for text in (model, (FOLDER.parents[1] / "README.md").read_text(encoding="utf-8")):
+    for text in (model, (DOCUMENTS.parents[1] / "README.md").read_text(encoding="utf-8")):
         assert "min(1" not in text and r"\min\left(1" not in text and re.search(r"d \\?(leq|≤) 0", text)
     assert activation(-0.05, 0.15, 3.0) == activation(0.0, 0.15, 6.0) == 1.0
     assert "in Fig. 5 the left robot stays at its place and avoids" in model and "both robots avoid each other" in model
