@@ -41,7 +41,7 @@ PAGE = SESSION | {
     "Pause": ("ReplayPlayer", "LessonControls"),
     "SingleStep": ("ReplayPlayer", "LessonControls"),
     "Reset": ("ReplayPlayer", "LessonControls"),
-    "Nudge": ("Lever", "LessonControls"),
+    "Nudge": ("LeverPanel", "LessonControls"),
     "Digit": ("LessonControls", "Operation"),
     "Toggle": ("LessonControls", "Operation"),
     "SetSetting": ("Operation",),
@@ -91,7 +91,6 @@ STUDENTS = {
 """What students send to the shared session."""
 
 SECOND_PERSON = {
-    "Compute": ("ComparePanel",),
     "Drag": ("Gizmos",),
     "Hover": ("Gizmos",),
     "SwingElbow": ("Gizmos",),
@@ -184,7 +183,7 @@ def test_a_drag_reaches_one_handler(by_hand: Made) -> None:
     assert asked(handlers, Drag("/none", "update", np.zeros(3))) == ["Gizmos._drag"]
     assert asked(handlers, Write("", "", "")) == ["LessonControls._act"]
     assert asked(handlers, Pause()) == ["ReplayPlayer.pause", "LessonControls._pause"]
-    assert asked(handlers, Nudge(up=1)) == ["Lever._move", "LessonControls._nudge"]
+    assert asked(handlers, Nudge(up=1)) == ["LeverPanel._move", "LessonControls._nudge"]
     (change,) = asked(handlers, SetSetting("dm", 0.2))
     assert change.startswith("Operation.")
 

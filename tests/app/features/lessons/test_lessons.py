@@ -30,7 +30,7 @@ from tests.app.features.lessons.helpers import our_book
 pytestmark = pytest.mark.slow
 
 LESSONS = our_book().lessons
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -6,7 +6,7 @@ import pytest
 
 from app.features.studies import counterexample_search
 from app.features.studies.background_studies import BackgroundStudies
-from app.features.studies.compare import Compute, attack_query
+from app.features.studies.compare import attack_query
 from app.features.studies.counterexample_search import NAME, SECONDS, CounterexampleSearch
 from app.session.session import Session
 from app.settings import ATTACK, Settings, from_query
@@ -25,8 +25,9 @@ pytestmark = pytest.mark.slow
 
 def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
     session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)
-    session.handlers.do(Compute("counterexample"))
-    return session, session.parts.of(BackgroundStudies).counterexample
+    search = session.parts.of(BackgroundStudies).counterexample
+    search.toggle()
+    return session, search
 
 
 @pytest.mark.thorough
@@ -50,13 +51,13 @@ def test_the_button_ends_it_and_other_settings_drop_it(desk: Inline) -> None:
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
-    session.handlers.do(Compute("counterexample"))
+    search.toggle()
     worst = search.worst
     assert not search.busy and worst is not None and not desk.waiting("search")
     session.change("n", 9.0)
     session.advance(0.0)
     assert search.worst is None and search.runs == 0
-    session.handlers.do(Compute("worst run"))
+    search.replay_worst()
     assert not desk.waiting("replay")
 
 
@@ -64,7 +65,7 @@ def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> 
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
-    session.handlers.do(Compute("worst run"))
+    search.replay_worst()
     desk.work("replay")
     session.advance(0.0)
     desk.work("film")

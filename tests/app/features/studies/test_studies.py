@@ -31,6 +31,7 @@ pytestmark = pytest.mark.slow
 def running(desk: Inline, seconds: float = 5.0, dt: float = 0.005, **page: Any) -> Session:
     """A session that has run for a while, with "what if" on."""
     session = Session(Settings(RunSettings(dt=dt), PageSettings(what_if=True, **page)), background=desk)
+    session.parts.of(BackgroundStudies)
     go(session, seconds)
     desk.work("warm")
     return session
