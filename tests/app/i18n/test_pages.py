@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from app.features.studies.background_studies import BackgroundStudies
 from tests.app.conftest import Arrive, Guest, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
 from tests.blocking_client import BlockingClient
@@ -43,6 +42,3 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     ):
         choose(guest, scene=scene, plot=plot, law=law)
         assert_all_said(guest.visitor)
-    ask(guest.session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
-    choose(guest, scene="imitation", source="camera")
-    assert_all_said(guest.visitor)

@@ -13,14 +13,10 @@ from typing import Any
 
 import pytest
 
-from app.features.studies.background_studies import BackgroundStudies
 from app.runtime import job_pool
 from app.runtime.job_pool import BUSY, ENDED, Job, JobPool, Jobs
-from app.session.session import Session
-from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
 from tests.app.runtime.processes import gone, until
-from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.slow
 
@@ -233,40 +229,6 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
         assert not gone(worker)
         parent.kill()
     until(lambda: gone(worker))
-
-
-def compute_for(session: Session, visitor: BlockingClient) -> None:
-    """Have a session ask for two studies; the second one is still under way at the end."""
-
-    def move(s: Session) -> None:
-        s.change("whatif", True)
-        for _ in range(40):
-            s.advance(0.05)
-        s.change("dm", 0.12)
-
-    ask(session, move)
-    visitor.wait_for(lambda _: session.parts.of(BackgroundStudies).questions.what_if is not None)
-    answer = session.parts.of(BackgroundStudies).questions.what_if
-    assert answer is not None and answer.settings.law.critical_distance == 0.12
-    # Who asks and leaves leaves nothing behind.
-    ask(session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
-
-
-@pytest.mark.thorough
-def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, join: Join) -> None:
-    jobs = JobPool()
-    opened = house(jobs=jobs)
-    others = set(multiprocessing.active_children())
-    visitor = join(opened)
-    until(lambda: live_sessions(opened))
-    (session,) = live_sessions(opened).values()
-    compute_for(session, visitor)
-    visitor.close()
-    until(lambda: not live_sessions(opened))
-    until(lambda: load(jobs) == (0, 0))
-    opened.close()
-    assert set(multiprocessing.active_children()) == others
-    assert load(jobs)[1] == 0
 
 
 def test_a_running_job_is_stopped_by_a_newer_one(shared: JobPool, tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """Tests of lessons beside those of the core in the file `test_contact_card.py`."""
 
+import pytest
+
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.session.lesson_actions import Choose
 from tests.app.conftest import OpenHouse, ask
@@ -9,6 +11,7 @@ from tests.tools.lesson_walker import enter, shown_step
 LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")
 
 
+@pytest.mark.thorough
 def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1280, 800)
     session, run = enter(page, house(), "lesson=3&step=1&lang=en")

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 
 from app.session.session import Session
 from app.start import App
@@ -42,6 +43,7 @@ def until_parked(app: App, one: Guest) -> None:
     wait_until(lambda: one.number not in live_sessions(app))
 
 
+@pytest.mark.thorough
 def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: OpenHouse, arrive: Arrive) -> None:
     app = house()
     one = arrive(app, "lesson=hold&step=3")

@@ -1,5 +1,7 @@
 """Tests of lessons beside those of the core in the file `test_pages.py`."""
 
+import pytest
+
 from app.features.lessons.loading import load_lessons
 from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, OpenHouse
@@ -12,6 +14,7 @@ def labels(visitor: BlockingClient) -> list[str]:
     return [str(element["label"]) for element in list(visitor.mirror.gui.values()) if element.get("label")]
 
 
+@pytest.mark.thorough
 def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lang=sl&dm=9")
     visitor = guest.visitor

@@ -14,6 +14,7 @@ from tests.app.hosting.test_reconnect import WORD, Tab, held
 from tests.app.page.helpers import buttons, click
 
 
+@pytest.mark.thorough
 def test_four_dropped_connections_lose_nothing(
     house: OpenHouse, request: pytest.FixtureRequest, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -56,6 +56,7 @@ CLAW = arm_urdf(
 )
 
 
+@pytest.mark.thorough
 def test_guesses_are_said_and_the_hand_can_be_named(tmp_path: Path, registry: None, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "claw.urdf"
     path.write_text(CLAW, encoding="utf-8")
@@ -98,6 +99,7 @@ def test_a_hand_that_cannot_be_is_one_line(options: list[str], line: str, urdf: 
     assert said.count("\n") == 1 and line in said
 
 
+@pytest.mark.thorough
 def test_a_named_hand_is_in_the_run_file_and_in_workers(tmp_path: Path, registry: None) -> None:
     path = tmp_path / "claw.urdf"
     path.write_text(CLAW, encoding="utf-8")
