@@ -69,7 +69,8 @@ def test_the_welcome_promises_what_the_arm_can_keep(language: Language) -> None:
     bound = {"en": "as long as it can", "de": "solange er kann", "sl": "dokler more"}[language]
     # Where the orange arm alone keeps clear, the silver one does keep its hand there.
     said = [words(key) for key in messages() if "hand in the ring" in key and not key.startswith("It keeps clear")]
-    assert len(said) == 3 and all(bound in text for text in said)
+    # The welcome of a feature says it, too.
+    assert len(said) >= 2 and all(bound in text for text in said)
 
 
 def test_the_list_knows_what_is_said() -> None:

@@ -100,7 +100,7 @@ def test_any_value_for_any_key_is_taken_or_named(tmp_path_factory: pytest.TempPa
     assert lesson is not None or 1 <= line <= 20
 
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[5]
 
 CODE = """
 import sys
