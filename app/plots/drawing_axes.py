@@ -121,7 +121,7 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
 
 
 def law_curve(drawing: Drawing, drawn: Curve) -> str:
-    """Return a drawn λ(d) as the text of the law that obeys it: of so many columns that its curve is within `UNSEEN` of all."""
+    """Text of the law that follows a drawn λ(d), with the columns that its curve needs to stay within `UNSEEN` of the drawing."""
     points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
     if len(points) == 1:
         points.append((drawing.x.high, points[0][1]))

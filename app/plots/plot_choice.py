@@ -97,7 +97,7 @@ def makes_room(shown: tuple[str, ...]) -> bool:
 
 
 def place_of(name: str) -> float:
-    """Return where a plot stands among its neighbours, whatever the order in which they are named."""
+    """Place of a plot among its neighbours, whatever the order in which they are named."""
     if name in PLACES:
         return PLACES[name]
     order = specs(PageSettings)["plot"].choices

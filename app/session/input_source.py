@@ -33,7 +33,7 @@ NO_SOURCES: Final = InputSources()
 
 
 def find_input_sources(law_file: Path | None = None) -> InputSources:
-    """Return what was named when the server started.
+    """Sources that were named when the server started.
 
     Args:
         law_file: a law of one's own.

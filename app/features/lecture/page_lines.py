@@ -36,5 +36,5 @@ def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Mar
 
 
 def joined_text(here: int, expected: int) -> str:
-    """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
+    """Number of students who are here, beside the expected one; `expected`: 0 where the teacher has not said."""
     return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)

@@ -20,7 +20,7 @@ WRITE: Final = 0.5
 
 
 class Magnify(Action, newest_by=None):
-    """Look at a signal; without one at the largest jump, or so many steps on."""
+    """Look at a signal; without one at the largest jump, or at a later or earlier instant. `steps`: by which the instant moves."""
 
     quantity: Signal | None = None
     steps: int = 0

@@ -31,7 +31,7 @@ class HandedOverListener(socket.socket):
         """Return the next connection and where it comes from, as `socket.accept` does.
 
         Raises:
-            BlockingIOError: there is none now.
+            BlockingIOError: no connection waits now.
             ConnectionAbortedError: the browser has gone meanwhile.
             OSError: this process has no free descriptor.
         """

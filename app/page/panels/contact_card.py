@@ -157,7 +157,7 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
 
 
 def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note, CardNumbers]:
-    """Return what the card shows while a question waits for its answer: where the bodies are, and nothing that the law makes of it."""
+    """Content of the card while a question waits for its answer: the places of the bodies, and nothing that the law makes of them."""
     if "step" in words:
         return {**words, "asks": True, "step": 0.0, "title": "", "axis": ""}, ("", ""), numbers
     distance, law_distance, _, ghost = numbers[:4]

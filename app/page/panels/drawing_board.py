@@ -35,7 +35,7 @@ def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> M
 
 
 def _axis_data(axis: CurveAxis, digits: int) -> str:
-    """Return what the script needs to say a value: symbol, ends and unit as they are shown, digits."""
+    """Symbol, ends and unit as they are shown, and digits, with which the script says a value."""
     return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
 
 

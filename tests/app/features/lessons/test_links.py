@@ -26,7 +26,7 @@ def pushed(one: Guest) -> str:
         pose = session.simulation.kinematics.hand_pose(session.arm)
         session.hold(HandTarget(pose.translation - np.array([0.15, 0.0, 0.0]), pose.rotation.copy()))
 
-    # A push takes so much time of the run at most.
+    # A push may take a limited time of the run.
     one.ask(lambda s: s.change("speed", 0.25))
     for _ in range(4):
         one.ask(pull)
