@@ -16,10 +16,11 @@ from app.settings import Settings
 from scenes.settings import specs
 from tests.app.conftest import FRAME, Join, Made, OpenHouse, ask
 from tests.app.features.lecture.lecture_room import lecture_of, operator_of
+from tests.app.features.studies.test_jobs_of_visitors import compute_for
 from tests.app.hosting.test_reconnect import WORD
 from tests.app.page.helpers import notes, shown
 from tests.app.runtime.processes import until
-from tests.app.runtime.test_job_pool import compute_for, load
+from tests.app.runtime.test_job_pool import load
 from tests.app.web.test_behind_a_proxy import Proxy, proxies
 from tests.blocking_client import BlockingClient
 
