@@ -24,7 +24,7 @@ from app.page.page_assets import loading_html, page_assets
 from app.page.panel_context import PanelMaker
 from app.runtime.job_pool import JobPool, Jobs
 from app.runtime.throttled_log import ThrottledLog
-from app.session.input_source import find_input_sources
+from app.session.late_law import no_law
 from app.text.document_list import DOCUMENTS
 from app.text.documents import PREFIX, document_page
 from app.web.server import DuetServer
@@ -102,7 +102,6 @@ def start_app(
     """
     shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
-        sources = find_input_sources(options.law_file)
         panels: list[PanelMaker] = []
         of_server: list[OpenedFeature] = []
         for feature in reversed(features):
@@ -111,6 +110,7 @@ def start_app(
                 of_server.append(feature.opened(options))
                 opened.callback(of_server[-1].close)
                 panels += of_server[-1].panels
+        law = next((one.law for one in of_server if one.law is not None), no_law)
         sessions = places(step_seconds(), options.loops) if options.sessions is None else options.sessions
         workload = Workload(sessions, options.loops, corrected=options.sessions is None)
         server = DuetServer(
@@ -140,7 +140,7 @@ def start_app(
             server,
             options,
             jobs or JobPool(),
-            sources,
+            law,
             kept,
             workload,
             errors,

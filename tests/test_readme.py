@@ -89,5 +89,5 @@ def test_every_file_that_a_recipe_or_a_teacher_s_note_names_exists() -> None:
     named = {
         path for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"]) if "<" not in path
     } | set(re.findall(r"`([\w/]+\.py)`", of_lessons))
-    assert "app/custom_law/trials.py" in named
+    assert "app/features/custom_law/trials.py" in named
     assert len(named) >= 15 and [path for path in sorted(named) if not (ROOT / path).exists()] == []

@@ -7,17 +7,13 @@ from typing import Final
 
 import tyro
 
-from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.cli.run import run_with, simulate
 from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
-_COMMANDS: Final[dict[str, Command]] = {
-    "new-law": Command(NewLaw, new_law),
-    "law-test": Command(LawTest, law_test),
-}
+_COMMANDS: Final[dict[str, Command]] = {}
 """The commands of the core that know nothing of features."""
 
 

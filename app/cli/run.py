@@ -35,8 +35,6 @@ class RunCommand:
     it the autopilot moves what can be moved."""
     csv: Path | None = None
     """Write every step to this CSV file."""
-    law_file: Path | None = None
-    """A law of your own, see `new-law`, instead of one of ours."""
     settings: Flat[StartOptions] = field(default_factory=StartOptions)  # type: ignore[valid-type]
     """The experiment."""
 
@@ -56,10 +54,9 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
         features: beside the core.
 
     Raises:
-        BadSetting, BadInputFile: an option or a file is not possible, or a law file fails in the run.
+        BadSetting, BadInputFile: an option or a file is not possible, or a law fails in the run.
     """
     with ending_at_once():
-        from app.custom_law.custom_law import CustomLaw
         from app.recording.law_heading import law_heading
         from scenes.headless import check_length
         from scenes.headless import run as simulate
@@ -77,13 +74,15 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
     source = _target_source(command, of_features, settings)
     if command.csv is not None:
         check_writable(command.csv, "csv")
-        read = (command.inputs, *(path for one in of_features for path in one.read), command.law_file, start_file)
+        read = (command.inputs, *(path for one in of_features for path in one.read), start_file)
         there = [path for path in read if path is not None and os.path.exists(path)]
         if os.path.exists(command.csv) and any(os.path.samefile(command.csv, path) for path in there):
             raise BadSetting(f"csv = {command.csv}: the run reads this file; give another name.")
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
-        law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))
+        law = next((made for one in of_features if (made := one.law()) is not None), None)
+        if law is not None:
+            stack.enter_context(law)
         bar = stack.enter_context(progress(steps, "step", delay=1.0))
         done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, make_dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, Final, Literal
 from urllib.parse import quote
 
@@ -21,16 +20,12 @@ from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
 from app.web.listening import listen, listen_near, url_of
-from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
 from scenes.given_robots import GIVEN
 
 PROOF_VARIABLE: Final = "DUET_PROOF"
 """Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""
-
-EDITED: Final = Path("my_law.py")
-"""What is edited where no file is named."""
 
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
@@ -60,10 +55,6 @@ class Serve:
     times."""
     embed_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """The web address of a page that may show this one in a frame, such as https://moodle.example.org; may be given several times."""
-    law_file: Path | None = None
-    """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
-    edit_law: bool = False
-    """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
     settings: object = None
     """What the page shows at first."""
 
@@ -107,13 +98,13 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         key=key,
         allowed_origins=command.allow_origin,
         embed_origins=command.embed_origin,
-        law_file=command.law_file,
-        edited_law=_edited_law(command, of_features),
-        # The processes of laws inherit the environment.
+        # Processes that features start inherit the environment.
         proof=os.environ.pop(PROOF_VARIABLE, ""),
         ahead=True,
         features=of_features,
     )
+    for one in of_features:
+        one.fits(options)
     remove_abandoned()
     try:
         with ExitStack() as held:
@@ -142,29 +133,6 @@ def _draw_given_robots() -> None:
 
             for name in GIVEN:
                 draw_given(name)
-
-
-def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path | None:
-    """Return the file that is edited on the page; None for none.
-
-    Raises:
-        BadSetting: others could reach the page, and what is written there is a program.
-    """
-    if not command.edit_law:
-        return None
-    shared = {
-        f"--host {readable(command.host)}": not OriginPolicy(command.host, USUAL_PORT).is_private,
-        "--allow-origin": command.allow_origin,
-        **{one.shared_by: True for one in of_features if one.shared_by},
-        "--embed-origin": command.embed_origin,
-    }
-    for option, given in shared.items():
-        if given:
-            raise BadSetting(
-                f"--edit-law is not possible with {option}: a law is a program, and only you may write it. Leave out one of the two; "
-                "students edit theirs on their own computer, or in the tile of a notebook server."
-            )
-    return (command.law_file or EDITED).absolute()
 
 
 def _serve_here(

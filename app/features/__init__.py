@@ -5,6 +5,7 @@ from typing import Final
 from app.feature import Feature
 from app.features.bench import BENCH
 from app.features.classroom import CLASSROOM
+from app.features.custom_law import CUSTOM_LAW
 from app.features.duel import DUEL
 from app.features.exports import EXPORTS
 from app.features.figures import FIGURES
@@ -46,6 +47,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     LEVER,
+    CUSTOM_LAW,
     STUDIES,
     SWEEP,
     PERSON_FILES,

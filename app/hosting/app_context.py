@@ -16,7 +16,7 @@ from app.page.panels.hotkeys import KeyHelp
 from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
-from app.session.input_source import InputSources
+from app.session.late_law import LateLawMaker
 from app.web.server import DuetServer
 
 P = TypeVar("P", bound=ServerPart)
@@ -30,7 +30,7 @@ class AppContext:
     Attributes:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
-        sources: a law that is not built in.
+        law: makes a law that may answer later, for each session.
         store: what visitors who are away left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
@@ -46,7 +46,7 @@ class AppContext:
     server: DuetServer
     options: ServeOptions
     jobs: Jobs
-    sources: InputSources
+    law: LateLawMaker
     store: Parking
     workload: Workload
     errors: ThrottledLog

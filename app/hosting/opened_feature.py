@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from app.page.panel_context import PanelMaker
+from app.session.late_law import LateLawMaker
 
 
 class OpenedFeature:
@@ -10,9 +11,11 @@ class OpenedFeature:
 
     Attributes:
         panels: makers of panels that use this state.
+        law: makes the law that may answer later of each session; None if this feature has none.
     """
 
     panels: Sequence[PanelMaker] = ()
+    law: LateLawMaker | None = None
 
     def close(self) -> None:
         """Release what is open; may be called again."""

@@ -2,7 +2,6 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Self, TypeVar
 
 from app.settings import Settings
@@ -49,6 +48,13 @@ class FeatureOptions:
         del port, until
         return self
 
+    def fits(self, options: "ServeOptions") -> None:
+        """Refuse what is not possible with the other options, before anything is served.
+
+        Raises:
+            BadSetting: of an option.
+        """
+
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
         """Lines that the start prints. `places`: private sessions at once."""
         del host, port, places
@@ -66,8 +72,6 @@ class ServeOptions:
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
         embed_origins: web addresses of pages that may show ours in a frame.
-        law_file: see `app.session.input_source.find_input_sources`.
-        edited_law: file of a law that the person who started the server may edit on the page; None for none.
         proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
         ahead: whether to prepare what is slow the first time.
         loops: frame loops that share the sessions, each with a core of its own.
@@ -81,8 +85,6 @@ class ServeOptions:
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()
     embed_origins: tuple[str, ...] = ()
-    law_file: Path | None = None
-    edited_law: Path | None = None
     proof: str = field(default="", repr=False)
     ahead: bool = False
     loops: int = 1

@@ -72,8 +72,6 @@ class Visitor:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, query or request_query(client)
         self._private = private
-        # A law is a program: only the person who started the server writes one here.
-        self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self._browser: Language = browser_language(client)
         self.beside: tuple[Beside, ...] = ()
         self._reloaded = context.store.is_reload(self.query)
@@ -81,7 +79,7 @@ class Visitor:
         self.is_back, self.superseded = parked is not None, False
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
-        self.session = parked or Session(settings, context.wake, context.jobs, context.sources)
+        self.session = parked or Session(settings, context.wake, context.jobs, context.law)
         if parked is None and record is not None:
             self.session.parts.restore(record.parts, record.recordings)
         self.language: Language = language_of(self.session.settings, self._browser)
@@ -138,7 +136,7 @@ class Visitor:
             self.view,
             whole=whole,
             private=self._private,
-            edited=self._edited,
+            owners=self._private and self._context.server.is_owners(self.client.client_id),
             panels=self._context.panels,
             key_help=self._context.key_help,
         )

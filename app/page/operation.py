@@ -1,7 +1,6 @@
 """What is operated of one session: controls, handles, keys."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import viser
@@ -11,7 +10,6 @@ from app.page.handles.gizmos import Gizmos
 from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import Hotkey, KeyHelp, hotkeys, keys_of
-from app.page.panels.law_editor import LawEditor
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
@@ -47,7 +45,7 @@ class Operation:
         instead: keys that mean something else on this page, which others watch.
         whole: whether all settings are shown.
         private: whether this is the page of a private session.
-        edited: file of a law that the operator may edit; None for none.
+        owners: whether this is the page of the person who started the server.
         panels: makes the panels of features.
         key_help: rows of features for the table of keys.
 
@@ -64,7 +62,7 @@ class Operation:
         instead: tuple[Hotkey[Any], ...] = (),
         whole: bool = True,
         private: bool = False,
-        edited: Path | None = None,
+        owners: bool = False,
         panels: Sequence[PanelMaker] = (),
         key_help: Sequence[KeyHelp] = (),
     ) -> None:
@@ -78,10 +76,8 @@ class Operation:
         hands_off = lambda: session.parts.hands_off  # noqa: E731
         self._gizmos = gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
         self._page = page = PanelContext(
-            client, session, view, handlers, self._controls, gizmos, self._keep, private, instead, [replay_bar]
+            client, session, view, handlers, self._controls, gizmos, self._keep, private, owners, instead, [replay_bar]
         )
-        if edited is not None:
-            page.made.append(LawEditor(client.gui, session, handlers, self._controls, edited))
         for make in (*PANELS, *panels):
             panel = make(page)
             if panel is not None:

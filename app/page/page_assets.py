@@ -36,9 +36,9 @@ def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
         "accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay copy_button "
         "link_box pressed_buttons label_placement contact_chart contact_balance contact_guess lambda_tone "
         "contact_card live_equations lit_symbols small_panel tab_row "
-        "law_editor loading"
+        "loading"
     )
-    styles = "without_webgl announcements notes page_overlay embed loading contact_card law_editor"
+    styles = "without_webgl announcements notes page_overlay embed loading contact_card"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},

@@ -31,6 +31,7 @@ class PanelContext:
         gizmos: with which the visitor moves what they hold.
         keep: the folder “Keep and replay”; not visible while few things are shown.
         private: whether the session belongs to this visitor alone: not to a class or one of its groups.
+        owners: True on the page of the person who started the server.
         instead: keys that mean something else on this page, which others watch.
         made: the panels made so far.
         links: each returns what a link to the frame says, in place of settings; None if it has nothing to say.
@@ -44,6 +45,7 @@ class PanelContext:
     gizmos: Gizmos
     keep: viser.GuiFolderHandle
     private: bool
+    owners: bool = False
     instead: tuple[Hotkey[Any], ...] = ()
     made: list[PagePanel] = field(default_factory=list)
     links: list[Callable[[Frame], Mapping[str, str] | None]] = field(default_factory=list)

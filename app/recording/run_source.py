@@ -1,4 +1,4 @@
-"""Further sources of targets of `lwr-duet run`, as options that features add. Imports nothing slow."""
+"""Further sources of targets and laws of `lwr-duet run`, as options that features add. Imports nothing slow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from app.recording.headless_law import HeadlessLaw
     from scenes.roles import TargetSource
     from scenes.settings import RunSettings
 
 
 @dataclass(frozen=True)
 class RunSource:
-    """Options of `lwr-duet run` that name files with a source of targets; each option has a default."""
+    """Options of `lwr-duet run` that name files with a source of targets or a law; each option has a default."""
 
     @property
     def given(self) -> Mapping[str, Path]:
@@ -31,3 +32,11 @@ class RunSource:
             BadSetting, BadInputFile, MissingPackage: the source does not fit the experiment, or cannot be read.
         """
         raise NotImplementedError
+
+    def law(self) -> "HeadlessLaw | None":
+        """Law that runs instead of the settings' law; None if none is named.
+
+        Raises:
+            BadInputFile: its file cannot be read.
+        """
+        return None

@@ -128,7 +128,7 @@ class Frame:
         shown, simulation, ghost = self.shown, self.simulation, self.ghost
         steps = simulation.history.count, ghost is not None and ghost.history.count
         run = simulation, ghost, *steps, self.sample.positions.tobytes(), self.settings, self.pace
-        return *run, shown.student_law, shown.replay_time, shown.coming, shown.held is None
+        return *run, shown.law_status, shown.replay_time, shown.coming, shown.held is None
 
     @cached_property
     def contact(self) -> Contact:

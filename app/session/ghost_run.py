@@ -1,9 +1,11 @@
 """The ghost: a second run beside the session's, on the same inputs with another law or earlier settings, or with inputs of its own."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
-from app.session.student_law import StudentLaw
+from app.session import late_law
+from app.session.late_law import LateLaw
 from app.settings import Settings
 from scenes.inputs import InputsLog, Recorded
 from scenes.roles import TargetSource
@@ -19,7 +21,7 @@ class GhostRun:
 
     Args:
         run: settings of the law, gain and hardware that a frozen ghost keeps.
-        law: of the student, which the ghost may use.
+        law: gives the session's late law, which the ghost may use.
 
     Attributes:
         simulation: its history has the same times as the session's; None while there is no ghost.
@@ -28,7 +30,7 @@ class GhostRun:
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
     """
 
-    def __init__(self, run: RunSettings, law: StudentLaw) -> None:
+    def __init__(self, run: RunSettings, law: Callable[[], LateLaw]) -> None:
         self.simulation: Simulation | None = None
         self.inputs = InputsLog(KEEP)
         self.source: TargetSource | None = None
@@ -45,7 +47,7 @@ class GhostRun:
         self.simulation = self.source = None
         if settings.page.ghost != "off":
             self.simulation = Simulation(self._settings(settings))
-            self.simulation.use(self._law.of_ghost)
+            self.simulation.use(self._law().of_ghost)
             self.simulation.resume(beside.snapshot())
 
     def begin_other(self, simulation: Simulation, source: TargetSource) -> None:
@@ -68,7 +70,7 @@ class GhostRun:
     def _settings(self, settings: Settings) -> RunSettings:
         run, choice = settings.run, settings.page.ghost
         match choice:
-            case "own":
+            case late_law.GHOST:
                 return run
             case "off" | "frozen":
                 return replace(run, law=self.frozen.law, gain=self.frozen.gain, hardware=self.frozen.hardware)

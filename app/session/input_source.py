@@ -1,50 +1,15 @@
-"""Where a run's target comes from: the visitor's hand on the page, a chosen source, the experiment's own one, or one of the server's."""
+"""Where a run's target comes from: the visitor's hand on the page, a chosen source, or the experiment's own one."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from app.custom_law.law_limits import LawTimeShare
-from controllers.errors import BadInputFile
 from controllers.kinematics import Arm, Array
 from scenes.ball import BALL_ROOM
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target
-
-
-@dataclass(frozen=True)
-class InputSources:
-    """What was named when the server started.
-
-    Attributes:
-        law_file: a law of one's own; every session runs it in a process of its own.
-        law_share: how long all of them together may be waited for.
-    """
-
-    law_file: Path | None = None
-    law_share: LawTimeShare = field(default_factory=LawTimeShare, compare=False)
-
-
-NO_SOURCES: Final = InputSources()
-
-
-def find_input_sources(law_file: Path | None = None) -> InputSources:
-    """Sources that were named when the server started.
-
-    Args:
-        law_file: a law of one's own.
-
-    Raises:
-        BadInputFile: there is no such file.
-    """
-    if law_file is not None and not law_file.is_file():
-        raise BadInputFile(f"{law_file}: there is no such file; `lwr-duet new-law {law_file}` writes one to begin with.")
-    return InputSources(law_file)
-
 
 LONGEST_REACH: Final = 0.3
 """A key held down runs no further ahead of what it moves [m]."""

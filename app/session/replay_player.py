@@ -10,8 +10,8 @@ from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Pause, Reset, SingleStep
 from app.session.clock import Halt, Pace
 from app.session.ghost_run import GhostRun
+from app.session.late_law import LateLawStatus
 from app.session.replay import RecordedFilm, Replay, make_films
-from app.session.student_law import LawStatus
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import InputsLog, Recorded
@@ -69,7 +69,7 @@ class Past:
 
     Attributes:
         ghost: the second run beside it, at the same moment; None where there is none.
-        student_law: which file's law is replayed.
+        law_status: which file's law is replayed.
     """
 
     # Of a live session, see `app.session.shown.Shown`.
@@ -88,7 +88,7 @@ class Past:
         self.replayed_file, self.reviewed, self.mark = file, reviewed, mark
         self.ghost = None if beside is None else beside.simulation
         law = replay.recorded.law
-        self.student_law = LawStatus() if law is None else LawStatus(law.file, sha256=law.sha256)
+        self.law_status = LateLawStatus() if law is None else LateLawStatus(law.file, sha256=law.sha256)
 
     @property
     def simulation(self) -> Simulation:

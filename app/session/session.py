@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 from time import perf_counter
 from typing import Final
 
@@ -13,13 +12,13 @@ from app.session.action_handlers import ActionHandlers
 from app.session.actions import ActionQueue
 from app.session.clock import BUDGET, Clock, Halt, Pace, Reason, next_speed
 from app.session.ghost_run import GhostRun
-from app.session.input_source import NO_SOURCES, InputSource, InputSources, nudged, source_settings, with_joint
+from app.session.input_source import InputSource, nudged, source_settings, with_joint
+from app.session.late_law import GHOST, LateLawMaker, LateLawStatus, no_law
 from app.session.parts import SessionParts
 from app.session.relevant_settings import built_of
 from app.session.replay_player import ReplayPlayer
 from app.session.run_limits import RunLimits
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
-from app.session.student_law import LawStatus, StudentLaw
 from app.settings import Settings
 from controllers.kinematics import Arm, Array
 from controllers.laws.situation import Law, Unanswered
@@ -43,7 +42,7 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
         background: where replays, and what features study, are computed; without one they are not.
-        sources: a student's law: of the server at first, and then also the visitor's own.
+        law: makes a law that may answer later, for the run or the ghost.
     """
 
     # Of a replay, see `app.session.shown.Shown`.
@@ -54,9 +53,9 @@ class Session:
         settings: Settings,
         wake: Callable[[], None] = lambda: None,
         background: Jobs | None = None,
-        sources: InputSources = NO_SOURCES,
+        law: LateLawMaker = no_law,
     ) -> None:
-        self.settings, self.sources, self.background = settings, sources, background
+        self.settings, self.background = settings, background
         self._ask_for_frame = wake
         self.stirred = True
         """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
@@ -65,9 +64,10 @@ class Session:
         """Why no step is made, if none is."""
         self.inputs = InputsLog()
         """What the run was made with."""
-        self.law = StudentLaw(sources, background, self.wake, settings.page.ghost == "own")
-        """The law of a student's file, if there is one."""
-        self._ghost = GhostRun(settings.run, self.law)
+        self.law = law(background, self.wake)
+        """A law that may answer later, which the run or the ghost may use instead of the settings' law."""
+        self.law.in_ghost = settings.page.ghost == GHOST
+        self._ghost = GhostRun(settings.run, lambda: self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
         self.player = ReplayPlayer(self, background, self.wake)
@@ -129,7 +129,7 @@ class Session:
         self._clock.forget()
 
     def close(self) -> None:
-        """Drop everything that is being computed for this session, and end its own law's process."""
+        """Drop everything that is being computed for this session, and close its law."""
         self.law.close()
         for part in self.parts:
             part.close()
@@ -155,33 +155,13 @@ class Session:
         return self.simulation, None if self.ghost_hidden else self.ghost
 
     @property
-    def student_law(self) -> LawStatus:
-        """How the student's law fares."""
+    def law_status(self) -> LateLawStatus:
+        """State of the law that may answer later."""
         return self.law.status(not self.paused and self._clock.pace(False).slowed)
 
-    def let_custom_law_run(self, runs: bool) -> None:
-        """Switch the student's law on or off; the run is reset."""
-        if runs != self.law.enabled:
-            self.law.enabled = runs
-            self._assign_laws(self.sources.law_file is not None)
-
-    def take_law_file(self, path: Path) -> None:
-        """Run the law of a file from now on, as if the server had been started with it; the run is reset.
-
-        Raises:
-            BadInputFile: it cannot be read; nothing is changed.
-        """
-        sources = replace(self.sources, law_file=path)
-        self.law.open(sources)
-        if self.sources != sources:
-            self.sources = sources
-            for part in self.parts:
-                part.law_changed()
-        self._assign_laws(True)
-
     def step_with(self, law: Law) -> bool:
-        """Pause, and make one step of the run with another law, which answers at once; return False, and make none, as long as a law of
-        one's own has not answered for the ghost."""
+        """Pause, and make one step of the run with another law, which answers at once; return False, and make none, as long as the
+        ghost's law has not answered."""
         if not self.halt:
             self.halt.set("visitor")
         self.simulation.use(law)
@@ -190,8 +170,8 @@ class Session:
         finally:
             self.simulation.use(self.law.of_run)
 
-    def _assign_laws(self, reset: bool) -> None:
-        """Assign laws to the run and its ghost. `reset`: also reset them, because recorded inputs belong to one law only."""
+    def assign_laws(self, reset: bool) -> None:
+        """Follow a change of `law`: assign it to the run or the ghost. `reset`: also reset them, as recorded inputs belong to one law."""
         self.simulation.use(self.law.of_run)
         if self.ghost is not None:
             self.ghost.use(self.law.of_ghost)
@@ -240,8 +220,8 @@ class Session:
 
     @property
     def pace(self) -> Pace:
-        """How the clock runs now; where it waits for a law of one's own, the machine is not slow."""
-        pace, law = self._clock.pace(self.paused), self.student_law
+        """How the clock runs now; where it waits for a law, the machine is not slow."""
+        pace, law = self._clock.pace(self.paused), self.law_status
         return replace(pace, slowed=False) if law.waits or law.slow or law.problem else pace
 
     def change(self, key: str, value: object) -> None:
@@ -267,9 +247,9 @@ class Session:
             self._input.restart()
         if after.page.ghost != before.page.ghost:
             self._ghost.frozen = after.run
-            self.law.in_ghost = after.page.ghost == "own"
+            self.law.in_ghost = after.page.ghost == GHOST
             self._ghost.begin(after, self.simulation)
-            self._assign_laws(self.sources.law_file is not None and "own" in (after.page.ghost, before.page.ghost))
+            self.assign_laws(self.law.given and GHOST in (after.page.ghost, before.page.ghost))
         elif rebuilt:
             self._ghost.begin(after, self.simulation)
         elif after.run != before.run:
@@ -356,7 +336,7 @@ class Session:
         return self._input.way(self.simulation, self.settings.page.autopilot, seconds)
 
     def _step_both(self) -> bool:
-        """Make a step of both runs; return False, and make none, as long as a law of one's own has not answered."""
+        """Make a step of both runs; return False, and make none, as long as a law has not answered."""
         target = self.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
         if self.ghost is not None and self._ghost.source is None:

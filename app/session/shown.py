@@ -3,9 +3,9 @@
 from typing import Protocol
 
 from app.session.clock import Pace
+from app.session.late_law import LateLawStatus
 from app.session.parts import SessionParts
 from app.session.replay_player import Mark
-from app.session.student_law import LawStatus
 from app.settings import Settings
 from scenes.simulation import Simulation
 from scenes.targets import Target
@@ -59,8 +59,8 @@ class Shown(Protocol):
         ...
 
     @property
-    def student_law(self) -> LawStatus:
-        """State of the law of a student's file."""
+    def law_status(self) -> LateLawStatus:
+        """State of the law that may answer later."""
         ...
 
     @property

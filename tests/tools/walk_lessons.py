@@ -16,8 +16,9 @@ from tempfile import mkdtemp
 
 from playwright.sync_api import Browser, Page
 
-from app.cli.custom_law import NewLaw, new_law
 from app.features import FEATURES
+from app.features.custom_law.command_options import CustomLawOptions
+from app.features.custom_law.commands import NewLaw, new_law
 from app.hosting.serve_options import ServeOptions
 from app.start import App, start_app
 from tests.browser import launch, listen, save_picture, started_playwright, until
@@ -86,7 +87,7 @@ def main() -> int:
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the window [px]")
     parser.add_argument("--pictures", action="store_true", help="of every phase, in the artefact folder")
     given = parser.parse_args()
-    house = start_app(ServeOptions(law_file=custom_law()), features=FEATURES)
+    house = start_app(ServeOptions(features=(CustomLawOptions(custom_law()),)), features=FEATURES)
     failed = 0
     with started_playwright() as playwright:
         browser = launch(playwright)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from app.features import FEATURES
+from app.features.custom_law.student_law import let_custom_law_run, take_law_file
 from app.features.lecture.lecture import LectureHost
 from app.features.lecture.lecture_options import LectureOptions
 from app.features.lessons.bookmark import Bookmark
@@ -220,15 +221,15 @@ class NotebookRun:
     def take_law(self, text: str | None) -> None:
         """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost; None: that of the settings."""
         if text is None:
-            self._ask(lambda session: session.let_custom_law_run(False))
+            self._ask(lambda session: let_custom_law_run(session, False))
             return
         path = self._folder.path / "law.py"
         path.write_text(text, encoding="utf-8")
 
         def begin(session: Session) -> None:
             session.change("ghost", DEFAULT_LAW)
-            session.take_law_file(path)
-            session.let_custom_law_run(True)
+            take_law_file(session, path)
+            let_custom_law_run(session, True)
 
         self._ask(begin)
 
@@ -274,7 +275,7 @@ class NotebookRun:
         def apply(session: Session) -> None:
             all_changed(session.settings, settings)
             if session.law.of_run is not None and "law" in map(key_of, settings):
-                session.let_custom_law_run(False)
+                let_custom_law_run(session, False)
             for name, value in settings.items():
                 session.change(key_of(name), value)
 

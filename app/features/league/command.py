@@ -46,7 +46,7 @@ def league(command: League) -> int:
         DuetError: workers have been ended from outside; the outcomes so far are kept.
     """
     with ending_at_once():
-        from app.custom_law.fence import FenceLimits, isolation_of
+        from app.features.custom_law.fence import FenceLimits, isolation_of
         from app.features.league.entrants import entrants, played
         from app.features.league.league_files import PART, LeagueFiles
         from app.features.league.league_page import league_page, league_tables, markdown

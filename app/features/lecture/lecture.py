@@ -56,7 +56,7 @@ class LectureHost:
         room = (None if record is None else class_of(record)) or NEW_CLASS
         self.classroom = Classroom(context.workload.places, room)
         start = context.options.settings if record is None or record.state is None else record.settings
-        self.session = Session(start, context.wake, context.jobs, context.sources)
+        self.session = Session(start, context.wake, context.jobs, context.law)
         self._book = context.part(LessonServer).book
         self.lessons = self.session.parts.of(LessonSession)
         self.lessons.begin_with(self._book, language_of(context.options.settings, "en"))

@@ -5,9 +5,9 @@ from dataclasses import replace
 from math import inf
 from typing import ClassVar
 
-from app.custom_law.arena import TrialResult
-from app.custom_law.law_limits import LawProblem
-from app.custom_law.trials import WHY
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.law_limits import LawProblem
+from app.features.custom_law.trials import WHY
 from app.features.lessons.lesson import Challenge
 from app.features.lessons.outcomes import Attempt, Judgement, judge
 from app.features.measures.evidence import Evidence

@@ -4,7 +4,7 @@ import re
 from functools import partial
 from typing import Final
 
-from app.custom_law.trials import TRIALS
+from app.features.custom_law.trials import TRIALS
 from app.features.lessons.blocks import Table, is_number, quoted_value
 from app.features.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.features.lessons.markdown import FaultLog

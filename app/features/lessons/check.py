@@ -7,9 +7,9 @@ from functools import cache, partial
 from time import perf_counter
 from typing import Final, Literal
 
-from app.custom_law import template
-from app.custom_law.arena import TrialResult
-from app.custom_law.trials import TRIALS, verdict_on
+from app.features.custom_law import template
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.trials import TRIALS, verdict_on
 from app.features.lessons.attempts import StandIn
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.curve_drawing import ENOUGH, flat_line

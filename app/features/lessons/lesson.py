@@ -155,7 +155,7 @@ class Challenge:
         setup: with what it begins; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
-        custom_law: whether a custom law is to pass the six tests of `app.custom_law.trials`.
+        custom_law: whether a custom law is to pass the six tests of `app.features.custom_law.trials`.
         null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
         search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.

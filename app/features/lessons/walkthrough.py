@@ -9,7 +9,7 @@ from dataclasses import replace
 from math import inf
 from typing import Final
 
-from app.custom_law.arena import TrialResult
+from app.features.custom_law.arena import TrialResult
 from app.features.lessons.attempts import RunWatch, attempt_of, attempted
 from app.features.lessons.bookmark import Bookmark, Phase, first_phase, fitting, furthest_phase, is_finished, phases_of
 from app.features.lessons.lesson import AT_ONCE, LAST, Challenge, Lesson, LessonBook, Measurement, Step

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple
 
 from markupsafe import Markup
 
-from app.custom_law.arena import TrialCurve
-from app.custom_law.trials import TRIALS
+from app.features.custom_law.arena import TrialCurve
+from app.features.custom_law.trials import TRIALS
 from app.features.lab_report.report_html import SHEET, StepRecord, locked_page
 from app.features.marks.graded_file import REPORT, GradedFile, Student, points_of
 from app.i18n.speaking import set_language, tr

@@ -141,7 +141,7 @@ class BackgroundStudies(SessionPart):
     def _make(self) -> None:
         session = self._session
         # They know the settings' laws only, and would answer for another one.
-        jobs = session.background if session.sources.law_file is None else None
+        jobs = None if session.law.given else session.background
         wake, inputs = session.wake, session.inputs
         self.questions = Studies(jobs, wake, inputs)
         self.trade_off = self.safety_curves = None

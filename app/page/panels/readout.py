@@ -13,8 +13,8 @@ from app.plots.time_series import Swivel
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
 from app.session.frame import Frame
+from app.session.late_law import LateLawStatus
 from app.session.shown import Shown
-from app.session.student_law import LawStatus
 from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.text.law_texts import equation_html
 from app.text.lever_texts import lever_text
@@ -49,9 +49,9 @@ class Readout:
         self._shown, self._next = (frame.state, asking), frame.after(PERIOD)
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
         self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip")
-        law = shown.student_law
+        law = shown.law_status
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
-        pills += Markup() if frame.replayed else custom_law_html(law)
+        pills += Markup() if frame.replayed else late_law_html(law)
         self._status.content = element("div", "", pills, class_="duet duet-status", role="status")
         pills = promise_html(simulation, sample, law.file is not None) + error_html(simulation, sample, frame.ghost)
         numbers = element("div", "", pills, class_="duet-status") if pills else tiles_html(simulation, sample)
@@ -74,8 +74,8 @@ def replay_html(shown: Shown) -> Markup:
     return pills_html([("past", tr(text, time=decimal(f"{shown.replay_time:.1f}")))])
 
 
-def custom_law_html(law: LawStatus) -> Markup:
-    """Return a pill that says what runs the student's law, or why nothing does; nothing where there is none."""
+def late_law_html(law: LateLawStatus) -> Markup:
+    """Return a pill that says what runs the late law, or why nothing does; nothing if no law is given."""
     file, own = law.file or law.ghost_file, law.file
     if file is None:
         return Markup()

@@ -1,6 +1,5 @@
 """The command line: what it prints, what it writes, and how it says no."""
 
-import hashlib
 import json
 import os
 import re
@@ -139,7 +138,6 @@ ERRORS = {
     "run --seconds inf": "seconds = inf|5000.",
     "run --seconds 6000": "seconds = 6000|above 0 and up to 5000 (or a larger dt).",
     "run --inputs {}/hand.csv --csv {}/hand.csv": "hand.csv: the run reads this file|give another name",
-    "run --law-file {}/none.py --csv {}/hand.csv": "none.py",
     "run --inputs /no/such/file.csv": "/no/such/file.csv|cannot be read",
     "run --csv /no/such/folder/out.csv": "/no/such/folder|make it first",
     "run --csv {}": "cannot be written",
@@ -155,10 +153,6 @@ ERRORS = {
     "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
     "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
     "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
-    **{
-        f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
-        for option in ("--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org")
-    },
     **dict.fromkeys((f"run --start {LONG}", f"run --csv {LONG}/a.csv"), LONG),
 }
 
@@ -250,24 +244,23 @@ def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyP
         raise KeyboardInterrupt
 
     monkeypatch.setattr("app.start.start_app", start)
-    assert command_line(["serve", *every_option(tmp_path)], ()) == INTERRUPTED
+    assert command_line(["serve", *every_option()], ()) == INTERRUPTED
     usual, (one,) = ServeOptions(), served
     equal = {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)}
-    assert equal == {"features", "loops", "edited_law", "proof"}
+    assert equal == {"features", "loops", "proof"}
     monkeypatch.setenv("DUET_PROOF", "of-the-tile")
-    assert command_line(["serve", "--edit-law"], ()) == INTERRUPTED
-    assert (served[1].edited_law, served[1].proof) == (Path("my_law.py").absolute(), "of-the-tile")
-    # The process of a law does not inherit it.
+    assert command_line(["serve"], ()) == INTERRUPTED
+    assert served[1].proof == "of-the-tile"
+    # The processes that features start do not inherit it.
     assert "DUET_PROOF" not in os.environ
 
 
-def every_option(folder: Path) -> list[str]:
+def every_option() -> list[str]:
     """Every option of `serve` that may go with several processes."""
-    files = {f"--{name}": str(folder / name) for name in ("law-file",)}
     others = "--sessions 3 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
     here = ["--port", str(free_port()), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
-    return [*(word for pair in files.items() for word in pair), *others.split(), *here]
+    return [*others.split(), *here]
 
 
 @pytest.mark.parametrize("command", HELP)
@@ -308,21 +301,3 @@ def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_ali
         from_option = settings_of_options(options(**{key: option}), Settings())
         assert problems == () and from_link == from_option, key
         assert values(from_link)[key] != present or len(spec.choices) == 1, key
-
-
-def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_its_line(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = tmp_path / "my_law.py"
-    assert main(["new-law", str(path)]) == 0
-    capsys.readouterr()
-    out = tmp_path / "out.csv"
-    figures = [run(capsys, "--seconds", "8", *options) for options in ([], ["--law-file", str(path), "--csv", str(out)])]
-    top = read(out)[0]
-    assert (top["law"], top["law_sha256"]) == ("my_law.py", hashlib.sha256(path.read_bytes()).hexdigest())
-    for key in ("d_min", "e2_max"):
-        assert figures[1][key] == pytest.approx(figures[0][key], rel=0.02), key
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
-    line = refused(capsys, "run", "--seconds", "1", "--law-file", str(path))
-    assert "ZeroDivisionError" in line and "my_law.py, line" in line

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.custom_law import NewLaw, new_law
+from app.features.custom_law.commands import NewLaw, new_law
 from app.runtime.terminal import TERMINATED
 from controllers.own_packages import FOLDER, own_command
 from tests.app.runtime.processes import until
@@ -187,4 +187,4 @@ def test_no_other_file_starts_python() -> None:
     files = {path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")}
     found = {name for name, path in files.items() if starts_python(path.read_text(encoding="utf-8"))}
     # It only asks which folders Python is in.
-    assert found == {*STARTERS, "app/custom_law/fence.py"} & files.keys()
+    assert found == {*STARTERS, "app/features/custom_law/fence.py"} & files.keys()

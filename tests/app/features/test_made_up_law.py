@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from app.__main__ import run_command as main
-from app.custom_law.trials import verdict_on
+from app.features.custom_law.trials import verdict_on
 from app.features.exports.csv_table import csv_bytes
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
@@ -31,7 +31,6 @@ from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import section_html
 from app.plots.time_series import RollingSeries
 from app.session.frame import freeze
-from app.session.input_source import InputSources
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import PageSettings, Settings, from_query, ghosts, to_query
@@ -44,6 +43,7 @@ from scenes.settings import LawSettings, RunSettings, specs, values
 from scenes.simulation import Simulation
 from tests.app.cli.test_commands import read
 from tests.app.conftest import Arrive, OpenHouse
+from tests.app.features.custom_law.helpers import law_of
 from tests.app.page.helpers import page_label
 from tests.scenes.helpers import moved, recorded_run
 from tests.test_imports import ROOT
@@ -224,7 +224,7 @@ def test_a_file_s_own_law_runs_above_it_and_beside_it(tmp_path: Path) -> None:
     with redirect_stdout(StringIO()):
         assert main(["new-law", str(path)]) == 0
     for ghost in ("off", "own"):
-        session = Session(Settings(of(), PageSettings(ghost=ghost)), sources=InputSources(law_file=path))
+        session = Session(Settings(of(), PageSettings(ghost=ghost)), law=law_of(path))
         try:
             assert isinstance(session.simulation.law, MadeUp) == (ghost == "own")
             frame = freeze(session, 0.0)

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from jinja2 import UndefinedError
 
-from app.custom_law.arena import TrialCurve
-from app.custom_law.examination import ExaminationProgress
+from app.features.custom_law.arena import TrialCurve
+from app.features.custom_law.examination import ExaminationProgress
+from app.features.custom_law.law_html import law_html
 from app.features.exports.player import assembled
 from app.features.exports.scene_film import Filmed
 from app.features.handout.handout_html import handout_html
@@ -36,11 +37,10 @@ from app.features.marks.mark_files import StudentMarks, feedback_page
 from app.i18n.speaking import tr
 from app.page.page_assets import titlebar
 from app.page.panels.drawing_board import board_html
-from app.page.panels.law_tests import law_html
-from app.page.panels.readout import custom_law_html
+from app.page.panels.readout import late_law_html
 from app.plots.chart import Chart, ChartAxes
 from app.plots.curve_chart import COLUMNS
-from app.session.student_law import LawStatus
+from app.session.late_law import LateLawStatus
 from app.settings import Settings
 from app.text.documents import document_html, document_page
 from app.text.law_texts import equation_html
@@ -212,7 +212,7 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
         )
     ],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
-    "page/panels/law_editor.html": [("place", (NASTY,))],
+    "features/custom_law/law_editor.html": [("place", (NASTY,))],
     "features/lessons/panel/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],
     "text/equation.html": [("of_file", (NASTY,))],
@@ -243,10 +243,10 @@ SURFACES: Surfaces = {
     "features/exports/player.html": player,
     "features/league/league.html": league,
     "features/marks/feedback.html": feedback,
-    "page/panels/law_tests.html": laws,
+    "features/custom_law/law_tests.html": laws,
     "features/lessons/panel/lesson.html": panel,
     "page/panels/pills.html": lambda: iter(
-        (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
+        (late_law_html(LateLawStatus(NASTY)), late_law_html(LateLawStatus("a.py", problem=NASTY)))
     ),
     "page/panels/style.html": lambda: re.sub("</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 4, [], [])),
     "page/panels/title_bar.svg": lambda: page_of_template(

@@ -15,8 +15,8 @@ from typing import Final
 from jinja2 import Environment, nodes
 
 import app
-from app.custom_law.trials import TRIALS, WHY
 from app.features import FEATURES
+from app.features.custom_law.trials import TRIALS, WHY
 from app.i18n.catalogue import FOLDER, catalogues, read_texts
 from app.i18n.client_texts import ALL
 from app.page.panels.controls import TABS
@@ -51,7 +51,7 @@ ON_THE_PAGE: Final = (
         "app/runtime/job_pool.py",
         "app/features/exports/*.py",
         "app/recording/*.py",
-        "app/custom_law/[!c]*.py",
+        "app/features/custom_law/[!c]*.py",
         "app/page/**/*.py",
         "app/features/*/panel/*.py",
     ),

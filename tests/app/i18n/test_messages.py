@@ -9,10 +9,10 @@ import pytest
 import viser
 from msgspec import msgpack
 
-from app.custom_law.law_file import LawFile, Wrong
-from app.custom_law.law_limits import problem_of
-from app.custom_law.trials import verdict_on
-from app.custom_law.wire import Failure, TextParts, decode_reply, encode
+from app.features.custom_law.law_file import LawFile, Wrong
+from app.features.custom_law.law_limits import problem_of
+from app.features.custom_law.trials import verdict_on
+from app.features.custom_law.wire import Failure, TextParts, decode_reply, encode
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.custom_law.custom_law import CustomLaw
+from app.features.custom_law.custom_law import CustomLaw
 from app.plots.bins import AT_HIGH, HIGH, LAST, LOW, POINTS, WINDOW, Bins, bin_numbers, polyline
 from app.plots.plot_choice import cells, first_plots, is_chart, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of

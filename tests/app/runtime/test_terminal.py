@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 import pytest
 
-from app.cli.custom_law import NewLaw, new_law
+from app.features.custom_law.commands import NewLaw, new_law
 from app.runtime.terminal import INTERRUPTED
 from tests.app.runtime.processes import PATIENCE, gone, until
 

@@ -5,6 +5,7 @@ from typing import Final, Literal
 
 import viser
 
+from app.features.custom_law.law_editor import LawEditor
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.lesson import MOST_CHOICES, Lesson
 from app.features.lessons.panel.answer_boxes import Forecasts, ReasonBox, add_guess_box
@@ -21,7 +22,6 @@ from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.drawing_board import DrawingBoard
 from app.page.panels.hotkeys import keys_of
-from app.page.panels.law_editor import LawEditor
 from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.text.lesson_text import plain

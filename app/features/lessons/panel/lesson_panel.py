@@ -6,6 +6,7 @@ from typing import Final
 import viser
 from markupsafe import Markup
 
+from app.features.custom_law.law_html import law_html
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.labels import Contrast
 from app.features.lessons.lesson import LessonBook
@@ -13,7 +14,6 @@ from app.features.lessons.panel.lesson_charts import tracks_html
 from app.features.lessons.panel.lesson_html import BLOCKS, blocks_html, rules_html
 from app.features.lessons.session.lesson_session import LessonSession
 from app.i18n.speaking import tr
-from app.page.panels.law_tests import law_html
 from app.session.frame import Frame
 from app.text.setting_values import page_value
 from app.text.templates import element, macros
@@ -112,7 +112,7 @@ class LessonPanel:
             panel.visible = True
             panel.dock_left()
             panel.set_width(self._wide)
-        law = frame.live.student_law
+        law = frame.live.law_status
         state = run.version, run.computing, law.problem, law.away, len(self.openers)
         if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
             self._next = frame.after(PERIOD)
@@ -143,7 +143,7 @@ class LessonPanel:
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
-            law = frame.live.student_law
+            law = frame.live.law_status
             blocks["attempt"] = law_html(run.own_tests, law.problem, law.away, view.done.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
         ghost = frame.live.settings.page.ghost

@@ -10,7 +10,8 @@ from typing import ClassVar, Final
 
 import msgspec
 
-from app.custom_law.examination import ExaminationProgress
+from app.features.custom_law.examination import ExaminationProgress
+from app.features.custom_law.student_law import let_custom_law_run, tests_of
 from app.features.lessons.bookmark import OpenSteps, Phase
 from app.features.lessons.labels import label_of
 from app.features.lessons.lesson import NO_LESSONS, LessonBook
@@ -127,7 +128,7 @@ class LessonSession(SessionPart):
             return
         self._waiting = None
         try:
-            self._session.let_custom_law_run(True)
+            let_custom_law_run(self._session, True)
             self._session.set_source(None)
             self._runner.apply(with_look(self._own, self._session))
             self._session.reset()
@@ -529,7 +530,7 @@ class LessonSession(SessionPart):
     @property
     def own_tests(self) -> ExaminationProgress | None:
         """Return how far the tests of the custom law are; None where the step does not ask for one."""
-        return self._session.law.tests if self.open and asks_for_custom_law(self.walk) else None
+        return tests_of(self._session) if self.open and asks_for_custom_law(self.walk) else None
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown.

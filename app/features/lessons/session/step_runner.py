@@ -6,6 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Final
 
+from app.features.custom_law.student_law import examination, let_custom_law_run, tests_of
 from app.features.lessons.lesson import Setup, Step
 from app.features.lessons.outcomes import reference
 from app.features.lessons.reference_runs import begin_reference_run, measured, person_of
@@ -85,7 +86,7 @@ class StepRunner:
         self._further_of: tuple[object, ...] = ()
         self.seen: dict[tuple[str, str], Recorded] = {}
         self._warm = False
-        self._tests = session.law.tests
+        self._tests = tests_of(session)
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
         """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
@@ -96,7 +97,7 @@ class StepRunner:
             self.further = _RUNS.submit(_make_runs, walk.step, walk.beside)
         if not own_settings:
             self.apply(walk.setup.settings(with_look(Settings(), session)))
-        session.let_custom_law_run(asks_for_custom_law(walk))
+        let_custom_law_run(session, asks_for_custom_law(walk))
         session.reset()
         start = start_positions(session.simulation.room, walk.setup.start)
         if start is not None:
@@ -141,7 +142,7 @@ class StepRunner:
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
-        if walk.observe(self._session.simulation).complete and not showing and self._session.student_law.file is None:
+        if walk.observe(self._session.simulation).complete and not showing and self._session.law_status.file is None:
             recorded = self._session.inputs.window(LONGEST)
             if recorded is not None:
                 self.seen[step] = recorded
@@ -156,9 +157,10 @@ class StepRunner:
         if challenge is None:
             return
         if challenge.custom_law:
-            if session.law.examination is not None:
-                session.law.examination.begin()
-                self._tests = session.law.tests
+            tests = examination(session)
+            if tests is not None:
+                tests.begin()
+                self._tests = tests_of(session)
             return
         typed = (*said, *(None,) * len(challenge.forecasts))
         forecasts = [
@@ -171,7 +173,7 @@ class StepRunner:
 
     def advance_law_tests(self, walk: Walkthrough) -> bool:
         """Look after the tests of the custom law; return whether there is anything new."""
-        before, self._tests = self._tests, self._session.law.tests
+        before, self._tests = self._tests, tests_of(self._session)
         if self._tests == before:
             return False
         if before.running and self._tests.finished:

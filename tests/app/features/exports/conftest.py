@@ -1,5 +1,5 @@
 """Where a student's law is, for runs with one."""
 
-from tests.app.custom_law.conftest import file
+from tests.app.features.custom_law.conftest import file
 
 __all__ = ["file"]

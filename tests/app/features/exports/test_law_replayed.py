@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.features.custom_law.student_law import let_custom_law_run
 from app.features.exports.csv_table import csv_bytes
 from app.features.exports.export_queue import ExportQueue, File
 from app.features.exports.player import player_html
@@ -22,7 +23,7 @@ from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
 from scenes.rerun import newest_piece, rerun
 from scenes.settings import RunSettings
-from tests.app.custom_law.helpers import PAPER, session_of, write
+from tests.app.features.custom_law.helpers import PAPER, session_of, write
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
 from tests.scenes.inputs.helpers import as_bytes, rewritten
@@ -74,14 +75,14 @@ def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(file: Path, case
         if case == "both":
             session.change("avoid", "free")
         ran(session, 160)
-        assert bool(session.student_law.problem) == (case == "fails")
-        table, digest = session.simulation.history.table(), session.student_law.sha256
+        assert bool(session.law_status.problem) == (case == "fails")
+        table, digest = session.simulation.history.table(), session.law_status.sha256
         saved = kept(queue, background)
         queue.player.watch(KEEP)
         background.work()
         queue.player.advance(0.0)
         past = queue.player.past
-        assert past is not None and past.student_law.file == "my_law.py"
+        assert past is not None and past.law_status.file == "my_law.py"
     file.unlink()
 
     queue = queue_of(Session(Settings(), background=background))
@@ -103,7 +104,7 @@ def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(file: Path, case
     part = newest_piece(replay.recorded, 0.3)
     assert rerun(part).table.tobytes() == table[-len(rerun(part).table) :].tobytes() and part.steps < len(table)
     assert kept(queue, background).content == saved.content
-    assert queue.player.past is not None and freeze(queue.player.past, 0.0).shown.student_law.sha256 == digest
+    assert queue.player.past is not None and freeze(queue.player.past, 0.0).shown.law_status.sha256 == digest
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +157,7 @@ def test_a_record_of_a_session_keeps_the_answers(made: tuple[Recorded, Array], f
     # A session goes on from them under such a law only.
     with session_of(write(file, PAPER)) as session:
         for own in (True, False):
-            session.let_custom_law_run(own)
+            let_custom_law_run(session, own)
             session.inputs.restore([back], session.simulation)
             assert (session.inputs.window(KEEP) is not None) == own
 

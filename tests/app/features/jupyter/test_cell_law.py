@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.custom_law.law_file import LawFile
+from app.features.custom_law.law_file import LawFile
+from app.features.custom_law.student_law import take_law_file
 from app.features.jupyter.cell_law import law_text
 from app.features.jupyter.notebook_run import GivenVelocities, all_changed, key_of
 from app.features.studies.background_studies import BackgroundStudies
 from app.recording.run_file import saved_bytes, saved_from
-from app.session.input_source import InputSources
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.rerun import rerun
 from scenes.settings import changed
-from tests.app.custom_law.helpers import PAPER, SITUATION, write
+from tests.app.features.custom_law.helpers import PAPER, SITUATION, law_of, write
 from tests.app.runtime.processes import until
 
 GAIN, WEIGHTS, OTHER = 0.5, np.arange(7.0), object()
@@ -84,15 +84,15 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         assert saved_from(saved_bytes(recorded), "it").recorded.steps == 5
         # Then a law of a file comes; what cannot be read changes nothing.
         with pytest.raises(BadInputFile):
-            session.take_law_file(tmp_path / "none.py")
+            take_law_file(session, tmp_path / "none.py")
         assert session.law.of_run is None
         session.change("ghost", "smooth_priority")
-        session.take_law_file(write(tmp_path / "law.py", PAPER))
-        assert session.student_law.file == "law.py" and session.simulation.steps == 0
+        take_law_file(session, write(tmp_path / "law.py", PAPER))
+        assert session.law_status.file == "law.py" and session.simulation.steps == 0
         session.toggle_pause()
         until(lambda: session.advance(0.03) < 0 or session.simulation.steps > 20)
         assert (
-            session.student_law.problem == ""
+            session.law_status.problem == ""
             and session.ghost is not None
             and session.parts.of(BackgroundStudies).trade_off is None
         )
@@ -100,7 +100,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
 
 def test_a_step_waits_for_the_law_of_the_ghost(tmp_path: Path) -> None:
     file = write(tmp_path / "law.py", PAPER)
-    with closing(Session(changed(Settings(), "ghost", "own"), sources=InputSources(law_file=file))) as session:
+    with closing(Session(changed(Settings(), "ghost", "own"), law=law_of(file))) as session:
         given = GivenVelocities(np.zeros(7))
         assert not session.step_with(given) and session.simulation.steps == 0, "its process has not begun"
         until(lambda: (session.advance(0.03), session.step_with(given))[1])

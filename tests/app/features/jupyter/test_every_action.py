@@ -18,6 +18,7 @@ from app.session.actions import Action, Drag, Nudge, Pause, Reset, SetSetting, S
 from app.settings import JOIN, Settings
 from scenes.settings import RunSettings
 from tests.app.conftest import Made, visitor_of
+from tests.app.features.custom_law.helpers import edited
 from tests.app.features.lecture.lecture_room import lecture_of
 from tests.app.features.lessons.helpers import lessons_of
 from tests.app.inline import Inline
@@ -147,7 +148,7 @@ def asked(handlers: ActionHandlers, action: Action) -> list[str]:
 
 
 def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> None:
-    home = by_hand(settings=Settings(run=RunSettings(scene="hold")), edited_law=tmp_path / "law.py")
+    home = by_hand(settings=Settings(run=RunSettings(scene="hold")), features=(edited(tmp_path / "law.py"),))
     home.let_in(f"resume={1:032d}")
     visitor = visitor_of(home)
     assert table(visitor.session.handlers) == {name: owners for name, owners in OWNER.items() if name != "MoveInNullSpace"}

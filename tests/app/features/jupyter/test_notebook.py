@@ -135,7 +135,7 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
     assert cell(long_names)[0] == "0.12 0.12 8.0\n"
     assert re.search(r"count +400\.0", cell(table)[0])
     assert 0.0 < float(cell(law)[0]) < 0.3
-    state = "print(run._session.student_law.file, run._session.student_law.problem, run['ghost'])"
+    state = "print(run._session.law_status.file, run._session.law_status.problem, run['ghost'])"
     assert cell(state)[0] == "law.py  smooth_priority\n"
     before = float(cell("print(run.history(0.005)['t'][-1])")[0])
     t, *speeds = map(float, cell(step)[0].split())
@@ -154,7 +154,7 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
 def test_a_law_of_a_cell_that_fails_names_the_line_of_the_cell(cell: Execute, page_html: str) -> None:
     cell("run._ask(lambda session: run._app.host.lessons.leave())")
     cell("k = 3\n\ndef broken(situation):\n    return k * situation.nominal / nothing\nduet.law(broken)\nrun.advance(0.1)")
-    assert "line 4: NameError: name 'nothing'" in cell("print(run._session.student_law.problem)")[0]
+    assert "line 4: NameError: name 'nothing'" in cell("print(run._session.law_status.problem)")[0]
     for wrong in ("lambda s: s.nominal", "3", "print"):
         with pytest.raises(AssertionError, match="BadSetting"):
             cell(f"duet.law({wrong})")

@@ -7,6 +7,7 @@ import pytest
 
 from app.features.lecture.lecture_options import LectureOptions
 from app.features.store.store_options import StoreOptions
+from app.hosting.serve_options import FeatureOptions
 from app.start import App
 from tests.app.conftest import OpenHouse
 
@@ -23,9 +24,10 @@ def house(house: OpenHouse) -> OpenHouse:
         students: int = 0,
         store: Path | None = None,
         keep: float = 24.0,
+        features: tuple[FeatureOptions, ...] = (),
         **options: Any,
     ) -> App:
         mine = LectureOptions(lecture=lecture, watchers=watchers, students=students)
-        return house(*given, features=(mine, StoreOptions(file=store, keep=keep)), **options)
+        return house(*given, features=(mine, StoreOptions(file=store, keep=keep), *features), **options)
 
     return make

@@ -15,6 +15,7 @@ from app.runtime.job_pool import JobPool
 from app.settings import Settings
 from scenes.settings import specs
 from tests.app.conftest import FRAME, Join, Made, OpenHouse, ask
+from tests.app.features.custom_law.helpers import edited
 from tests.app.features.lecture.lecture_room import lecture_of, operator_of
 from tests.app.features.studies.test_jobs_of_visitors import compute_for
 from tests.app.hosting.test_reconnect import WORD
@@ -123,7 +124,7 @@ def test_the_class_is_told_the_address_of_the_proxy(proxies: tuple[Proxy, Proxy]
 
 
 def test_no_law_is_edited_in_a_lecture(house: OpenHouse, join: Join, tmp_path: Path) -> None:
-    opened = house(edited_law=tmp_path / "my_law.py", lecture=True)
+    opened = house(features=(edited(tmp_path / "my_law.py"),), lecture=True)
     visitor = join(opened)
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
     assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))

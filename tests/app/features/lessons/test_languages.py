@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.custom_law.trials import verdict_on
+from app.features.custom_law.trials import verdict_on
 from app.features.lessons import outcomes, reference_runs
 from app.features.lessons.attempts import StandIn, attempt_of
 from app.features.lessons.bookmark import phases_of

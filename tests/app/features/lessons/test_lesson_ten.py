@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.custom_law import NewLaw, new_law
-from app.custom_law import examination
-from app.custom_law.arena import TrialResult
-from app.custom_law.trials import TRIALS
+from app.features.custom_law import examination
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.commands import NewLaw, new_law
+from app.features.custom_law.trials import TRIALS
 from app.features.lessons.bookmark import Phase
 from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, visitor_of

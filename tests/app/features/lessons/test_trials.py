@@ -5,20 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.custom_law import examination as examination_module
-from app.custom_law.examination import ExaminationProgress
-from app.custom_law.trials import WHY
+from app.features.custom_law import examination as examination_module
+from app.features.custom_law.examination import ExaminationProgress
+from app.features.custom_law.law_html import COMMANDS
+from app.features.custom_law.student_law import examination
+from app.features.custom_law.trials import WHY
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.loading import load_lessons
 from app.features.lessons.session.lesson_actions import Press
 from app.features.lessons.session.lesson_session import LessonSession
-from app.page.panels.law_tests import COMMANDS
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.custom_law.helpers import session_of, write
-from tests.app.custom_law.test_trials import NAMES, STANDS_STILL, names_it
+from tests.app.features.custom_law.helpers import session_of, write
+from tests.app.features.custom_law.test_trials import NAMES, STANDS_STILL, names_it
 from tests.app.features.lessons.helpers import lessons_of
 from tests.app.inline import Inline
 from tests.app.page.helpers import buttons, shown
@@ -27,7 +28,7 @@ from tests.app.runtime.processes import until
 
 def test_without_a_file() -> None:
     session = Session(changed(Settings(), "ghost", "own"))
-    assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
+    assert session.law_status.ghost_file is None and session.ghost is not None and examination(session) is None
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
@@ -58,18 +59,18 @@ def to_challenge(session: Session, run: LessonSession) -> None:
 def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
-        assert session.student_law.file == "my_law.py" and run.own_tests is None
+        assert session.law_status.file == "my_law.py" and run.own_tests is None
         run.enter("limits", 4)
-        assert session.student_law.file is None and run.own_tests is None
+        assert session.law_status.file is None and run.own_tests is None
         to_challenge(session, run)
-        assert session.student_law.file == "my_law.py"
+        assert session.law_status.file == "my_law.py"
         while run.walk.phase is not Phase.DO:
-            assert session.student_law.file == "my_law.py"
+            assert session.law_status.file == "my_law.py"
             run.act(Press("back"))
-        assert session.student_law.file is None
+        assert session.law_status.file is None
         to_challenge(session, run)
         run.leave()
-        assert session.student_law.file == "my_law.py" and run.own_tests is None
+        assert session.law_status.file == "my_law.py" and run.own_tests is None
 
 
 def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

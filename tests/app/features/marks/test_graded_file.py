@@ -1,4 +1,4 @@
-"""Whose a file is, and what it is worth; the marks themselves are in `tests/app/custom_law/test_marking.py`."""
+"""Whose a file is, and what it is worth; the marks themselves are in `tests/app/features/custom_law/test_marking.py`."""
 
 import csv
 import os
@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from app.custom_law.arena import TrialResult
-from app.custom_law.fence import FenceLimits
-from app.custom_law.marked import LawMarks
-from app.custom_law.trials import TRIALS
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.fence import FenceLimits
+from app.features.custom_law.marked import LawMarks
+from app.features.custom_law.trials import TRIALS
 from app.features.lab_report.report_html import StepRecord, records_html
 from app.features.lessons.loading import load_lessons
 from app.features.marks import graded_file

@@ -12,8 +12,9 @@ from app.start import App
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.custom_law.test_edited_law import LAW, state_of
-from tests.app.custom_law.test_edited_law import enter as save_law
+from tests.app.features.custom_law.helpers import edited
+from tests.app.features.custom_law.test_edited_law import LAW, state_of
+from tests.app.features.custom_law.test_edited_law import enter as save_law
 from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.helpers import click, hotkey_uuid, notes, shown
 from tests.blocking_client import BlockingClient
@@ -132,7 +133,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
 
 def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
     file = tmp_path / "my_law.py"
-    owner = arrive(house(HOLD, edited_law=file))
+    owner = arrive(house(HOLD, features=(edited(file),)))
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
     click(owner.visitor, INVITE)

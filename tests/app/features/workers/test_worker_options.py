@@ -46,7 +46,18 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 
     monkeypatch.setattr("app.start.start_app", alone)
     monkeypatch.setattr("app.features.workers.start.Dispatcher", behind)
-    given = ["serve", *every_option(tmp_path), "--store", str(tmp_path / "store"), "--keep", "2", "--store-size", "20"]
+    given = [
+        "serve",
+        *every_option(),
+        "--law-file",
+        str(tmp_path / "law-file"),
+        "--store",
+        str(tmp_path / "store"),
+        "--keep",
+        "2",
+        "--store-size",
+        "20",
+    ]
     assert main([*given, "--workers", "1"]) == INTERRUPTED
     assert main([*given, "--workers", "2"]) == INTERRUPTED
     one, two = served

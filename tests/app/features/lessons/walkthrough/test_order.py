@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.custom_law.trials import WHY, verdict_on
+from app.features.custom_law.trials import WHY, verdict_on
 from app.features.lessons.attempts import StandIn, attempt_of
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.labels import Contrast

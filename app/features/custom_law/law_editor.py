@@ -7,18 +7,17 @@ from typing import Final, Protocol
 
 import viser
 
-from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save_text
-from app.custom_law.examination import ExaminationProgress
-from app.custom_law.trials import TRIALS
+from app.features.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save_text
+from app.features.custom_law.examination import ExaminationProgress
+from app.features.custom_law.law_html import law_html
+from app.features.custom_law.student_law import examination, take_law_file, tests_of
+from app.features.custom_law.trials import TRIALS
 from app.i18n.speaking import N_, tr
+from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
-from app.page.panels.controls import Controls
-from app.page.panels.law_tests import law_html
-from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.relevant_settings import matters
-from app.session.session import Session
 from app.text.templates import element, macros
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
@@ -74,32 +73,32 @@ class LawEditor(PagePanel):
     """The editor on the page of the person who has started the server.
 
     Args:
-        handlers: of the page.
-        controls: with the tab on comparisons.
+        page: of that person.
         path: of the file, which is written when it is run for the first time.
 
     Attributes:
         task: place of a feature.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers, controls: Controls, path: Path) -> None:
-        self._gui, self._session, self._path = gui, session, path
+    def __init__(self, page: PanelContext, path: Path) -> None:
+        self._gui, self._session, self._path = page.client.gui, page.session, path
         self.task: LawTask | None = None
+        gui, session = self._gui, self._session
         box = gui.add_text("", "", visible=False)
         self._box = uuid_of(on_entry(box, lambda entry: session.post(RunLaw(entry))))
         self._version, self._number, self._said, self._refused = Version("", ""), "", "", ""
         self._seen = ""
         self._read()
-        with controls.compare_tab:
-            self._compare = self._place()
+        with page.controls.compare_tab:
+            self._compare = self._add()
             self._tests = gui.add_html("")
         self._in_task: tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle] | None = None
         self._shown: object = None
-        handlers.add(RunLaw, self._save_and_run)
+        page.handlers.add(RunLaw, self._save_and_run)
 
-    def _place(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
+    def _add(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
         """Add the place of the editor, which stays as it is, and what the script is to know."""
-        place = macros("page/panels/law_editor.html").place(readable(self._path.name))
+        place = macros("features/custom_law/law_editor.html").place(readable(self._path.name))
         return self._gui.add_html(place, order=order), self._gui.add_html("", order=order)
 
     def _read(self) -> None:
@@ -128,16 +127,17 @@ class LawEditor(PagePanel):
             # The run is about another law.
             return
         session.change("ghost", DEFAULT_LAW)
-        session.take_law_file(self._path)
+        take_law_file(session, self._path)
         if self.task is not None and asked:
             self.task.run_again()
         session.halt.go_on()
-        if session.law.examination is not None:
-            session.law.examination.begin()
+        tests = examination(session)
+        if tests is not None:
+            tests.begin()
 
     def show(self, frame: Frame) -> None:
         """Offer the editor where it is of use, with what became of the law."""
-        law, task, tests = frame.live.student_law, self.task, self._session.law.tests
+        law, task, tests = frame.live.law_status, self.task, tests_of(self._session)
         tab = None if task is None else task.tab
         in_task = task is not None and task.asked and tab is not None
         in_compare = not self._session.parts.lead and matters("ghost", frame.live.settings)
@@ -148,7 +148,7 @@ class LawEditor(PagePanel):
         self._seen = law.sha256
         if task is not None and tab is not None and in_task and self._in_task is None:
             with tab:
-                self._in_task = self._place(task.order)
+                self._in_task = self._add(task.order)
         failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
         problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
         state = in_task, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away

@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.custom_law.custom_law import read_law
+from app.features.custom_law.custom_law import read_law
 from controllers.errors import BadInputFile
 from scenes.files import readable, replacing
 

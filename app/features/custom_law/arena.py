@@ -9,7 +9,7 @@ from typing import Final, Literal, Protocol
 
 import numpy as np
 
-from app.custom_law.law_limits import LawProblem
+from app.features.custom_law.law_limits import LawProblem
 from controllers.errors import LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation

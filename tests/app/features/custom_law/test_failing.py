@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from app.custom_law.custom_law import CustomLaw
-from app.custom_law.law_limits import LawLimits
+from app.features.custom_law.custom_law import CustomLaw
+from app.features.custom_law.law_limits import LawLimits
 from controllers.errors import BadInputFile
 from controllers.laws.situation import Unanswered
-from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, soon, write
+from tests.app.features.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, soon, write
 from tests.app.runtime.processes import gone, until
 
 pytestmark = pytest.mark.slow
@@ -215,8 +215,8 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
     page = f"""
         import os, sys
         from pathlib import Path
-        from app.custom_law.law_limits import LawLimits
-        from app.custom_law.process import LawProcess
+        from app.features.custom_law.law_limits import LawLimits
+        from app.features.custom_law.process import LawProcess
         path = Path({str(file)!r})
         process = LawProcess(path, path.read_bytes(), LawLimits(start=60.0))
         while process._phase == "starting":
@@ -224,7 +224,7 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
         print(process.pid, flush=True)
         {end}
     """
-    command, root = [sys.executable, "-c", textwrap.dedent(page)], Path(__file__).parents[3]
+    command, root = [sys.executable, "-c", textwrap.dedent(page)], Path(__file__).parents[4]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120.0, check=False)
     assert done.stdout.strip().isdigit(), done.stderr
     until(lambda: gone(int(done.stdout)))

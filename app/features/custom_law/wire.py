@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
 
-from app.custom_law.law_file import Array
+from app.features.custom_law.law_file import Array
 from controllers.errors import LazyText
 from controllers.laws.situation import Situation
 

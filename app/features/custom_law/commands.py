@@ -34,7 +34,7 @@ def new_law(command: NewLaw) -> int:
     Raises:
         BadSetting: the file exists, or cannot be written.
     """
-    from app.custom_law.edited_file import first_text
+    from app.features.custom_law.edited_file import first_text
 
     path = command.path
     if os.path.lexists(path):
@@ -56,7 +56,7 @@ def law_test(command: LawTest) -> int:
         BadInputFile: there is no such file, or it cannot be read.
     """
     with ending_at_once():
-        from app.custom_law.examination import examine, verdict_table
+        from app.features.custom_law.examination import examine, verdict_table
 
     verdicts = list(examine(command.path))
     print(verdict_table(command.path, verdicts))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from app.custom_law.law_file import LawFile, Wrong
-from tests.app.custom_law.helpers import PAPER, received, situation
+from app.features.custom_law.law_file import LawFile, Wrong
+from tests.app.features.custom_law.helpers import PAPER, received, situation
 
 
 def file_of(text: str) -> LawFile:
@@ -24,7 +24,7 @@ def wrong(text: str) -> Wrong:
 
 def test_the_laws_process_needs_no_robotics_library() -> None:
     """It imports the situation of every law, and starts in a tenth of a second all the same."""
-    code = "import sys, app.custom_law.worker; sys.exit(any(name in sys.modules for name in ('pinocchio', 'coal', 'scipy')))"
+    code = "import sys, app.features.custom_law.worker; sys.exit(any(name in sys.modules for name in ('pinocchio', 'coal', 'scipy')))"
     assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 0
 
 

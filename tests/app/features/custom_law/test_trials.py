@@ -13,16 +13,16 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
-from app.custom_law import examination as examination_module
-from app.custom_law import template
-from app.custom_law.arena import TrialResult
-from app.custom_law.examination import Examination, ExaminationProgress, examine, examine_one
-from app.custom_law.law_file import LawFile
-from app.custom_law.law_limits import LawProblem
-from app.custom_law.trials import TRIALS, WHY, verdict_on
+from app.features.custom_law import examination as examination_module
+from app.features.custom_law import template
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.commands import LawTest, NewLaw, law_test, new_law
+from app.features.custom_law.examination import Examination, ExaminationProgress, examine, examine_one
+from app.features.custom_law.law_file import LawFile
+from app.features.custom_law.law_html import law_html
+from app.features.custom_law.law_limits import LawProblem
+from app.features.custom_law.trials import TRIALS, WHY, verdict_on
 from app.i18n.catalogue import words_of
-from app.page.panels.law_tests import law_html
 from app.runtime.job_pool import BUSY, JobPool
 from app.settings import Language
 from controllers.errors import BadInputFile, BadSetting, LazyText
@@ -30,7 +30,7 @@ from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes import wanted
 from scenes.settings import LawSettings
-from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
+from tests.app.features.custom_law.helpers import PAPER, received, session_of, situation, write
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
 
@@ -144,7 +144,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     text = path.read_text(encoding="utf-8")
     assert "law-test her_law.py" in text and "my_law.py" not in text
     # The other three are made on the same law in this process, see below; through another one they take their time.
-    monkeypatch.setattr("app.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)})
+    monkeypatch.setattr("app.features.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)})
     assert law_test(LawTest(path)) == 1
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
@@ -302,21 +302,21 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
             return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
 
         session.change("ghost", "smooth_priority")
-        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
+        assert (session.law_status.file, session.law_status.ghost_file) == ("my_law.py", None)
         until(lambda: moves() == (False, True))
         session.change("ghost", "own")
-        assert (session.student_law.file, session.student_law.ghost_file) == (None, "my_law.py")
+        assert (session.law_status.file, session.law_status.ghost_file) == (None, "my_law.py")
         assert session.simulation.steps == 0
         until(lambda: moves() == (True, False))
-        assert session.student_law.problem == ""
+        assert session.law_status.problem == ""
         write(path, "def law(s):\n    return s.nominal / 0 + nothing")
-        until(lambda: moves() and session.student_law.problem)
-        assert "line 2: NameError" in session.student_law.problem and moves() == (True, False)
+        until(lambda: moves() and session.law_status.problem)
+        assert "line 2: NameError" in session.law_status.problem and moves() == (True, False)
         write(path, PAPER)
         until(lambda: moves() == (True, True))
-        assert session.student_law.problem == ""
+        assert session.law_status.problem == ""
         session.change("ghost", "off")
-        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
+        assert (session.law_status.file, session.law_status.ghost_file) == ("my_law.py", None)
 
 
 def test_every_test_says_how_it_went_in_words() -> None:

@@ -9,9 +9,9 @@ from typing import ClassVar, Final, Self
 
 import numpy as np
 
-from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
-from app.custom_law.process import LawFailed, LawProcess
-from app.custom_law.wire import ActivationQuestion, ActivationsQuestion, LawQuestion, RatesQuestion, VelocityQuestion
+from app.features.custom_law.law_limits import LawLimits, LawProblem, problem_of
+from app.features.custom_law.process import LawFailed, LawProcess
+from app.features.custom_law.wire import ActivationQuestion, ActivationsQuestion, LawQuestion, RatesQuestion, VelocityQuestion
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered

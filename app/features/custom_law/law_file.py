@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.custom_law.law_limits import without_core
+from app.features.custom_law.law_limits import without_core
 from controllers.errors import LazyText, joined
 from controllers.laws.situation import Situation
 

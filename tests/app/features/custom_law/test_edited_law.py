@@ -8,11 +8,13 @@ from typing import Any
 import pytest
 import websockets
 
-from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, first_text, read_version, save_text
+from app.features.custom_law.edited_file import MOST, ChangedMeanwhile, Version, first_text, read_version, save_text
+from app.features.custom_law.student_law import student_law
 from app.start import App
 from app.web.origin_policy import PROOF
 from controllers.errors import BadInputFile
 from tests.app.conftest import Arrive, Join, OpenHouse, live_sessions
+from tests.app.features.custom_law.helpers import edited
 from tests.app.page.helpers import Client, hotkey_uuid, shown
 from tests.blocking_client import BlockingClient
 
@@ -60,7 +62,7 @@ def enter(visitor: BlockingClient, box: str, text: str, number: int = 1, base: s
 
 
 def test_the_owner_saves_runs_and_gets_every_refusal_in_words(house: OpenHouse, arrive: Arrive, file: Path) -> None:
-    owner = arrive(house(edited_law=file))
+    owner = arrive(house(features=(edited(file),)))
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
     texts = (LAW, "def law(situation):\n    return 1 +\n", "a\0b", "x" * MOST + "y", LAW + "# 2\n", "")
@@ -89,7 +91,7 @@ PROXIES = ({"X-Forwarded-For": "203.0.113.5"}, {"Forwarded": "for=203.0.113.5"},
 
 
 def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, join: Join, file: Path) -> None:
-    opened: App = house(edited_law=file, sessions=12)
+    opened: App = house(features=(edited(file),), sessions=12)
     owner = arrive(opened)
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
@@ -109,7 +111,7 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
     assert not file.exists() and (state_of(owner.visitor) or {})["number"] == ""
     enter(owner.visitor, box, LAW)
     owner.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")
-    assert all(one.sources.law_file is None for one in others) and owner.session.sources.law_file == file
+    assert not any(one.law.given for one in others) and student_law(owner.session).path == file
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
     ],
 )
 def test_where_others_may_come_there_is_no_editor(house: OpenHouse, join: Join, file: Path, options: dict[str, Any]) -> None:
-    opened = house(edited_law=file, **options)
+    opened = house(features=(edited(file),), **options)
     visitor = join(opened)
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
     assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))

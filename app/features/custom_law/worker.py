@@ -13,8 +13,8 @@ from multiprocessing import connection
 
 import numpy as np
 
-from app.custom_law import wire
-from app.custom_law.law_file import LawFile, Wrong
+from app.features.custom_law import wire
+from app.features.custom_law.law_file import LawFile, Wrong
 
 
 def main() -> None:

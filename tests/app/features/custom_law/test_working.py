@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from app.custom_law import custom_law as custom_law_module
-from app.custom_law.custom_law import CustomLaw
-from app.custom_law.law_limits import LawLimits
+from app.features.custom_law import custom_law as custom_law_module
+from app.features.custom_law.custom_law import CustomLaw
+from app.features.custom_law.law_limits import LawLimits
 from controllers.laws.situation import Law
-from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
+from tests.app.features.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
 from tests.app.runtime.processes import gone, until
 
 pytestmark = pytest.mark.slow

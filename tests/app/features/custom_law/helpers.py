@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.testing import assert_array_equal
 
-from app.custom_law.custom_law import CustomLaw
-from app.custom_law.law_limits import LawLimits
-from app.custom_law.wire import VelocityQuestion, decode_question, encode
+from app.features.custom_law.command_options import CustomLawOptions
+from app.features.custom_law.custom_law import CustomLaw
+from app.features.custom_law.law_limits import LawLimits, LawTimeShare
+from app.features.custom_law.student_law import StudentLaw
+from app.features.custom_law.wire import VelocityQuestion, decode_question, encode
 from app.runtime.job_pool import JobPool
-from app.session.input_source import InputSources
+from app.session.late_law import LateLawMaker
 from app.session.session import Session
 from app.settings import Settings
 from controllers.kinematics import Array
@@ -58,10 +60,20 @@ def received(sent: Situation) -> Situation:
     return question.situation()
 
 
+def law_of(path: Path) -> LateLawMaker:
+    """What a server with a law file makes for each session."""
+    return lambda background, wake: StudentLaw(path, LawTimeShare(), background, wake)
+
+
+def edited(path: Path) -> CustomLawOptions:
+    """Options of a server on whose page a file is edited."""
+    return CustomLawOptions(edit_law=True, unnamed=path)
+
+
 def session_of(path: Path, background: JobPool | None = None, **settings: object) -> closing[Session]:
     """A session of a server that has a law file; closed after a `with`."""
     given = reduce(lambda present, change: changed(present, *change), settings.items(), Settings())
-    return closing(Session(given, background=background, sources=InputSources(law_file=path)))
+    return closing(Session(given, background=background, law=law_of(path)))
 
 
 ZEROS = np.zeros(7)

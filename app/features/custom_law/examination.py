@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from app.custom_law import template
-from app.custom_law.arena import TrialResult
-from app.custom_law.custom_law import CustomLaw, read_law
-from app.custom_law.law_limits import LawLimits, processor_time, without_core
-from app.custom_law.trials import TRIALS, advice, verdict_on
+from app.features.custom_law import template
+from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.custom_law import CustomLaw, read_law
+from app.features.custom_law.law_limits import LawLimits, processor_time, without_core
+from app.features.custom_law.trials import TRIALS, advice, verdict_on
 from app.runtime.job_pool import Job, Jobs
 from controllers.errors import LazyText
 from controllers.kinematics import Array

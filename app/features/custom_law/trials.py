@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from app.custom_law import arena
-from app.custom_law.arena import Candidate, TrialCurve, TrialResult
+from app.features.custom_law import arena
+from app.features.custom_law.arena import Candidate, TrialCurve, TrialResult
 from app.i18n.speaking import N_
 from controllers.errors import LazyText, NumberText
 from scenes.experiments import BALL, HOLD, SOLO

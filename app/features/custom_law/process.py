@@ -18,9 +18,20 @@ from pathlib import Path
 from time import monotonic
 from typing import Final, Literal, TypeVar
 
-from app.custom_law.law_file import FILENAME, quoted
-from app.custom_law.law_limits import LawLimits, LawProblem, Patience, problem_of
-from app.custom_law.wire import BROKEN, Failure, FileLoaded, LawQuestion, LoadFile, Numbers, Reply, Started, decode_reply, encode
+from app.features.custom_law.law_file import FILENAME, quoted
+from app.features.custom_law.law_limits import LawLimits, LawProblem, Patience, problem_of
+from app.features.custom_law.wire import (
+    BROKEN,
+    Failure,
+    FileLoaded,
+    LawQuestion,
+    LoadFile,
+    Numbers,
+    Reply,
+    Started,
+    decode_reply,
+    encode,
+)
 from controllers.errors import LazyText, joined
 from controllers.own_packages import own_command
 from scenes.children import ONE_THREAD
@@ -46,7 +57,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
     else:
         os.set_handle_inheritable(handle, True)  # pyright: ignore[reportAttributeAccessIssue]
     process = subprocess.Popen(
-        own_command("app.custom_law.worker", str(handle), str(memory), str(path)),
+        own_command("app.features.custom_law.worker", str(handle), str(memory), str(path)),
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -111,8 +122,8 @@ class LawFailed(Exception):
 
 
 class LawProcess:
-    """A process that runs `app.custom_law.worker` with one version of a file. It ends at the latest when this object is collected, or when
-    this process ends.
+    """A process that runs `app.features.custom_law.worker` with one version of a file. It ends at the latest when this object is
+    collected, or when this process ends.
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.

@@ -1,11 +1,11 @@
-"""What the page says of a custom law: how to begin, whether its file runs, and its tests as they come."""
+"""What the page says of a custom law: how to begin, whether its file runs, and its six tests."""
 
 from typing import Final
 
 from markupsafe import Markup
 
-from app.custom_law.examination import ExaminationProgress
-from app.custom_law.trials import TRIALS, WHY, advice
+from app.features.custom_law.examination import ExaminationProgress
+from app.features.custom_law.trials import TRIALS, WHY, advice
 from app.text.templates import macros
 
 COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
@@ -13,7 +13,7 @@ COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_l
 
 
 def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
-    """Card of a custom law.
+    """State of a custom law, in a lesson and in the tab on comparisons.
 
     Args:
         progress: of the six tests.
@@ -22,4 +22,5 @@ def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bo
         passed: whether the challenge was ever passed.
         edits: whether the file is written on the page.
     """
-    return macros("page/panels/law_tests.html").law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)
+    template = macros("features/custom_law/law_tests.html")
+    return template.law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)

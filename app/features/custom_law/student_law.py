@@ -1,0 +1,146 @@
+"""The law of a student's file in one session: which run uses it, and how long it may be waited for."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from app.features.custom_law.custom_law import CustomLaw
+from app.features.custom_law.examination import Examination, ExaminationProgress
+from app.features.custom_law.law_limits import SHARE, LawTimeShare
+from app.runtime.job_pool import Jobs
+from app.session.clock import LONGEST_GAP
+from app.session.late_law import LateLaw, LateLawStatus
+from app.session.session import Session
+from scenes.settings import RunSettings
+
+
+class StudentLaw(LateLaw):
+    """The law that a session runs in a process of its own; nothing happens here in a session without a file.
+
+    Args:
+        path: of the file; None without one.
+        share: how long the laws of all sessions together may be waited for.
+        background, wake: where the file is tested, and what is called when there is news, see `Examination`.
+
+    Attributes:
+        in_ghost: see `LateLaw`.
+        enabled: whether the run or the ghost uses it at all.
+        path: of the file, see there.
+        examination: the tests of the file; None without a file or a background.
+    """
+
+    def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:
+        self.in_ghost, self.enabled = False, True
+        self.path: Path | None = None
+        self.examination: Examination | None = None
+        self._law: CustomLaw | None = None
+        self._background, self._wake, self._share = background, wake, share
+        if path is not None:
+            self.open(path)
+        self._part = SHARE
+        """Part of the wall time that its calls may be waited for."""
+        self._allowed = math.inf
+        """Time that a call of it may take in real time [s]."""
+
+    def open(self, path: Path) -> None:
+        """Take a file, as it is now, in the place of the one that there was.
+
+        Raises:
+            BadInputFile: it cannot be read; nothing is changed.
+        """
+        law = CustomLaw(path)
+        self.close()
+        self._law, self.path = law, path
+        if self._background is not None:
+            self.examination = Examination(path, self._background, self._wake)
+
+    @property
+    def given(self) -> bool:
+        return self._law is not None
+
+    @property
+    def of_run(self) -> CustomLaw | None:
+        return self._law if self.enabled and not self.in_ghost else None
+
+    @property
+    def of_ghost(self) -> CustomLaw | None:
+        return self._law if self.enabled and self.in_ghost else None
+
+    @property
+    def waits(self) -> bool:
+        law = self._law if self.enabled else None
+        return law is not None and law.waiting
+
+    def status(self, late: bool) -> LateLawStatus:
+        law = self._law
+        if law is None or not self.enabled:
+            return LateLawStatus(away=law is not None and law.away)
+        file, ghost_file = (None, law.file) if self.in_ghost else (law.file, None)
+        slow = (law.need, self._allowed) if late and law.need > self._allowed else None
+        problem, line = law.problem or ("", None)
+        return LateLawStatus(file, ghost_file, problem, law.away, law.waiting, slow, law.sha256, line)
+
+    def advance(self, elapsed: float, paused: bool) -> None:
+        """Look at the file, and let the law have its share of a frame."""
+        if self.examination is not None:
+            self.examination.advance()
+        if self._law is None:
+            return
+        self._law.refresh()
+        if self.enabled and not paused:
+            self._part = self._share.part(id(self))
+        self._law.allow(self._part * min(elapsed, LONGEST_GAP))
+
+    def step_made(self, run: RunSettings, speed: float) -> None:
+        if self._law is not None:
+            self._allowed = self._part * run.dt / speed / max(self._law.step_made(), 1)
+
+    def close(self) -> None:
+        """End its process, and give up its tests."""
+        if self._law is not None:
+            self._law.close()
+        if self.examination is not None:
+            self.examination.drop()
+
+
+def student_law(session: Session) -> StudentLaw:
+    """The student's law of a session, which has one without a file unless it was given another."""
+    if not isinstance(session.law, StudentLaw):
+        law = StudentLaw(None, LawTimeShare(), session.background, session.wake)
+        law.in_ghost = session.law.in_ghost
+        session.law = law
+    return session.law
+
+
+def let_custom_law_run(session: Session, runs: bool) -> None:
+    """Switch the student's law on or off, as a lesson asks for it; the run is reset."""
+    law = student_law(session)
+    if runs != law.enabled:
+        law.enabled = runs
+        session.assign_laws(law.given)
+
+
+def take_law_file(session: Session, path: Path) -> None:
+    """Run the law of a file from now on, as if the server had been started with it; the run is reset.
+
+    Raises:
+        BadInputFile: it cannot be read; nothing is changed.
+    """
+    law = student_law(session)
+    before = law.path
+    law.open(path)
+    if before != path:
+        for part in session.parts:
+            part.law_changed()
+    session.assign_laws(True)
+
+
+def examination(session: Session) -> Examination | None:
+    """The tests of the session's file; None without a file."""
+    return session.law.examination if isinstance(session.law, StudentLaw) else None
+
+
+def tests_of(session: Session) -> ExaminationProgress:
+    """Progress of the tests of the session's law."""
+    tests = examination(session)
+    return ExaminationProgress() if tests is None else tests.progress

@@ -1,0 +1,35 @@
+"""A law of a file, as `lwr-duet run` uses it instead of the settings' law."""
+
+from typing import Protocol, Self
+
+from controllers.laws.situation import Law
+
+
+class HeadlessProblem(Protocol):
+    """Why a law is not in force."""
+
+    @property
+    def text(self) -> str:
+        """One line for the law's author."""
+        ...
+
+
+class HeadlessLaw(Law, Protocol):
+    """A law of a file, open while it runs.
+
+    Attributes:
+        file: name of the file.
+        sha256: of the file, in hexadecimal digits.
+    """
+
+    file: str
+    sha256: str
+
+    @property
+    def problem(self) -> HeadlessProblem | None:
+        """Why the law is not in force any more; None while it is."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *raised: object) -> None: ...
