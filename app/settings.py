@@ -46,10 +46,10 @@ BUILT_IN_SOURCES: Final = {"clips": "Built-in clip", "figure": "The figure: drag
 
 
 def ghosts() -> dict[str, str]:
-    """Return the second runs on the same inputs, value → label: none, with the settings frozen when it was chosen, with another law, or
-    with the one of `--law-file` while the settings' law runs."""
+    """Return the second runs on the same inputs, value → label: none, with the settings frozen when it was chosen, or with
+    another law; a feature may offer more."""
     laws = {name: law.short for name, law in LAWS.items()}
-    return {"off": "Off", "frozen": "These settings, frozen", **laws, "own": "My own law (--law-file)"}
+    return {"off": "Off", "frozen": "These settings, frozen", **laws}
 
 
 BESIDE: Final = Tab("Compare")

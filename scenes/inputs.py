@@ -280,7 +280,7 @@ class InputsLog:
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
     """Return the law that a simulation has from a file; None if it is that of the settings."""
-    law = simulation.custom_law
+    law = simulation.given_law
     return law if law is not None and isinstance(law, LawOfFile) else None
 
 

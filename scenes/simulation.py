@@ -64,7 +64,7 @@ class Simulation:
         self.near: Proximity | None = None
         """What the newest step decided by; None where that is not known, or other settings are in force."""
         self.law: Law = settings.law.made()
-        self.custom_law: Law | None = None
+        self.given_law: Law | None = None
         self._hardware: HardwareSettings | None = None
         self.answers: tuple[float | Array, ...] = ()
         """What the law answered in the newest step: λ, and q̇ of each group of joints that avoids, which may be a view [rad/s]."""
@@ -111,7 +111,7 @@ class Simulation:
         """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
         self.settings, self.near = settings, None
-        if self.custom_law is None:
+        if self.given_law is None:
             self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
@@ -145,8 +145,8 @@ class Simulation:
             task.begin()
 
     def use(self, law: Law | None) -> None:
-        """Run a custom law instead of that of the settings; None for theirs again."""
-        self.custom_law = law
+        """Run a given law instead of that of the settings; None for theirs again."""
+        self.given_law = law
         self.law = self.settings.law.made() if law is None else law
 
     @property
@@ -181,7 +181,7 @@ class Simulation:
         Raises:
             Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
         """
-        if self.custom_law is None:
+        if self.given_law is None:
             self._advance(target)
             return
         velocities, bites, memories = self.velocities.copy(), self.bound_bites, [task.memory() for task in self.roles.tasks]

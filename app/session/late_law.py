@@ -1,13 +1,13 @@
 """A law that may answer later: what a session knows of a law that it is given for its run or its ghost."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.runtime.job_pool import Jobs
 from controllers.laws.situation import Law
 from scenes.settings import RunSettings
 
-GHOST: str = "own"
+GHOST: Final = "own"
 """Value of the setting `ghost` by which the ghost uses the law, not the run."""
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Command, Feature
+from app.i18n.speaking import N_
 
 if TYPE_CHECKING:
     from app.features.custom_law.command_options import CustomLawOptions, RunLawOptions
@@ -13,6 +14,10 @@ if TYPE_CHECKING:
     from app.web.pages import PageAssets
 
 _HERE: Final = Path(__file__).parent
+
+
+# The value is the core's, see `app.session.late_law.GHOST`, which this file does not import for the sake of the command line.
+_CHOICES: Final = {"ghost": {"own": N_("My own law (--law-file)")}}
 
 
 def _commands() -> Mapping[str, Command]:
@@ -48,6 +53,7 @@ def _assets() -> "PageAssets":
 CUSTOM_LAW: Final = Feature(
     "custom_law",
     texts=_HERE,
+    choices=_CHOICES,
     commands=_commands,
     assets=_assets,
     options=_options,

@@ -6,6 +6,7 @@ from typing import Final
 
 from app.features.studies.studies import LEAST
 from app.runtime.job_pool import Job, Jobs, JobWatch
+from app.session.late_law import GHOST
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
@@ -58,7 +59,7 @@ class KnobSearch:
         run, ghost = settings.run, settings.page.ghost
         if not self._jobs.computes:
             self.message = LazyText("Laws cannot be compared while a custom law runs.")
-        elif ghost in ("off", "own", run.law.law):
+        elif ghost in ("off", GHOST, run.law.law):
             self.message = LazyText("First choose another law as the ghost, or freeze these settings.")
         elif recorded is None or recorded.steps < LEAST:
             self.message = LazyText("There is too little to measure yet; let it run for a few seconds.")

@@ -14,6 +14,7 @@ from app.features.custom_law import law_limits
 from app.features.custom_law.custom_law import MOST, CustomLaw
 from app.features.custom_law.law_limits import LONGEST, SHARE, LawTimeShare, Patience
 from app.features.custom_law.process import LawProcess
+from app.features.custom_law.student_law import student_law
 from app.features.custom_law.wire import LawQuestion, Numbers
 from app.page.panels.readout import late_law_html, status_html
 from app.session.late_law import LateLawStatus
@@ -47,7 +48,7 @@ def hangs(session: Session) -> bool:
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
-    law = session.law._law
+    law = student_law(session)._law
     assert law is not None
     law.limits = replace(law.limits, call=limit)
 
@@ -128,7 +129,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
             assert sum(in_vain) <= MOST
         in_vain.clear()
         session.advance(FRAME)
-        law = session.law._law
+        law = student_law(session)._law
         assert law is not None
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
@@ -178,7 +179,7 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
-        law = session.law._law
+        law = student_law(session)._law
         assert law is not None
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()

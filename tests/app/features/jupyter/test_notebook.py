@@ -206,12 +206,12 @@ def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> Non
 
     assert named("my own law")
     run.change(law="strict_priority", dm=0.1)
-    assert named("strict_priority") and run._session.simulation.custom_law is None
+    assert named("strict_priority") and run._session.simulation.given_law is None
     duet.law(resting)
     run.change(dm=0.2)
-    assert named("my own law") and run._session.simulation.custom_law is not None
+    assert named("my own law") and run._session.simulation.given_law is not None
     duet.law(None)
-    assert named("strict_priority") and run._session.simulation.custom_law is None
+    assert named("strict_priority") and run._session.simulation.given_law is None
 
 
 def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: None, monkeypatch: pytest.MonkeyPatch) -> None:
