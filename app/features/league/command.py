@@ -46,10 +46,10 @@ def league(command: League) -> int:
         DuetError: workers have been ended from outside; the outcomes so far are kept.
     """
     with ending_at_once():
-        from app.features.custom_law.fence import FenceLimits, isolation_of
         from app.features.league.entrants import entrants, played
         from app.features.league.league_files import PART, LeagueFiles
         from app.features.league.league_page import league_page, league_tables, markdown
+        from app.features.marks.fence import FenceLimits, isolation_of
         from app.features.sweep.dask_cluster import environment
         from scenes.league_runs import FULL, QUICK
 

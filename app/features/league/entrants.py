@@ -9,7 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from app.features.custom_law.custom_law import CustomLaw, read_law
-from app.features.custom_law.fence import FenceLimits, fenced, fenced_input, say
+from app.features.marks.fence import FenceLimits, fenced, fenced_input, say
 from controllers.compiled import load_if_compiled
 from controllers.errors import BadInputFile, DuetError
 from controllers.kinematics import Array

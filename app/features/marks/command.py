@@ -23,7 +23,7 @@ from controllers.errors import BadSetting
 from scenes.files import check_writable, csv_cell, writable, written
 
 if TYPE_CHECKING:
-    from app.features.custom_law.fence import FenceLimits
+    from app.features.marks.fence import FenceLimits
     from app.features.marks.graded_file import GradedFile
 
 
@@ -80,8 +80,8 @@ def grade(command: Grade) -> int:
         BadSetting: there is nothing to grade, an option is not possible, or the table cannot be written.
     """
     with ending_at_once():
-        from app.features.custom_law.fence import FenceLimits
         from app.features.marks import mark_files
+        from app.features.marks.fence import FenceLimits
         from app.features.marks.graded_file import weights_of
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")

@@ -12,12 +12,12 @@ from typing import Final, NamedTuple
 
 from app.features.custom_law.arena import TrialCurve
 from app.features.custom_law.custom_law import LARGEST
-from app.features.custom_law.fence import FenceLimits
 from app.features.custom_law.law_file import quoted
-from app.features.custom_law.marked import LawMarks, marked
 from app.features.custom_law.trials import GATES, TRIALS, advice
 from app.features.lab_report.report_html import LARGEST_REPORT, StepRecord, read_records
 from app.features.lessons.loading import load_lessons
+from app.features.marks.fence import FenceLimits
+from app.features.marks.marked import LawMarks, marked
 from app.i18n.speaking import set_language, tr
 from app.settings import Language
 from controllers.errors import BadSetting, DuetError
@@ -70,7 +70,7 @@ class GradedFile:
     """One row of the table; a column that does not apply stays empty.
 
     Attributes:
-        isolation: see `app.features.custom_law.marked.LawMarks`.
+        isolation: see `app.features.marks.marked.LawMarks`.
         records: of a report.
         full_marks: what is said where nothing failed; "" where something did.
     """

@@ -187,4 +187,4 @@ def test_no_other_file_starts_python() -> None:
     files = {path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")}
     found = {name for name, path in files.items() if starts_python(path.read_text(encoding="utf-8"))}
     # It only asks which folders Python is in.
-    assert found == {*STARTERS, "app/features/custom_law/fence.py"} & files.keys()
+    assert found == {*STARTERS, "app/features/marks/fence.py"} & files.keys()

@@ -52,6 +52,7 @@ ON_THE_PAGE: Final = (
         "app/features/exports/*.py",
         "app/recording/*.py",
         "app/features/custom_law/[!c]*.py",
+        *(f"app/features/marks/{name}.py" for name in ("fence", "isolation", "marked")),
         "app/page/**/*.py",
         "app/features/*/panel/*.py",
     ),

@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 from app.__main__ import run_command as main
-from app.features.custom_law.fence import FenceLimits
 from app.features.league import LEAGUE, command, entrants, league_page
 from app.features.league.entrants import Entrant, played
 from app.features.league.league_files import PART, Played
 from app.features.league.league_page import COLUMNS, league_rows
+from app.features.marks.fence import FenceLimits
 from app.runtime.terminal import INTERRUPTED
 from controllers.errors import LazyText
 from scenes import league_runs as league

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from app.features.custom_law.arena import TrialResult
-from app.features.custom_law.fence import FenceLimits
-from app.features.custom_law.marked import LawMarks
 from app.features.custom_law.trials import TRIALS
 from app.features.lab_report.report_html import StepRecord, records_html
 from app.features.lessons.loading import load_lessons
 from app.features.marks import graded_file
+from app.features.marks.fence import FenceLimits
 from app.features.marks.graded_file import GradedFile, Student, graded, returned_line, student_of, weights_of
 from app.features.marks.mark_files import StudentMarks, feedback_page
+from app.features.marks.marked import LawMarks
 from app.i18n.catalogue import words_of
 from app.runtime.terminal import INTERRUPTED, TERMINATED
 from app.settings import Language

@@ -22,15 +22,15 @@ import app
 from app.__main__ import run_command as main
 from app.features.custom_law.arena import PIECES
 from app.features.custom_law.examination import examine
-from app.features.custom_law.fence import FenceLimits
 from app.features.custom_law.law_limits import LawLimits
-from app.features.custom_law.marked import LawMarks, _take, marked
 from app.features.custom_law.trials import GATES, TRIALS, TRY
 from app.features.lab_report.lab_report import Done, lab_bytes
 from app.features.lab_report.report_html import StepRecord, read_records, records_html
 from app.features.lessons.loading import load_lessons
 from app.features.lessons.progress import StepProgress
+from app.features.marks.fence import FenceLimits
 from app.features.marks.graded_file import REPORT
+from app.features.marks.marked import LawMarks, _take, marked
 from app.i18n.catalogue import words_of
 from app.plots.curve_chart import COLUMNS
 from controllers.errors import LazyText
@@ -67,7 +67,7 @@ NASTY = {
 def _nothing_is_left(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     # Tests of other files start fences at the same time.
     mine, made = secrets.token_hex(8), secrets.token_hex
-    monkeypatch.setattr("app.features.custom_law.fence.secrets", SimpleNamespace(token_hex=lambda count: mine + made(count)))
+    monkeypatch.setattr("app.features.marks.fence.secrets", SimpleNamespace(token_hex=lambda count: mine + made(count)))
     yield
     # What was killed takes a moment to end on a busy machine.
     until(
@@ -162,7 +162,7 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
 
 
 def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("app.features.custom_law.fence.FenceLimits", partial(FenceLimits, isolated=False))
+    monkeypatch.setattr("app.features.marks.fence.FenceLimits", partial(FenceLimits, isolated=False))
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0

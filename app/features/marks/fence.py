@@ -17,9 +17,9 @@ from functools import partial
 from pathlib import Path
 from typing import IO, Any, Final
 
-from app.features.custom_law.isolation import PROCESSES, guard_memory
 from app.features.custom_law.law_limits import LawLimits
 from app.features.custom_law.process import kill_group
+from app.features.marks.isolation import PROCESSES, guard_memory
 from app.runtime.temporary_folder import TemporaryFolder
 from controllers.compiled import READ, loops_folder
 from controllers.errors import LazyText
@@ -111,7 +111,7 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
     level = "all" if limits.isolated else "none"
     return subprocess.Popen(
-        own_command("app.features.custom_law.isolation", level, folder, _seen(), *own_command(*work)),
+        own_command("app.features.marks.isolation", level, folder, _seen(), *own_command(*work)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -11,8 +11,8 @@ import msgspec
 
 from app.features.custom_law.arena import PIECES, TrialCurve, TrialResult
 from app.features.custom_law.examination import examine
-from app.features.custom_law.fence import FenceLimits, fenced, fenced_input, say
 from app.features.custom_law.trials import TRIALS
+from app.features.marks.fence import FenceLimits, fenced, fenced_input, say
 from app.i18n.speaking import set_language, tr
 from app.settings import Language
 
@@ -54,7 +54,7 @@ def marked(
         language: of the reasons.
     """
     marks = LawMarks()
-    why = fenced("app.features.custom_law.marked", [name, language], text, partial(_take, marks), limits, stopped)
+    why = fenced("app.features.marks.marked", [name, language], text, partial(_take, marks), limits, stopped)
     if len(marks.verdicts) < len(TRIALS):
         marks.ended = why
     return marks
