@@ -201,7 +201,7 @@ PUSH: Final = "push"
 """Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
 
 ATTACK: Final = "attack"
-"""Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
+"""Key of a link that replays a run which breaks the promise, or comes near it."""
 
 OPENED: Final = "opened"
 """Key of a word of the page, new each time a browser loads it: another one in the same tab is a reload."""

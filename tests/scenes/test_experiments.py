@@ -1,4 +1,4 @@
-"""Every experiment, robot and law in one loop: what holds for all, what each is there to show, and a knob turned to equal distance."""
+"""Every experiment, robot and law in one loop: what holds for all, what each is there to show."""
 
 import itertools
 from dataclasses import replace
@@ -10,15 +10,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from scenes import settings as options
 from scenes.headless import run
-from scenes.inputs import Recorded
-from scenes.law_knobs import MATCH, MOST_RERUNS, match_knob
 from scenes.laws import LAWS
-from scenes.rerun import rerun
-from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
-from scenes.wanted import Stopped, until
-from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, play, recorded_run, scene_settings
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, play, recorded_run, scene_settings
 
 pytestmark = pytest.mark.slow
 
@@ -163,39 +158,3 @@ def test_a_circle_chosen_in_mid_run_begins_at_the_hand() -> None:
     assert simulation.sample().error < 0.002
     play(simulation, [None] * 200)
     assert simulation.sample().error < 0.01
-
-
-RUN = RunSettings(dt=0.02)
-
-
-@pytest.fixture(scope="module")
-def recorded() -> Recorded:
-    return recorded_run(RUN, 6.0, 30.0)[1]
-
-
-def law(name: str) -> dict[str, object]:
-    return values(given_settings(law=name).law)
-
-
-@pytest.mark.parametrize(("name", "key"), [("barrier_qp", "dm"), ("potential_field", "eta"), ("intermediate_value", "dm")])
-def test_the_found_value_keeps_the_distance(recorded: Recorded, name: str, key: str) -> None:
-    reference = law("smooth_priority")
-    found = match_knob(recorded, reference, law(name))
-    assert found.key == key and found.value is not None
-    ours, theirs = (rerun(recorded, settings).summary.d_min for settings in (reference, {**law(name), key: found.value}))
-    assert found.wanted == ours and found.reached == theirs and abs(theirs - ours) <= MATCH
-
-
-def test_a_distance_out_of_reach_is_reported_after_few_runs(recorded: Recorded) -> None:
-    asked: list[int] = []
-    with until(lambda: bool(asked.append(1))):
-        found = match_knob(recorded, law("smooth_priority"), law("null_space_avoidance"))
-    assert found.value is None and found.key == "d0" and found.reached < found.wanted - MATCH
-    none = match_knob(recorded, law("smooth_priority"), law("unprotected"))
-    assert none.key == "" and none.value is None and none.reached < none.wanted
-    assert len(asked) <= MOST_RERUNS * -(-recorded.steps // 64)
-
-
-def test_it_ends_when_the_answer_is_no_longer_wanted(recorded: Recorded) -> None:
-    with pytest.raises(Stopped), until(lambda: True):
-        match_knob(recorded, law("smooth_priority"), law("barrier_qp"))

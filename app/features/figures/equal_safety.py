@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from app.features.figures.drawn_figure import COLOURS, DASHES, MARKERS, SERIES, Drawn, Plan, csv_head, sheet
 from app.features.figures.laws_compared import JUMPS, growth
+from app.features.studies.law_knobs import LawKnob, knobs
 from controllers.kinematics import Array
 from scenes.headless import Summary
-from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 

@@ -49,9 +49,9 @@ def league(command: League) -> int:
         from app.features.league.entrants import entrants, played
         from app.features.league.league_files import PART, LeagueFiles
         from app.features.league.league_page import league_page, league_tables, markdown
+        from app.features.league.league_runs import FULL, QUICK
         from app.features.marks.fence import FenceLimits, isolation_of
         from app.features.sweep.dask_cluster import environment
-        from scenes.league_runs import FULL, QUICK
 
     if not 1.0 <= command.seconds <= 86_400.0:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give 1 to 86400.")

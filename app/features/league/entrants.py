@@ -9,6 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from app.features.custom_law.custom_law import CustomLaw, read_law
+from app.features.league.league_runs import Event, Outcome, Schedule, held, law_held
 from app.features.marks.fence import FenceLimits, fenced, fenced_input, say
 from controllers.compiled import load_if_compiled
 from controllers.errors import BadInputFile, DuetError
@@ -16,7 +17,6 @@ from controllers.kinematics import Array
 from controllers.laws.situation import Situation
 from scenes.files import readable
 from scenes.laws import LAWS
-from scenes.league_runs import Event, Outcome, Schedule, held, law_held
 from scenes.settings import RunSettings
 
 OFFSETS: Final = (-0.12, 0.30)

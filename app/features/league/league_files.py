@@ -9,10 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from app.features.league.entrants import Entrant
-from app.features.sweep.dask_cluster import environment
-from controllers.errors import BadInputFile, BadSetting
-from scenes.files import csv_text, input_content, writable, written
-from scenes.league_runs import (
+from app.features.league.league_runs import (
     CRITICAL_DISTANCE,
     EDITION,
     NATURAL_SPEED,
@@ -23,6 +20,9 @@ from scenes.league_runs import (
     Schedule,
     events,
 )
+from app.features.sweep.dask_cluster import environment
+from controllers.errors import BadInputFile, BadSetting
+from scenes.files import csv_text, input_content, writable, written
 from scenes.settings import values
 
 PART: Final = "league.part.jsonl"

@@ -18,11 +18,7 @@ from app.features.figures.drawn_figure import COLOURS, MARKERS, SERIES, STYLE, s
 from app.features.lab_report.report_html import LOCKED
 from app.features.league.entrants import Entrant
 from app.features.league.league_files import Played
-from app.text.templates import page_of_template
-from app.theme import css_variables
-from scenes.experiments import EXPERIMENTS
-from scenes.laws import DEFAULT_LAW
-from scenes.league_runs import (
+from app.features.league.league_runs import (
     CRITICAL_DISTANCE,
     EDITION,
     LEVELS,
@@ -34,6 +30,10 @@ from scenes.league_runs import (
     RobotKind,
     Schedule,
 )
+from app.text.templates import page_of_template
+from app.theme import css_variables
+from scenes.experiments import EXPERIMENTS
+from scenes.laws import DEFAULT_LAW
 from scenes.settings import specs
 
 COLUMNS: Final = (

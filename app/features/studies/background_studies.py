@@ -6,6 +6,7 @@ from typing import ClassVar, Final, Generic, NamedTuple, TypeVar
 
 from app.features.studies.counterexample_search import CounterexampleSearch
 from app.features.studies.knob_search import WINDOW, KnobSearch
+from app.features.studies.law_knobs import LawKnob, knobs
 from app.features.studies.microscope import Magnified, Microscope
 from app.features.studies.studies import Studies, Who
 from app.runtime.job_pool import Job, Jobs
@@ -16,7 +17,6 @@ from app.settings import ATTACK, Settings
 from controllers.errors import BadSetting
 from scenes import headless
 from scenes.inputs import InputsLog
-from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import DEFAULT_LAW
 from scenes.rerun import WhatIf
 from scenes.settings import RunSettings

@@ -9,6 +9,7 @@ import viser
 from markupsafe import Markup
 
 from app.features.studies.background_studies import BackgroundStudies
+from app.features.studies.counterexample import BROKEN, Attack
 from app.features.studies.counterexample_search import NAME, CounterexampleSearch
 from app.features.studies.studies import Smoothness, Studies
 from app.i18n.speaking import decimal, tr
@@ -21,7 +22,6 @@ from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import ATTACK, Settings, to_query
 from app.text.templates import element, lowered, macros, tr_html
-from scenes.counterexample import BROKEN, Attack
 from scenes.rerun import WhatIf
 from scenes.smoothness import StepStudy
 

@@ -5,10 +5,10 @@ from functools import partial
 from math import inf
 from typing import Final
 
+from app.features.studies.counterexample import BROKEN, Attack, Found, attack_of, check, replayed, searched
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.settings import Settings
 from controllers.errors import BadSetting, LazyText
-from scenes.counterexample import BROKEN, Attack, Found, attack_of, check, replayed, searched
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from app.features.studies.law_knobs import KnobMatch, match_knob
 from app.features.studies.studies import LEAST
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.late_law import GHOST
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
-from scenes.law_knobs import KnobMatch, match_knob
 from scenes.laws import LAWS
 from scenes.settings import LawSettings, RunSettings, specs, values
 

@@ -18,7 +18,7 @@ from scenes.files import check_writable, written
 from scenes.settings import RunSettings, specs, values
 
 if TYPE_CHECKING:
-    from scenes.counterexample import Found
+    from app.features.studies.counterexample import Found
     from scenes.random_runs import RandomRun, RunVerdict
 
 
@@ -134,9 +134,9 @@ def falsify(command: Falsify) -> int:
         BadSetting, BadInputFile: an option is not possible.
     """
     with ending_at_once():
+        from app.features.studies.counterexample import BROKEN, check, replayed, searched
         from app.recording.run_file import saved_bytes
         from scenes.children import computed
-        from scenes.counterexample import BROKEN, check, replayed, searched
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
     check(settings)
     if not 0.0 < command.seconds <= LONGEST:
@@ -182,7 +182,7 @@ def _worst(found: dict[int, Found]) -> Found:
 
 
 def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> None:
-    from scenes.counterexample import BLAMED, BROKEN, FINER
+    from app.features.studies.counterexample import BLAMED, BROKEN, FINER
     from scenes.promise import Condition
 
     worst, law = _worst(found), settings.law

@@ -9,11 +9,11 @@ import numpy as np
 from markupsafe import Markup
 
 from app.features.studies.background_studies import SafetyPoint
+from app.features.studies.law_knobs import LawKnob, knobs
 from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
 from app.plots.law_charts import law_class
 from app.text.templates import macros, tr_html
-from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff

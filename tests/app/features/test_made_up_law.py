@@ -22,6 +22,7 @@ from app.features.exports.plot_pictures import picture_bytes
 from app.features.figures import equal_safety, laws_compared
 from app.features.lessons.attempts import StandIn
 from app.features.studies.background_studies import SafetyPoint
+from app.features.studies.law_knobs import knobs, match_knob
 from app.features.studies.trade_off_charts import safety_html
 from app.page.page_assets import style_sheet
 from app.page.panels import contact_card
@@ -37,7 +38,6 @@ from app.settings import PageSettings, Settings, from_query, to_query
 from app.text.law_texts import LAW_TEXTS, LawTexts, equation_html
 from controllers.laws.row_law import RowLaw
 from scenes.headless import run
-from scenes.law_knobs import knobs, match_knob
 from scenes.laws import LAWS, Knob, LawEntry
 from scenes.settings import LawSettings, RunSettings, specs, values
 from scenes.simulation import Simulation

@@ -23,6 +23,7 @@ from app.features.lab_report.lab_report import ReportEntry, report_html
 from app.features.league.entrants import Entrant
 from app.features.league.league_files import Played
 from app.features.league.league_page import league_page, league_tables
+from app.features.league.league_runs import QUICK, Outcome, events
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.curve_drawing import DrawingVerdict, DrawnCurves
 from app.features.lessons.labels import Contrast
@@ -47,7 +48,6 @@ from app.text.law_texts import equation_html
 from app.text.templates import element, lowered, macros, page_of_template, tr_html
 from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
-from scenes.league_runs import QUICK, Outcome, events
 from scenes.settings import RunSettings
 from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader

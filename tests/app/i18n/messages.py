@@ -41,7 +41,7 @@ ON_THE_PAGE: Final = (
     *(
         "scenes/setting*.py",
         "scenes/rerun.py",
-        "scenes/counterexample.py",
+        "app/features/studies/counterexample.py",
         "scenes/run_text.py",
         "scenes/inputs_file*.py",
         "scenes/robots/*.py",

@@ -13,8 +13,8 @@ from app.features.figures import equal_safety
 from app.features.figures.command import Figures, draw_figures
 from app.features.figures.drawn_figure import Plan, write_csv
 from app.features.figures.figure_list import CATALOGUE, FigureEntry
+from app.features.studies.law_knobs import knobs
 from controllers.kinematics import Array
-from scenes.law_knobs import knobs
 
 KNOBS = tuple(knob for knob in knobs() if knob.law in ("smooth_priority", "barrier_qp", "intermediate_value"))
 """Of the figure at equal safety, which would take half of the time for all figures with the knobs of all laws."""

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from app.features.figures import equal_safety, fig8_film
 from app.features.figures.drawn_figure import Plan
 from app.features.figures.fig6_fig7_followers import imitation, imitation_run
+from app.features.studies.law_knobs import knobs
 from scenes.headless import run
-from scenes.law_knobs import knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings
 from tests.app.features.figures.conftest import KNOBS, Numbers

@@ -12,16 +12,16 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.features.league import LEAGUE, command, entrants, league_page
+from app.features.league import league_runs as league
 from app.features.league.entrants import Entrant, played
 from app.features.league.league_files import PART, Played
 from app.features.league.league_page import COLUMNS, league_rows
+from app.features.league.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
 from app.features.marks.fence import FenceLimits
 from app.runtime.terminal import INTERRUPTED
 from controllers.errors import LazyText
-from scenes import league_runs as league
 from scenes.experiments import HOLD
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
-from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
 from tests.app.features.custom_law.helpers import PAPER, write
 from tests.app.features.studies.test_searches import interrupted
 from tests.app.features.sweep.test_dask_sweep import scheduler, worker

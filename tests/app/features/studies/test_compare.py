@@ -10,12 +10,12 @@ import pytest
 
 from app.features.studies.background_studies import BackgroundStudies
 from app.features.studies.compare import attack_html, smoothness_html, what_if_html
+from app.features.studies.counterexample import Attack, Found, Loss
 from app.features.studies.counterexample_search import CounterexampleSearch
 from app.features.studies.studies import Smoothness
 from app.i18n.speaking import set_language
 from app.runtime.job_pool import JobPool
 from app.settings import Settings
-from scenes.counterexample import Attack, Found, Loss
 from scenes.experiments import EXPERIMENTS
 from scenes.headless import summarise
 from scenes.rerun import WhatIf

@@ -7,12 +7,12 @@ import pytest
 from app.features.studies import counterexample_search
 from app.features.studies.background_studies import BackgroundStudies
 from app.features.studies.compare import attack_query
+from app.features.studies.counterexample import SECONDS as LENGTH
+from app.features.studies.counterexample import attack_of
 from app.features.studies.counterexample_search import NAME, SECONDS, CounterexampleSearch
 from app.session.session import Session
 from app.settings import ATTACK, Settings, from_query
 from controllers.errors import BadSetting
-from scenes.counterexample import SECONDS as LENGTH
-from scenes.counterexample import attack_of
 from scenes.rerun import rerun
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.inline import Inline

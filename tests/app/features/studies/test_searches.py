@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from app.__main__ import run_command as main
+from app.features.studies.counterexample import SECONDS
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
 from scenes import children, random_runs
-from scenes.counterexample import SECONDS
 from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
 from scenes.roles import room_of

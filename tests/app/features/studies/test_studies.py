@@ -10,6 +10,7 @@ import pytest
 
 from app.features.studies import background_studies
 from app.features.studies.background_studies import BackgroundStudies, SafetyPoint
+from app.features.studies.law_knobs import MATCH, KnobMatch, knobs
 from app.features.studies.studies import MOVING, REST, SMOOTHNESS_WINDOW, WINDOW
 from app.features.studies.trade_off_charts import map_html, place_on_map, safety_html
 from app.session.session import Session
@@ -17,7 +18,6 @@ from app.settings import PageSettings, Settings
 from scenes.headless import summarise
 from scenes.history import COLUMN
 from scenes.inputs import CHAPTER
-from scenes.law_knobs import MATCH, KnobMatch, knobs
 from scenes.rerun import WhatIf, rerun
 from scenes.settings import LawSettings, RunSettings
 from scenes.smoothness import SUBSTEPS

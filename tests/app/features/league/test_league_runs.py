@@ -5,11 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.headless import run
-from scenes.history import COLUMN
-from scenes.law_knobs import MATCH
-from scenes.laws import NO_AVOIDANCE
-from scenes.league_runs import (
+from app.features.league.league_runs import (
     CRITICAL_DISTANCE,
     FULL,
     NATURAL_SPEED,
@@ -19,6 +15,10 @@ from scenes.league_runs import (
     Schedule,
     law_held,
 )
+from app.features.studies.law_knobs import MATCH
+from scenes.headless import run
+from scenes.history import COLUMN
+from scenes.laws import NO_AVOIDANCE
 from scenes.roles import paced
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget

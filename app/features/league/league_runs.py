@@ -7,11 +7,11 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from app.features.studies.law_knobs import LawKnob, knob_range, sought
 from controllers.laws.situation import Law
 from scenes.experiments import BALL, HOLD, MASTER_SLAVE
 from scenes.headless import Run, run
 from scenes.history import COLUMN
-from scenes.law_knobs import LawKnob, knob_range, sought
 from scenes.laws import LAWS
 from scenes.promise import fallen
 from scenes.roles import paced

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
+from app.features.studies.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, lasting, replayed, searched
 from controllers.errors import BadSetting
-from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, lasting, replayed, searched
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
 from scenes.rerun import rerun
