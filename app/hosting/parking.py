@@ -74,7 +74,7 @@ class Parking:
         if tab is None:
             session.close()
             return
-        session.hold(None)
+        session.hand.hold(None)
         self._close(tab)
         self._parked[tab] = _Parked(query, session, self._clock())
         self.tidy()

@@ -12,6 +12,7 @@ from app.hosting.teacher_key import is_mistaken
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.page.panels.key_notice import name_mistake
+from app.session.session_state import go_on_from, state_of
 from app.settings import from_query
 from app.web.request import request_query
 
@@ -100,7 +101,7 @@ class PrivateHost:
         before = [one for one in before if same_tab(one.query, query)]
         if before and not visitor.session.parts.lead and before[-1].session.settings == settings:
             # It has gone on while the page was built.
-            yield from visitor.session.go_on_from(before[-1].session.state())
+            yield from go_on_from(visitor.session, state_of(before[-1].session))
         parked = context.store.claim(query) if before else None
         if parked is not None:
             # The earlier connection turned out to be broken while the page was built.

@@ -20,6 +20,7 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
+from app.session.session_state import go_on_from, state_of
 from app.settings import MOTION, OPENED, PANEL, PUSH, Language, Settings
 from app.web.request import browser_language, request_query
 from controllers.errors import BadInputFile
@@ -148,7 +149,7 @@ class Visitor:
     def _begin_run(self) -> None:
         """Do what a link asks of a run that begins, besides its settings."""
         if MOTION in self.query and not self.session.parts.lead:
-            self.session.halt.set("visitor")
+            self.session.control.halt.set("visitor")
         self._replay_link()
 
     def _replay_link(self) -> None:
@@ -188,7 +189,7 @@ class Visitor:
         # The run goes on as long as one person sees it.
         hidden, heard = bool(pages) and all(page.hidden for page in pages), sum(page.heard for page in pages)
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
-        self.session.halt.set("hidden", hidden)
+        self.session.control.halt.set("hidden", hidden)
         if not self._attention.due(now, hidden, self.session.paused, stirred):
             return
         set_language(self.language)
@@ -200,7 +201,7 @@ class Visitor:
         for one in self.beside:
             one.act()
         frame = make_frame(self.session, now, elapsed, workload.budget)
-        workload.drew(self.session.stepping)
+        workload.drew(self.session.control.stepping)
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame, stirred)
@@ -238,7 +239,7 @@ class Visitor:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
         for reason in NOT_THE_VISITORS:
-            self.session.halt.set(reason, False)
+            self.session.control.halt.set(reason, False)
         self.operation.close()
         if self.superseded:
             self.session.close()
@@ -253,7 +254,7 @@ log = logging.getLogger("duet.hosts")
 def record_of(query: Mapping[str, str], session: Session) -> VisitorRecord:
     """What a session can be made from again. `query`: of its visitor."""
     parts = session.parts
-    return VisitorRecord(query, session.settings, session.state(), parts.saved(), parts.recordings())
+    return VisitorRecord(query, session.settings, state_of(session), parts.saved(), parts.recordings())
 
 
 def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
@@ -262,7 +263,7 @@ def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
     if record.state is None or None in histories:
         return
     try:
-        yield from session.go_on_from(record.state, max((one for one in histories if one is not None), default=0.0))
+        yield from go_on_from(session, record.state, max((one for one in histories if one is not None), default=0.0))
         for part in session.parts:
             part.run_restored()
     except Exception:

@@ -167,12 +167,12 @@ class View:
         return view_of(simulation) if self.camera is None or not self._of_live else self.camera(simulation)
 
     def _way(self) -> Array:
-        return self.session.way(AHEAD) if self._simulation is self.session.simulation else np.zeros((0, 3))
+        return self.session.hand.way(AHEAD) if self._simulation is self.session.simulation else np.zeros((0, 3))
 
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
-        held = (frame.shown.held or self.session.other_held) is not None
+        held = (frame.shown.held or self.session.hand.other) is not None
         for follow in self._cameras.values():
             # Those who only watch drag nothing.
             follow.follow(self._simulation, frame.now, held and isinstance(self.host, viser.ClientHandle))

@@ -106,12 +106,12 @@ class Frame:
     @property
     def replayed(self) -> bool:
         """Whether this is no live run."""
-        return self.shown.replay_time is not None
+        return self.shown.replay.time is not None
 
     @property
     def of_live(self) -> bool:
         """Whether this is the live run, or a moment of it while it stands."""
-        return self.shown.reviewed or not self.replayed
+        return self.shown.replay.reviewed or not self.replayed
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
@@ -128,7 +128,7 @@ class Frame:
         shown, simulation, ghost = self.shown, self.simulation, self.ghost
         steps = simulation.history.count, ghost is not None and ghost.history.count
         run = simulation, ghost, *steps, self.sample.positions.tobytes(), self.settings, self.pace
-        return *run, shown.law_status, shown.replay_time, shown.coming, shown.held is None
+        return *run, shown.law_status, shown.replay, shown.held is None
 
     @cached_property
     def contact(self) -> Contact:
@@ -153,7 +153,7 @@ def make_frame(session: Session, now: float, elapsed: float, budget: float = BUD
     session.take_actions(elapsed)
     for part in session.parts:
         part.decide()
-    session.step(elapsed, budget)
+    session.control.step(elapsed, budget)
     session.player.advance(elapsed)
     return freeze(session, now, session.player.past, elapsed)
 

@@ -28,6 +28,7 @@ class GhostRun:
         inputs: what it was made with.
         source: gives it inputs of its own; None while it has those of the session.
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
+        hidden: True while it may not be seen yet, as it plays against the visitor.
     """
 
     def __init__(self, run: RunSettings, law: Callable[[], LateLaw]) -> None:
@@ -35,6 +36,7 @@ class GhostRun:
         self.inputs = InputsLog(KEEP)
         self.source: TargetSource | None = None
         self.frozen = run
+        self.hidden = False
         self._law = law
 
     def recorded(self, seconds: float) -> Recorded | None:

@@ -8,10 +8,11 @@ from typing import Final, NamedTuple, Protocol
 from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Pause, Reset, SingleStep
-from app.session.clock import Halt, Pace
+from app.session.clock import Pace
 from app.session.ghost_run import GhostRun
 from app.session.late_law import LateLawStatus
 from app.session.replay import RecordedFilm, Replay, make_films
+from app.session.run_control import RunControl
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import InputsLog, Recorded
@@ -39,18 +40,32 @@ class Mark(NamedTuple):
     name: LazyText
 
 
+class ReplayStatus(NamedTuple):
+    """Which replay is shown in the place of a live run.
+
+    Attributes:
+        time: the moment that is replayed, on the clock of the run [s]; None while live.
+        file: name of the loaded file that is replayed; "" for the session's own run.
+        reviewed: True for a moment of the live run, which is paused meanwhile.
+        mark: the moment of the replay that is worth a look; None if there is no such moment.
+        coming: name of the run that is being loaded to be replayed; "" if no run is being loaded.
+    """
+
+    time: float | None = None
+    file: str = ""
+    reviewed: bool = False
+    mark: Mark | None = None
+    coming: str = ""
+
+
 class Live(Protocol):
     """The live run, as what replays a part of it reads and stops it; see `Session`."""
 
     settings: Settings
     simulation: Simulation
-    halt: Halt
+    control: RunControl
     inputs: InputsLog
-
-    @property
-    def ghost_run(self) -> GhostRun:
-        """The second run with its inputs."""
-        ...
+    ghost_run: GhostRun
 
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something."""
@@ -73,7 +88,7 @@ class Past:
     """
 
     # Of a live session, see `app.session.shown.Shown`.
-    held, parts, ghost_hidden, coming = None, None, False, ""
+    held, parts, ghost_hidden = None, None, False
 
     def __init__(
         self,
@@ -85,7 +100,7 @@ class Past:
         mark: Mark | None = None,
     ) -> None:
         self._replay, self._settings = replay, settings
-        self.replayed_file, self.reviewed, self.mark = file, reviewed, mark
+        self._file, self._reviewed, self._mark = file, reviewed, mark
         self.ghost = None if beside is None else beside.simulation
         law = replay.recorded.law
         self.law_status = LateLawStatus() if law is None else LateLawStatus(law.file, sha256=law.sha256)
@@ -97,7 +112,7 @@ class Past:
     @property
     def settings(self) -> Settings:
         """Those of the run then, with those of the page now."""
-        page = self._settings.page if self.reviewed else replace(self._settings.page, ghost="off")
+        page = self._settings.page if self._reviewed else replace(self._settings.page, ghost="off")
         return replace(self._settings, run=self._replay.simulation.settings, page=page)
 
     @property
@@ -110,9 +125,8 @@ class Past:
         return Pace(not self._replay.playing, self._replay.speed, False)
 
     @property
-    def replay_time(self) -> float:
-        """The moment that is replayed, on the clock of the run [s]."""
-        return self._replay.time
+    def replay(self) -> ReplayStatus:
+        return ReplayStatus(self._replay.time, self._file, self._reviewed, self._mark)
 
     def target(self) -> Target | None:
         return self._replay.target
@@ -182,7 +196,7 @@ class ReplayPlayer:
             self.seek(time)
             return
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
-        if self.jobs.computes and self._session.halt and (recorded := self.recorded(reach)) is not None:
+        if self.jobs.computes and self._session.control.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
             self._watch(recorded, beside=self._session.ghost_run.recorded(reach))
 
@@ -191,7 +205,7 @@ class ReplayPlayer:
         if not self.jobs.computes:
             return
         self.loaded, self._run = name, self._session.settings.run
-        self._session.halt.set("replay")
+        self._session.control.halt.set("replay")
         urgent = self.reviewing or recorded.seconds <= 2.0 * DRAFT
         self.jobs.submit("film", partial(self._show, whole), make_films, recorded, beside, urgent=urgent)
 
@@ -214,7 +228,7 @@ class ReplayPlayer:
         self.jobs.drop("film")
         self.replay, self.loaded, self._seek = None, "", None
         self.reviewing, self.mark, self._ghost, self._run = False, None, None, None
-        self._session.halt.set("replay", False)
+        self._session.control.halt.set("replay", False)
 
     def seek(self, time: float) -> None:
         """Pause the replay at a time [s] from the next frame on."""
@@ -271,7 +285,7 @@ class ReplayPlayer:
     def advance(self, elapsed: float) -> None:
         """Collect finished jobs and play `elapsed` seconds [s] on."""
         self.jobs.collect()
-        if self._run is not None and ("replay" not in self._session.halt or self._session.settings.run is not self._run):
+        if self._run is not None and ("replay" not in self._session.control.halt or self._session.settings.run is not self._run):
             # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:

@@ -1,4 +1,4 @@
-"""Where a session is, as plain data from which another one can go on."""
+"""State of a session as plain data, from which another one can go on."""
 
 import itertools
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.session.clock import Reason
+from app.session.session import Session
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
@@ -76,3 +77,37 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
         simulation.apply(settings)
     if not pieces or simulation.positions.tobytes() != state.snapshot.positions.tobytes():
         simulation.resume(state.snapshot)
+
+
+def state_of(session: Session) -> SessionState:
+    """State of a session: its run, its ghost, and what moves it."""
+    ghost, run = None, session.ghost_run
+    if run.simulation is not None and run.source is None:
+        ghost = RunState(*run.inputs.cut(run.simulation))
+    halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in session.control.halt)
+    own = RunState(*session.inputs.cut(session.simulation))
+    return SessionState(own, ghost, run.frozen, halted, session.hand.source.began)
+
+
+def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> Iterator[None]:
+    """Go on from the state of a session with the same settings, its ghost too; yield every few steps that are made again for it.
+
+    Args:
+        session: that goes on.
+        state: of the other one.
+        history: for how much of the time before that the curves are made again [s].
+    """
+    ghost = session.ghost_run
+    run, beside = common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())
+    ghost.frozen = state.frozen
+    ghost.begin(session.settings, session.simulation)
+    session.hand.source.resume(session.simulation, state.source)
+    yield from resumed(session.simulation, state.run, run)
+    session.inputs.restore(state.run.pieces, session.simulation)
+    if ghost.simulation is not None:
+        state_beside = RunState(session.simulation.snapshot()) if state.ghost is None else state.ghost
+        yield from resumed(ghost.simulation, state_beside, beside)
+        ghost.inputs.restore(state_beside.pieces, ghost.simulation)
+    session.control.halt.clear()
+    session.control.halt.update(state.halted)
+    session.control.forget()

@@ -5,7 +5,7 @@ from typing import Protocol
 from app.session.clock import Pace
 from app.session.late_law import LateLawStatus
 from app.session.parts import SessionParts
-from app.session.replay_player import Mark
+from app.session.replay_player import ReplayStatus
 from app.settings import Settings
 from scenes.simulation import Simulation
 from scenes.targets import Target
@@ -64,26 +64,6 @@ class Shown(Protocol):
         ...
 
     @property
-    def coming(self) -> str:
-        """Name of the run that is being loaded to be replayed; "" if no run is being loaded."""
-        ...
-
-    @property
-    def replay_time(self) -> float | None:
-        """The moment that is replayed, on the clock of the run [s]; None while live."""
-        ...
-
-    @property
-    def replayed_file(self) -> str:
-        """Name of the loaded file that is replayed; "" for the session's own run."""
-        ...
-
-    @property
-    def reviewed(self) -> bool:
-        """True for a moment of the live run, which is paused meanwhile."""
-        ...
-
-    @property
-    def mark(self) -> Mark | None:
-        """The moment of the replay that is worth a look; None if there is no such moment."""
+    def replay(self) -> ReplayStatus:
+        """Which replay it is, or is coming."""
         ...

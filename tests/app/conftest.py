@@ -14,7 +14,7 @@ from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
 from app.i18n.speaking import set_language
 from app.runtime.job_pool import JobPool
-from app.session import session as session_module
+from app.session import run_control
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
@@ -95,7 +95,7 @@ def english() -> Iterator[None]:
 @pytest.fixture
 def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """However busy this machine is, no step takes any time."""
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(run_control, "perf_counter", lambda: 0.0)
 
 
 OpenHouse = Callable[..., App]

@@ -75,8 +75,8 @@ def shot(page: Page, session: Session, x: float, y: float) -> Shot:
 
 def by_hand(session: Session) -> Callable[[float, float], int]:
     """Stop a run's clock without a pause, which the page would say; return what lets it go on."""
-    step = session.step
-    session.step = lambda elapsed, budget=0.0: 0
+    step = session.control.step
+    session.control.step = lambda elapsed, budget=0.0: 0
     return step
 
 

@@ -130,7 +130,7 @@ class LawEditor(PagePanel):
         take_law_file(session, self._path)
         if self.task is not None and asked:
             self.task.run_again()
-        session.halt.go_on()
+        session.control.halt.go_on()
         tests = examination(session)
         if tests is not None:
             tests.begin()

@@ -27,7 +27,7 @@ from app.settings import Settings
 from app.start import start_app
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation
+from controllers.laws.situation import Law, Situation
 from controllers.system_libraries import naming_missing_library
 from scenes.headless import check_length
 from scenes.history import unit_of
@@ -64,6 +64,21 @@ def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
     for name, value in wanted.items():
         settings = changed(settings, key_of(name), value)
     return settings
+
+
+def step_with(session: Session, law: Law) -> bool:
+    """Pause a session, and make one step of its run with another law, which answers at once.
+
+    Returns:
+        False if no step was made, as the ghost's law has not answered.
+    """
+    if not session.control.halt:
+        session.control.halt.set("visitor")
+    session.simulation.use(law)
+    try:
+        return session.step_both()
+    finally:
+        session.simulation.use(session.law.of_run)
 
 
 def key_of(name: str) -> str:
@@ -255,7 +270,7 @@ class NotebookRun:
             if given.shape != (joints.stop - joints.start,) or not np.isfinite(given).all():
                 raise BadSetting(f"step needs {joints.stop - joints.start} finite joint velocities [rad/s].")
             self._given.velocities = given
-            return session.step_with(self._given)
+            return step_with(session, self._given)
 
         until = perf_counter() + PATIENCE
         while not self._ask(make):
@@ -292,7 +307,7 @@ class NotebookRun:
 
         def hurry(session: Session) -> tuple[float, float]:
             begin = session.simulation.time
-            session.hurry(begin + seconds)
+            session.control.hurry(begin + seconds)
             return begin, begin + seconds
 
         begin, end = self._ask(hurry)

@@ -200,7 +200,7 @@ class BreakoutSessions:
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 with self._context.apart("a frame of a student's page failed", lead.client.client_id):
-                    lead.visitor.session.halt.set("teacher", self._classroom.paused)
+                    lead.visitor.session.control.halt.set("teacher", self._classroom.paused)
                     lead.visitor.session.parts.of(LessonSession).pace = self._classroom.pace
                     lead.visitor.frame(now, elapsed)
 

@@ -123,7 +123,7 @@ class LectureHost:
         # The stage is a session beside those of the students.
         self.classroom.load = self._breakouts.load(workload.report)._replace(places=workload.places + 1)
         frame = make_frame(self.session, now, elapsed, workload.budget)
-        workload.drew(self.session.stepping)
+        workload.drew(self.session.control.stepping)
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False

@@ -56,7 +56,7 @@ class PlenaryControls:
             self.operation.close()
         self.operator, self.operation = None, None
         self._session.posts.drop()
-        self._session.hold(None)
+        self._session.hand.hold(None)
 
     def admit(self, teacher: Participant) -> None:
         """Build the page of a teacher who has connected, with the controls if they are free or the teacher's tab had them."""

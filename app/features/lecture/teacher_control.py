@@ -127,7 +127,7 @@ class TeacherControl:
                 classroom.explore()
             case "pause":
                 classroom.paused = not classroom.paused
-                self.session.halt.set("class", classroom.paused)
+                self.session.control.halt.set("class", classroom.paused)
             case "reveal":
                 self._reveal()
             case "again":

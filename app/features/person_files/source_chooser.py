@@ -77,7 +77,7 @@ class SourceChooser(PagePanel):
         self._session.parts.of(UploadedPerson).person = person
         if self._shown == "file":
             self._say("")
-            self._session.set_source(person)
+            self._session.hand.set_source(person)
 
     def show(self, frame: Frame) -> None:
         """Bring in the person that the settings ask for, where they have changed."""
@@ -96,16 +96,16 @@ class SourceChooser(PagePanel):
         if source == "file":
             person = self._session.parts.of(UploadedPerson).person or self._bvh
             self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
-            self._session.set_source(person)
+            self._session.hand.set_source(person)
         elif source == "camera":
             camera = self._camera
             if camera is None:
                 self._say(
                     tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))
                 )
-            self._session.set_source(None if camera is None else PersonTarget(camera))
+            self._session.hand.set_source(None if camera is None else PersonTarget(camera))
         elif (source == "clips" and before is not None) or (source is None and before in ("file", "camera")):
-            self._session.set_source(None)
+            self._session.hand.set_source(None)
 
     def _say(self, text: str) -> None:
         self._state.content = element("div", text, class_="duet duet-tip") if text else ""

@@ -125,7 +125,7 @@ class Guest:
     def leave(self) -> None:
         """Let go of the arm, and leave the place to another one."""
         if self._host is not None and place_of(self._host).guest is self:
-            place_of(self._host).guest = self._host.session.other_held = None
+            place_of(self._host).guest = self._host.session.hand.other = None
             self._host.session.wake()
 
     def act(self) -> None:
@@ -152,7 +152,7 @@ def place_of(host: Visitor) -> SecondPlace:
 def guest_tip(shown: Shown) -> str:
     """What a guest can do."""
     run = shown.settings.run
-    if shown.replay_time is not None:
+    if shown.replay.time is not None:
         return tr("What you see is over: your host looks at it again.")
     if not run.experiment.for_two:
         return tr("Here only your host holds something. In the experiment “Hold” the silver arm is yours.")

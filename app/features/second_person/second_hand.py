@@ -39,11 +39,11 @@ class SecondHand:
 
     @property
     def held(self) -> Target | None:
-        return self.session.other_held
+        return self.session.hand.other
 
     def hold(self, target: Target | None) -> None:
         """Take hold, or (None) let go; where the hand is to be stays where it was moved."""
-        self.session.other_held = target if isinstance(target, (HandTarget, LinkTarget)) else None
+        self.session.hand.other = target if isinstance(target, (HandTarget, LinkTarget)) else None
 
     def nudge(self, way: Array) -> None:
         self.hold(nudged(self.simulation, self.arm, self.held, way))

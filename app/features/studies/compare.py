@@ -93,7 +93,7 @@ class ComparePanel(PagePanel):
     def _link(self, frame: Frame) -> Mapping[str, str] | None:
         """A link to the run that is replayed, if it was found by the search."""
         attack = self._studies.counterexample.replayed
-        if frame.shown.replayed_file != NAME or attack is None:
+        if frame.shown.replay.file != NAME or attack is None:
             return None
         return attack_query(frame.live.settings, attack)
 

@@ -12,7 +12,7 @@ from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHand
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
-from app.session.session import Session
+from app.session.visitor_hand import VisitorHand
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView
@@ -103,7 +103,7 @@ class Gizmos:
                 self._grip, node = ArmGrip(yours, self._holder), yours.links[-1].name
             case BallView():
                 self._grip, node = BallGrip(yours, self._holder), yours.ball.name
-            case FigureView() if isinstance(self._holder, Session):
+            case FigureView() if isinstance(self._holder, VisitorHand):
                 self._grip = FigureGrip(yours, self._holder)
             case _:
                 self._grip = None

@@ -8,7 +8,7 @@ import viser
 
 from app.page.handles.holder import Holder
 from app.session.actions import Drag
-from app.session.session import Session
+from app.session.visitor_hand import VisitorHand
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView, on_person
@@ -125,22 +125,21 @@ class BallGrip(Grip):
 class FigureGrip(Grip):
     """A pull makes the figure the person who is imitated; it stays as it was pulled."""
 
-    def __init__(self, view: FigureView, session: Session) -> None:
+    def __init__(self, view: FigureView, hand: VisitorHand) -> None:
         self._limbs: dict[str, tuple[ArmName, bool]] = {
             view.parts[f"{side}_{limb}"].name: (side, limb == "forearm")
             for side in get_args(ArmName)
             for limb in ("upper_arm", "forearm")
             if view.parts
         }
-        super().__init__((part for part in view.parts.values() if part.name in self._limbs), session)
-        self._session, self._view = session, view
+        super().__init__((part for part in view.parts.values() if part.name in self._limbs), hand)
+        self._hand, self._view = hand, view
         self._figure: Figure | None = None
         self._grasp: Grasp | None = None
 
     def _take(self, name: str, point: Array) -> None:
-        session = self._session
-        if session.settings.page.source != "figure":
-            session.change("source", "figure")
+        if self._hand.settings.page.source != "figure":
+            self._hand.choose_source("figure")
             self._begin()
         assert self._figure is not None
         self._grasp = self._figure.grasp(*self._limbs[name], on_person(point))
@@ -148,9 +147,9 @@ class FigureGrip(Grip):
     def _pull(self, place: Array) -> None:
         assert self._figure is not None and self._grasp is not None
         self._figure.pull(self._grasp, on_person(place))
-        if not self._session.settings.page.autopilot:
+        if not self._hand.settings.page.autopilot:
             # A pull makes it the source again.
-            self._session.set_source(self)
+            self._hand.set_source(self)
 
     def _let_go(self) -> None:
         self._grasp = None
@@ -163,7 +162,7 @@ class FigureGrip(Grip):
         """Become the source, standing as the person stands who is drawn."""
         drawn = self._view.angles
         self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
-        self._session.set_source(self)
+        self._hand.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:
         """Return how the figure's arms are, at any time."""
@@ -171,7 +170,7 @@ class FigureGrip(Grip):
 
     def show(self) -> None:
         """Begin where the settings have made it the source, and end where they have chosen another one."""
-        chosen = self._session.settings.page.source == "figure"
+        chosen = self._hand.settings.page.source == "figure"
         if chosen and self._figure is None:
             self._begin()
         elif not chosen:
@@ -186,5 +185,5 @@ class FigureGrip(Grip):
     def remove(self, nodes_stay: bool) -> None:
         """Make the figure plain again, and take it out of another experiment."""
         super().remove(nodes_stay)
-        if self._figure is not None and self._session.settings.run.experiment.moves != "person":
-            self._session.set_source(None)
+        if self._figure is not None and self._hand.settings.run.experiment.moves != "person":
+            self._hand.set_source(None)

@@ -10,7 +10,7 @@ from scenes.targets import Target
 
 
 class Holder(Protocol):
-    """A person with a hand on an arm, a ball or a figure; a `Session` is its visitor's."""
+    """A person with a hand on an arm, a ball or a figure; see `app.session.visitor_hand.VisitorHand`."""
 
     @property
     def settings(self) -> Settings:

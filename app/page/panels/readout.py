@@ -66,12 +66,13 @@ class Readout:
 
 def replay_html(shown: Shown) -> Markup:
     """Return a pill with the moment that is replayed, or the run that is being loaded; nothing while live."""
-    if shown.coming:
-        return pills_html([("past", tr("{file} is being loaded", file=shown.coming))])
-    if shown.replay_time is None:
+    replay = shown.replay
+    if replay.coming:
+        return pills_html([("past", tr("{file} is being loaded", file=replay.coming))])
+    if replay.time is None:
         return Markup()
-    text = N_("then: {time} s") if shown.reviewed else N_("the past: {time} s")
-    return pills_html([("past", tr(text, time=decimal(f"{shown.replay_time:.1f}")))])
+    text = N_("then: {time} s") if replay.reviewed else N_("the past: {time} s")
+    return pills_html([("past", tr(text, time=decimal(f"{replay.time:.1f}")))])
 
 
 def late_law_html(law: LateLawStatus) -> Markup:
@@ -140,11 +141,11 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 def tip_text(session: Shown, operated: bool = True) -> str:
     """Return one or two sentences on what to do and what to watch; on the stage of a class what to watch alone."""
-    if session.reviewed:
+    if session.replay.reviewed:
         return tr(
             "The run stands, and this is an earlier moment of it. Drag over a plot for another one; Space goes on from the end."
         )
-    if session.replay_time is not None:
+    if session.replay.time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None

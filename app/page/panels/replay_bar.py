@@ -55,9 +55,9 @@ class ChooseLength(Action):
 
 def replay_style(shown: Shown) -> Markup:
     """Return a style that says all over the page that this is no live run, or, of a run that stands, which moment of it."""
-    if shown.reviewed:
+    if shown.replay.reviewed:
         return Markup(f"<style>body::after{{content:var(--duet-moment-words)}}{_STYLE}{_REVIEW}</style>")
-    words = tr("This is a loaded run") if shown.replayed_file else tr("This is the past")
+    words = tr("This is a loaded run") if shown.replay.file else tr("This is the past")
     return Markup(f"<style>body::after{{content:{css_text(words)}}}{_STYLE}</style>")
 
 

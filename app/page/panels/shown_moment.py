@@ -105,9 +105,9 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
     shown, (begin, end) = frame.shown, span
     # By this the script knows which time is where.
     made = element("i", hidden="", data_duet_span=f"{begin:.3f} {end:.3f}")
-    if shown.replay_time is None:
+    if shown.replay.time is None:
         return made
-    at = shown.replay_time
+    at = shown.replay.time
 
     def place(time: float) -> str:
         return f"{100.0 * min(max((time - begin) / (end - begin), 0.0), 1.0):.2f}%"
@@ -116,7 +116,7 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
     # The plots may end a bin before the newest moment; one that is farther outside has no line there.
     inside = begin - BIN <= at <= end + BIN
     rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"] if inside else []
-    if (mark := shown.mark) is not None and begin <= mark.time <= end:
+    if (mark := shown.replay.mark) is not None and begin <= mark.time <= end:
         when = f"{decimal(f'{mark.time:.1f}')} s"
         name = f"{tr(mark.name)}, {when}"
         words = name if abs(at - mark.time) < NEAR else words

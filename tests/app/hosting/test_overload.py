@@ -17,7 +17,7 @@ from app.hosting.workload import BAND, ENOUGH, Workload, affordable, places, ste
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
 from app.page.panels.server_load import ServerLoad, load_pills
-from app.session import session as session_module
+from app.session import run_control
 from app.session.actions import SetSetting
 from app.session.clock import FRAME, LEAST, SLOWEST
 from app.session.session import Session
@@ -39,7 +39,7 @@ class Machine:
         self.sessions = [Session(Settings()) for _ in range(sessions)]
         self.counts = [0] * sessions
         self.begins: list[float] = []
-        monkeypatch.setattr(session_module, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(run_control, "perf_counter", lambda: self.now)
         for session in self.sessions:
             monkeypatch.setattr(session.simulation, "step", self._taking(step, session.simulation.step))
         self.loop = FrameLoop(self.frame, threading.Event(), self.workload.note, lambda: self.now)
@@ -55,7 +55,7 @@ class Machine:
         self.begins.append(now)
         for number, session in enumerate(self.sessions):
             session.advance(elapsed, self.workload.budget)
-            self.workload.drew(session.stepping)
+            self.workload.drew(session.control.stepping)
             self.now += self.drawing
             self.counts[number] += 1
 

@@ -105,7 +105,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     session = one.session
     ask(session, lambda s: [s.change("ghost", "frozen"), s.change("dm", 0.2)])
     one.visitor.wait_for(lambda _: session.simulation.time > 0.5, 60.0)
-    ask(session, lambda s: s.toggle_pause())
+    ask(session, lambda s: s.control.toggle_pause())
     before, old = one.remembered(), one.visitor
     one.come()
     assert one.session is not session

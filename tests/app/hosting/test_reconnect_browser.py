@@ -34,7 +34,7 @@ def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_
     page.goto(f"{opened.url}/?n=8")
     until(page, lambda: len(live_sessions(opened)) == 1, "a session")
     ((number, session),) = live_sessions(opened).items()
-    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
+    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.control.toggle_pause()])
     state = ask(session, lambda s: (s.settings, s.simulation.steps))
 
     def lose_the_line() -> None:
@@ -66,7 +66,7 @@ def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_
         processes.until(lambda: session.simulation.steps > steps or session.paused)
         return not session.paused
 
-    ask(session, lambda s: s.toggle_pause())
+    ask(session, lambda s: s.control.toggle_pause())
     assert goes_on(session)
     page.evaluate(_HIDE, True)
     processes.until(lambda: session.paused)

@@ -172,7 +172,7 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: Open
     session = visit(page, house(), "speed=2")
     # Near enough that λ has a height to look at.
     until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
-    ask(session, lambda s: s.halt.set("visitor"))
+    ask(session, lambda s: s.control.halt.set("visitor"))
     page.get_by_text("paused", exact=True).first.wait_for()
     sample = ask(session, lambda s: s.simulation.sample())
     terms = ask(
@@ -253,7 +253,7 @@ def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageA
     """In no state of a run, with wide and with narrow letters."""
     page = page_at(1000, 700, font=font)
     session = visit(page, house())
-    ask(session, lambda s: s.halt.set("visitor"))
+    ask(session, lambda s: s.control.halt.set("visitor"))
     page.get_by_text("paused", exact=True).first.wait_for()
     faults: list[str] = []
     layouts: tuple[tuple[int, str, tuple[Language, ...]], ...] = (

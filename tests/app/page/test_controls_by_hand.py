@@ -68,7 +68,7 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page.get_by_text("as it was", exact=True).wait_for(timeout=1000.0 * PATIENCE)
     page.get_by_text("With dm = 200 mm.").wait_for(timeout=1000.0 * PATIENCE)
     usual = {"ghost": "off", "whatif": False, "gizmo": True, "autopilot": True}
-    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.toggle_pause()])
+    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.control.toggle_pause()])
     operate_the_others(page, session)
 
 
@@ -97,7 +97,7 @@ def operate_the_others(page: Page, session: Session) -> None:
     wait_ready(page, HAND)
     assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
     until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the left hand")
-    ask(session, lambda s: s.toggle_pause())
+    ask(session, lambda s: s.control.toggle_pause())
     keys = TAB_KEYS["View"]
     page.get_by_role("tab", name="View").click()
     see_controls(page, session, keys)

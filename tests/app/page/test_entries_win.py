@@ -125,7 +125,7 @@ def see_a_joint_of_an_arm_that_moves(page: Page, session: Session, line: SlowLin
     line.open.set()
     until(page, lambda: isinstance(session.held, JointTarget), "the arm is led by its joints")
 
-    ask(session, lambda s: s.hurry(s.simulation.time + 10.0))
+    ask(session, lambda s: s.control.hurry(s.simulation.time + 10.0))
 
     def there(s: Session) -> bool:
         return abs(np.degrees(s.simulation.positions[arm.joints][0]) - 12.5) < 0.5
@@ -136,7 +136,7 @@ def see_a_joint_of_an_arm_that_moves(page: Page, session: Session, line: SlowLin
 
 def see_a_moment_of_a_replay_that_plays(page: Page, session: Session, line: SlowLine) -> None:
     # Slow, but so much to look back at that the replay is not at its end before everything here is done.
-    ask(session, lambda s: [s.change("scene", "hold"), s.change("speed", 0.5), s.hurry(12.0)])
+    ask(session, lambda s: [s.change("scene", "hold"), s.change("speed", 0.5), s.control.hurry(12.0)])
     until(page, lambda: session.simulation.time > 12.0, "something to look back at")
     page.get_by_text("Keep and replay").click()
     page.get_by_role("button", name="Watch").click()

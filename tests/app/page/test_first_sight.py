@@ -88,17 +88,17 @@ def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
                 until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
         # Somewhere on the way, so that the picture shows what happens.
         moment = 3.0 if scene == "hold" else session.simulation.time + 1.5
-        ask(session, lambda s, moment=moment: s.hurry(moment))
+        ask(session, lambda s, moment=moment: s.control.hurry(moment))
         until(page, lambda moment=moment: session.simulation.time > moment, "a moment on the way")
         if scene == "hold":
             # On its way back the hand moves away from the other arm: the numbers are longest then.
             until(page, lambda: session.simulation.sample().law_approach < -0.02, "a retreat")
-        ask(session, lambda s: s.toggle_pause())
+        ask(session, lambda s: s.control.toggle_pause())
         page.get_by_text("paused", exact=True).wait_for()
         wait_frames(page, 6)
         screenshot(page, f"page-{width}-{scene}-{rig}")
         assert lasting(page, lambda: flaws(page)) == [], (scene, rig)
         see_free(page, nodes, f"{scene}, {rig}, on the way")
-        ask(session, lambda s: s.toggle_pause())
+        ask(session, lambda s: s.control.toggle_pause())
     if width == 1024:
         see_ring(page, session)

@@ -72,7 +72,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     assert not session.settings.page.autopilot
 
     elbow = ask(session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
-    frame, foot = ask(session, lambda s: swivel_frame(s))
+    frame, foot = ask(session, lambda s: swivel_frame(s.hand))
     for action, key, angle in (("elbow_up", "j", SWING), ("elbow_down", "k", 0.0), ("elbow_down", "k", -SWING)):
         wanted = foot + pin.exp3(frame[:, 0] * angle) @ (elbow - foot)
         press(action, key, lambda wanted=wanted: (now := held().elbow) is not None and np.allclose(now, wanted))

@@ -35,7 +35,7 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     page = page_at(1024, 768)
     session = visit(page, house(), "speed=2")
     usual = {"scene": "imitation", "law": "smooth_priority", "pairs": "smooth", "plot": "none", "speed": 1.0}
-    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.hurry(3.0)])
+    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.control.hurry(3.0)])
     until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
     # While it runs, a plot is only looked at.
     drag_over_plot(page, (0.7, 0.4))

@@ -103,7 +103,7 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     ask(session, lambda s: s.reset())
 
     def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return *swivel_frame(s), s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
+        return *swivel_frame(s.hand), s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
 
     (frame, foot, elbow), place = ask(session, state), hand(session)
     out, across = (frame[:, 1] + frame[:, 2]) / np.sqrt(2.0), (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)

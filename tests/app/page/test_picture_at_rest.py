@@ -101,7 +101,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     until(page, heartbeat, "a page that draws nothing but its heartbeat")
     # One step of the arms is drawn in the beat in which it comes or in the next one.
     page.evaluate("() => { window.moved = (" + MOVED + ")() }")
-    ask(session, lambda s: [s.single_step() for _ in range(40)])
+    ask(session, lambda s: [s.control.single_step() for _ in range(40)])
     beat, counts = page.evaluate("() => window.moved")
     assert beat > 0, "nothing has moved"
     assert counts[beat + 2] > counts[beat - 1]

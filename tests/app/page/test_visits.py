@@ -56,7 +56,7 @@ def test_an_idle_frame_sends_nothing(house: OpenHouse, arrive: Arrive, monkeypat
     built, status_html = list[str](), readout.status_html
     monkeypatch.setattr(readout, "status_html", lambda *given: built.append("status") or status_html(*given))
     one = arrive(house(), "plot=laws")
-    one.ask(lambda s: s.halt.set("visitor"))
+    one.ask(lambda s: s.control.halt.set("visitor"))
     for scene, ghost in (("hold", "frozen"), ("ball", "off"), ("imitation", "off")):
         one.ask(lambda s, scene=scene, ghost=ghost: [s.change("scene", scene), s.change("ghost", ghost)])
         # Plots, link and numbers have periods of their own, so that the last of them comes a little later.

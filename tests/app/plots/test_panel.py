@@ -117,7 +117,7 @@ def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> Non
     shown.show(0.6, avoid="both")
     first, second = error.data[1:3]
     assert len(second) == len(first) and np.isfinite([first[0], second[0]]).all()
-    shown.session.halt.set("visitor")
+    shown.session.control.halt.set("visitor")
     shown.session.reset()
     shown.show()
     assert error.data[1][0] == 0.0 and np.isnan(error.data[1][1]) and [len(line) for line in error.data[2:]] == [0, 0, 0]
@@ -172,7 +172,7 @@ def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive) -> None:
     frames, size, begin = received.frames, received.bytes, one.session.simulation.time
     one.run_on(3.0)
     # What is under way arrives while the run stands still.
-    simulated = one.ask(lambda s: (s.toggle_pause(), s.simulation.time)[1]) - begin
+    simulated = one.ask(lambda s: (s.control.toggle_pause(), s.simulation.time)[1]) - begin
     # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
     one.visitor.wait_for(lambda _: received.frames - frames >= 10 * simulated)
     assert (received.bytes - size) / simulated <= 150_000

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from app.session import session as session_module
+from app.session import run_control
 from app.session.actions import ActionQueue
 from app.session.session import Session
 from app.settings import Settings
@@ -17,7 +17,7 @@ DT = RunSettings().dt
 
 @pytest.fixture(autouse=True)
 def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+    monkeypatch.setattr(run_control, "perf_counter", lambda: 0.0)
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def slow_down(monkeypatch: pytest.MonkeyPatch, simulation: Simulation, cost: lis
         clock[0] += cost[0]
         step(target)
 
-    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(run_control, "perf_counter", lambda: clock[0])
     monkeypatch.setattr(simulation, "step", slow)
 
 

@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import MonkeyPatch
 
-from app.session import session as session_module
+from app.session import run_control
 from app.session.actions import Action, Pause, SetSetting, SingleStep
 from app.session.clock import BUDGET, LEAST, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session.run_control import RunControl
 from app.session.session import Session
+from app.session.session_state import state_of
 from app.settings import Settings
 from scenes.targets import HandTarget
 from tests.app.session.conftest import DT, bits, go, slow_down
@@ -46,28 +48,28 @@ def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
 def test_nothing_moves_while_paused_and_no_time_is_owed_afterwards(session: Session) -> None:
     session.advance(0.0349)  # 4.9 ms are owed
     before = session.simulation.positions.tobytes(), session.simulation.steps
-    session.toggle_pause()
+    session.control.toggle_pause()
     assert session.pace.paused and session.pace.rate == 0.0
     assert [session.advance(0.05) for _ in range(5)] == [0] * 5
     assert (session.simulation.positions.tobytes(), session.simulation.steps) == before
-    session.toggle_pause()
+    session.control.toggle_pause()
     assert not session.pace.paused
     assert session.advance(0.0001) == 0
     assert session.advance(0.05) == 10
     # A reset keeps the pause.
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.reset()
     assert session.paused and session.advance(0.1) == 0 and session.simulation.steps == 0
-    session.toggle_pause()
+    session.control.toggle_pause()
     assert session.advance(0.1) == 20
 
 
 def test_single_steps(session: Session) -> None:
     session.advance(0.05)
-    session.single_step()
+    session.control.single_step()
     assert session.paused and session.advance(0.5) == 1 and session.advance(0.5) == 0
-    session.single_step()
-    session.single_step()
+    session.control.single_step()
+    session.control.single_step()
     assert session.advance(0.0) == 2
     assert session.simulation.steps == 13
     # A step is a step, however it was asked for.
@@ -75,12 +77,12 @@ def test_single_steps(session: Session) -> None:
     straight.advance(13 * DT)
     assert bits(session) == bits(straight)
     # One that was overtaken by going on is not made later: both keys in one frame.
-    session.single_step()
-    session.toggle_pause()
+    session.control.single_step()
+    session.control.toggle_pause()
     assert session.advance(0.05) == 10
-    session.toggle_pause()
+    session.control.toggle_pause()
     assert session.advance(0.05) == 0
-    session.single_step()
+    session.control.single_step()
     assert session.advance(0.05) == 1
 
 
@@ -127,14 +129,14 @@ def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypa
     assert 10 * budget_of(10, 0.02) == pytest.approx(SLOWEST - 0.02) and 10 * budget_of(10, 0.3) == pytest.approx(LEAST)
     assert 10 * budget_of(10, 0.005) == pytest.approx(TOGETHER * BUDGET)
     clock = itertools.count(0.0, BUDGET / 50.0)
-    monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
-    assert session.advance(LONGEST_GAP) == 20 and session.stepping == pytest.approx(20 * BUDGET / 50.0)
+    monkeypatch.setattr(run_control, "perf_counter", lambda: next(clock))
+    assert session.advance(LONGEST_GAP) == 20 and session.control.stepping == pytest.approx(20 * BUDGET / 50.0)
     # However many they are, each goes on.
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 3
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 1000)) == 1
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.advance(LONGEST_GAP)
-    assert session.stepping == 0.0
+    assert session.control.stepping == 0.0
 
 
 def test_slower_than_real_time_is_said_without_flicker() -> None:
@@ -160,8 +162,8 @@ def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
 
 def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session: Session) -> None:
     other = Session(Settings())
-    session.halt.set("visitor")
-    session.hurry(3.0)
+    session.control.halt.set("visitor")
+    session.control.hurry(3.0)
     while session.simulation.time < 3.0 - DT / 2:
         assert session.advance(0.0) > 0
     assert session.simulation.steps == round(3.0 / DT) and not session.paused
@@ -174,11 +176,11 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session, end: str, monkeypatch: MonkeyPatch) -> None:
     # Every look at the clock uses up a frame's share.
     looks = itertools.count()
-    monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
-    session.hurry(3.0)
+    monkeypatch.setattr(run_control, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
+    session.control.hurry(3.0)
     assert session.advance(0.0) == 1 and session.advance(0.0) == 1
-    teacher = (lambda: session.halt.set("teacher"), lambda: session.halt.set("teacher", False))
-    for act in {"pause": (session.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
+    teacher = (lambda: session.control.halt.set("teacher"), lambda: session.control.halt.set("teacher", False))
+    for act in {"pause": (session.control.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
         act()
         assert session.advance(0.0) == 0
 
@@ -186,24 +188,26 @@ def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session
 def test_a_run_out_of_sight_stands_still_and_its_hurry_goes_on(session: Session) -> None:
     session.advance(0.05)
     for reason in ("visitor", "hidden", "teacher"):
-        session.halt.set(reason)
-    session.hurry(1.0)
+        session.control.halt.set(reason)
+    session.control.hurry(1.0)
     # What is not the visitor's to lift stays.
-    assert session.halt == {"hidden", "teacher"}
-    session.halt.set("teacher", False)
+    assert session.control.halt == {"hidden", "teacher"}
+    session.control.halt.set("teacher", False)
     assert session.paused and [session.advance(0.5) for _ in range(5)] == [0] * 5
-    session.halt.set("hidden", False)
+    session.control.halt.set("hidden", False)
     assert not session.paused
     while session.simulation.time < 1.0 - DT / 2:
         assert session.advance(0.0) > 0
-    assert session.state().halted == ()
+    assert state_of(session).halted == ()
 
 
-Ask = Callable[[Session], None]
+Ask = Callable[[RunControl], None]
 
 
 @pytest.mark.parametrize(
-    ("ask", "action"), [(Session.single_step, SingleStep()), (Session.toggle_pause, Pause())], ids=["a single step", "go on"]
+    ("ask", "action"),
+    [(RunControl.single_step, SingleStep()), (RunControl.toggle_pause, Pause())],
+    ids=["a single step", "go on"],
 )
 @pytest.mark.parametrize("posted", [True, False], ids=["by the page", "before the frame"])
 @pytest.mark.parametrize("paused", [True, False], ids=["paused before", "running before"])
@@ -212,23 +216,23 @@ def test_no_step_is_made_while_the_teacher_stops_it(
 ) -> None:
     session.advance(0.05)
     before = session.simulation.steps
-    session.halt.set("visitor", paused)
-    session.halt.set("teacher")
+    session.control.halt.set("visitor", paused)
+    session.control.halt.set("teacher")
     for _ in range(3):
         if posted:
             session.post(action)
         else:
-            ask(session)
+            ask(session.control)
         assert session.advance(0.05) == 0
     session.post(SetSetting("dm", 0.2))
     session.advance(0.05)
     assert session.settings.run.law.critical_distance == 0.2, "anything but a step"
     assert session.paused and session.simulation.steps == before
-    session.halt.set("teacher", False)
+    session.control.halt.set("teacher", False)
     assert session.paused == paused and session.advance(0.0) == 0
-    session.single_step()
+    session.control.single_step()
     assert session.advance(0.0) == 1
-    session.toggle_pause()
+    session.control.toggle_pause()
     assert session.advance(0.05) > 1
 
 
@@ -238,7 +242,7 @@ CHANGES = [{}, {"guided": "left"}, {"rig": "table", "law": "unprotected"}, {"dt"
 @pytest.mark.parametrize("change", CHANGES)
 def test_reset_is_a_fresh_start_to_the_last_bit(session: Session, change: dict[str, Any]) -> None:
     session.advance(0.0349)
-    session.hold(HandTarget(np.array([0.3, 0.1, 0.9])))
+    session.hand.hold(HandTarget(np.array([0.3, 0.1, 0.9])))
     session.advance(0.1)
     for key, value in {"autopilot": True, **change}.items():
         session.change(key, value)

@@ -40,9 +40,16 @@ def the_ghost(session: Session) -> Simulation:
 HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way))
 ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
     st.floats(0.0, 0.1).map(lambda elapsed: lambda s: s.advance(elapsed)),
-    HAND.map(lambda target: lambda s: s.hold(target)),
-    st.just(lambda s: s.nudge(np.array([0.0, 0.02, 0.0]))),
-    st.sampled_from((Session.toggle_pause, Session.single_step, Session.reset, lambda s: s.hold(None))),
+    HAND.map(lambda target: lambda s: s.hand.hold(target)),
+    st.just(lambda s: s.hand.nudge(np.array([0.0, 0.02, 0.0]))),
+    st.sampled_from(
+        (
+            lambda s: s.control.toggle_pause(),
+            lambda s: s.control.single_step(),
+            Session.reset,
+            lambda s: s.hand.hold(None),
+        )
+    ),
     *(
         st.sampled_from(choices).map(lambda value, key=key: lambda s: s.change(key, value))
         for key, choices in {
@@ -88,7 +95,7 @@ def test_a_ghost_with_the_same_settings_is_the_run_in_any_scene(scene: str) -> N
     go(session, 1.0)
     session.change("ghost", "frozen")
     go(session, 1.0)
-    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    session.hand.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
     go(session, 0.5)
     ghost = table(session.ghost)
     assert len(ghost) == 300 and ghost.tobytes() == table(session.simulation)[-300:].tobytes()

@@ -50,14 +50,14 @@ def test_finer_steps_go_between_what_both_want() -> None:
 
 def test_what_is_held_of_the_other_arm_counts_in_experiments_for_two_and_until_a_reset() -> None:
     session, held = Session(BOTH), HandTarget(np.zeros(3))
-    session.other_held = held
+    session.hand.other = held
     target = session.target()
     assert isinstance(target, PairTarget) and target.second is held
     session.change("scene", "ball")
     assert not isinstance(session.target(), PairTarget)
     session.change("scene", "hold")
     session.reset()
-    assert session.other_held is None and not isinstance(session.target(), PairTarget)
+    assert session.hand.other is None and not isinstance(session.target(), PairTarget)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_what_is_held_of_the_other_arm_counts_in_experiments_for_two_and_until_a
 )
 def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | LinkTarget) -> None:
     session = Session(BOTH)
-    session.other_held = HandTarget(np.zeros(3))
+    session.hand.other = HandTarget(np.zeros(3))
     session.advance(0.05)
     recorded = session.inputs.window(60.0)
     assert recorded is not None

@@ -48,7 +48,7 @@ def clock(session: Session) -> SimpleNamespace:
 
 
 def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: Session) -> None:
-    session.halt.set("visitor")
+    session.control.halt.set("visitor")
     for _ in range(5):
         session.post(SingleStep())
     assert session.advance(0.1) == 5

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.session import session as session_module
+from app.session import run_control
 from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.ball import BALL_ROOM
@@ -20,9 +20,9 @@ from tests.app.session.conftest import DT, bits, go
 def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
     session.change("autopilot", False)
     hand = session.simulation.kinematics.hand_pose(session.simulation.guided).translation.copy()
-    session.hold(HandTarget(hand + np.array([0.0, 0.0, 0.1])))
+    session.hand.hold(HandTarget(hand + np.array([0.0, 0.0, 0.1])))
     go(session, 1.0)
-    session.hold(None)
+    session.hand.hold(None)
     simulation = session.simulation
     now = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     assert np.linalg.norm(now - hand) > 0.05
@@ -57,13 +57,13 @@ TARGETS = (HandTarget(PLACE), JointTarget(np.zeros(7)), BallTarget(PLACE), Angle
 def test_what_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
     session.advance(0.1)
     assert session.settings.page.autopilot and session.target() is not None
-    session.hold(target)
+    session.hand.hold(target)
     assert not session.settings.page.autopilot and session.target() is target
     session.advance(0.1)
     recorded = session.inputs.window()
     assert recorded is not None
     assert [type(t) for t in recorded.targets()][-20:] == [type(target)] * 20
-    session.hold(None)
+    session.hand.hold(None)
     assert not session.settings.page.autopilot and session.target() is None
 
 
@@ -82,7 +82,7 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
     kept = session.target()
     assert isinstance(first, HandTarget) and isinstance(kept, HandTarget)
     assert kept.position.tolist() == first.position.tolist()
-    session.hold(HandTarget(np.zeros(3)))
+    session.hand.hold(HandTarget(np.zeros(3)))
     session.change("k", 3.0)
     assert session.held is not None
     session.change(key, value)
@@ -97,30 +97,30 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
 
 def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
     session.advance(0.1)
-    session.hold(HandTarget(np.zeros(3)))
+    session.hand.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     asked: list[float] = []
     guest: Any = SimpleNamespace(target=lambda time: asked.append(time) or HandTarget(np.array([0.4, 0.1, 1.0 + time])))
-    session.set_source(guest)
+    session.hand.set_source(guest)
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
     assert np.allclose(asked, np.arange(20) * DT)
     # A hand goes first; the guest then begins again from the beginning, like the autopilot.
-    session.hold(HandTarget(np.zeros(3)))
+    session.hand.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     assert len(asked) == 20
-    session.hold(None)
+    session.hand.hold(None)
     session.change("autopilot", True)
     session.advance(2.0 * DT)
     assert np.allclose(asked[20:], [0.0, DT])
     session.reset()
     session.advance(DT)
     assert asked[-1] == 0.0
-    session.set_source(None)
+    session.hand.set_source(None)
     assert isinstance(session.simulation.source().target(0.0), HandTarget)
     session.advance(DT)
     assert len(asked) == 23
-    session.set_source(guest)
+    session.hand.set_source(guest)
     session.change("source", "figure")
     session.advance(DT)
     assert len(asked) == 23
@@ -129,11 +129,11 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
 def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
-    session.nudge(np.array([0.0, 0.0, 0.02]))
+    session.hand.nudge(np.array([0.0, 0.0, 0.02]))
     assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
     assert not session.settings.page.autopilot
     for _ in range(100):
-        session.nudge(np.array([0.02, 0.0, 0.02]))
+        session.hand.nudge(np.array([0.02, 0.0, 0.02]))
     assert np.allclose(session.held.position, hand + np.array([0.3, 0.0, 0.3]))
     session.advance(0.1)
     assert np.isfinite(simulation.positions).all()
@@ -143,10 +143,10 @@ def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
 @pytest.mark.parametrize("held", [None, JointTarget(np.zeros(7)), HandTarget(np.array([9.0, 9.0, 9.0]))])
 def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | None) -> None:
     session.change("scene", scene)
-    session.hold(held)
+    session.hand.hold(held)
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
-    session.nudge(np.array([0.0, 0.02, 0.0]))
+    session.hand.nudge(np.array([0.0, 0.02, 0.0]))
     expected = hand + (0.3 if isinstance(held, HandTarget) else np.array([0.0, 0.02, 0.0]))
     assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, expected)
     go(session, 2.0)
@@ -160,21 +160,21 @@ def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
     columns = session.simulation.room.ball
     assert columns is not None
     ball = session.simulation.positions[columns].copy()
-    session.hold(HandTarget(np.zeros(3)))
+    session.hand.hold(HandTarget(np.zeros(3)))
     for _ in range(3):
-        session.nudge(np.array([0.0, 0.02, 0.0]))
+        session.hand.nudge(np.array([0.0, 0.02, 0.0]))
     assert isinstance(session.held, BallTarget) and np.allclose(session.held.position, ball + np.array([0.0, 0.06, 0.0]))
     go(session, 2.0)
     assert np.allclose(session.simulation.positions[columns], session.held.position, atol=2e-3)
     for _ in range(500):
-        session.nudge(np.array([0.02, 0.0, 0.0]))
+        session.hand.nudge(np.array([0.02, 0.0, 0.0]))
         session.advance(0.1)
     assert session.held.position[0] == BALL_ROOM
     assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
     # A person's own arms are not nudged.
     session.change("scene", "imitation")
     session.change("autopilot", True)
-    session.nudge(np.array([0.0, 0.02, 0.0]))
+    session.hand.nudge(np.array([0.0, 0.02, 0.0]))
     assert session.held is None and session.settings.page.autopilot
 
 
@@ -183,9 +183,9 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
         raise BadSetting(f"{settings.robot} needs a package that is not installed.")
 
     session.advance(0.1)
-    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    session.hand.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
     before, room = session.settings, session.simulation.room
-    monkeypatch.setattr(session_module, "room_of", missing)
+    monkeypatch.setattr(run_control, "room_of", missing)
     with pytest.raises(BadSetting, match="panda needs"):
         session.change("robot", "panda")
     assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room

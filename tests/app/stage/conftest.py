@@ -59,7 +59,7 @@ def pause_when(guest: Guest, true: Callable[[Session], object]) -> None:
 
     def look(s: Session) -> bool:
         if not s.paused and true(s):
-            s.toggle_pause()
+            s.control.toggle_pause()
         return s.paused
 
     guest.wait(lambda _: guest.ask(look))

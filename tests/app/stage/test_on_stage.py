@@ -40,7 +40,7 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     # Released, the place stays there, and so do hand and handle.
     one.run_on(1.0)
     assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
-    wanted = one.ask(lambda s: wanted_pose(s)[0])
+    wanted = one.ask(lambda s: wanted_pose(s.hand)[0])
     visitor.wait_for(lambda _: np.allclose(place(one, "/place/ring"), wanted, atol=1e-4))
     assert np.linalg.norm(place(one, "/place/ring") - goal) < 1e-3
     change(one, task="pose")
@@ -51,7 +51,7 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest) -> None
     change(one, scene="solo", speed=2.0)
 
     def state(s: Session) -> tuple[Array, Array, Array, Array]:
-        frame, foot = swivel_frame(s)
+        frame, foot = swivel_frame(s.hand)
         return s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy(), hand(s), frame, foot
 
     for made, task, left in (("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)):
@@ -259,7 +259,7 @@ BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened, "autopilot=0")
-    guest.ask(lambda s: s.toggle_pause())
+    guest.ask(lambda s: s.control.toggle_pause())
     for name in get_args(RobotName):
         arm_moves(guest, opened.server.scene, name)
 
@@ -319,7 +319,7 @@ def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
     assert not any(name.startswith("/gizmo") for name in drawn(guest.visitor))
     assert not visible(guest, "/grip/point")
     start = guest.ask(point)
-    frame, _ = guest.ask(lambda s: swivel_frame(s))
+    frame, _ = guest.ask(lambda s: swivel_frame(s.hand))
     # The way on which the elbow swivels, so that every hand lets it.
     goal = start + 0.05 * (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
     pull(guest, link, "start", start, start)

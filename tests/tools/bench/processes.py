@@ -53,13 +53,13 @@ class ServerTimes:
         """Replace the functions of the program by timed ones, for the rest of the process."""
         from app.features.lecture.lecture import LectureHost
         from app.hosting.private_host import PrivateHost
-        from app.session.session import Session
+        from app.session.run_control import RunControl
         from app.web import sending
         from app.web.connection import FilteredConnection
 
         for host in (PrivateHost, LectureHost):
             host.frame = self.timed(host.frame, "drawing")
-        Session.step = self.timed(Session.step, "step")
+        RunControl.step = self.timed(RunControl.step, "step")
         sending.pack = self.timed(sending.pack, "packing")
         FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
 

@@ -104,7 +104,7 @@ class LessonControls(PagePanel):
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         # Else the lesson's own run begins in the place of what is being loaded.
-        if not (action == lesson_actions.Press("run") and self._session.coming):
+        if not (action == lesson_actions.Press("run") and self._session.player.coming):
             self._run.act(action)
 
     def _choose(self, action: Digit) -> bool:
@@ -121,14 +121,14 @@ class LessonControls(PagePanel):
         if self._run.open:
             self._run.act(lesson_actions.Press("run"))
         else:
-            self._session.toggle_pause()
+            self._session.control.toggle_pause()
 
     def _single_step(self, action: SingleStep) -> None:
         del action
         if self._run.locked:
             self._run.act(lesson_actions.Press("run"))
         else:
-            self._session.single_step()
+            self._session.control.single_step()
 
     def _reset(self, action: Reset) -> None:
         del action

@@ -63,7 +63,7 @@ class NullMotionSliders:
         if self._motions is None:
             simulation = session.simulation
             self._motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
-        session.hold(JointTarget(self._motions.go(action.motion, action.way)))
+        session.hand.hold(JointTarget(self._motions.go(action.motion, action.way)))
 
     @property
     def _offered(self) -> bool:

@@ -24,7 +24,6 @@ from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.catalogue import words_of
 from app.runtime.throttled_log import ThrottledLog
 from app.session.parts import SessionPart
-from app.session.run_limits import RunLimits
 from app.session.session import Session
 from app.settings import Language, Settings, to_query
 from controllers.errors import BadSetting, DuetError
@@ -129,12 +128,13 @@ class LessonSession(SessionPart):
         self._waiting = None
         try:
             let_custom_law_run(self._session, True)
-            self._session.set_source(None)
+            self._session.hand.set_source(None)
             self._runner.apply(with_look(self._own, self._session))
             self._session.reset()
         finally:
-            self._session.halt.go_on()
-            self._session.limits = RunLimits()
+            self._session.control.halt.go_on()
+            self._session.hand.on_grid = self._session.ghost_run.hidden = False
+            self._session.control.frame_ends_at = 0.0
             self._session.player.leave()
             self.open = False
             self.version += 1
@@ -298,7 +298,7 @@ class LessonSession(SessionPart):
         if action in (lesson_actions.Press("next"), lesson_actions.Press("check")) and not self._runner.further.done():
             self._waiting = action
             return
-        shown_beside = walk.showing and "teacher" not in session.halt
+        shown_beside = walk.showing and "teacher" not in session.control.halt
         match action:
             case lesson_actions.Choose(answer):
                 walk.choose(answer)
@@ -329,7 +329,7 @@ class LessonSession(SessionPart):
             case lesson_actions.Press("why" | "curve" as what):
                 if walk.show_why() if what == "why" else walk.show_curve():
                     self._begin()
-                    session.halt.go_on()
+                    session.control.halt.go_on()
             case lesson_actions.Press("hint"):
                 walk.hint()
             case lesson_actions.Press("check") if walk.pushes and self._taken is None:
@@ -338,7 +338,7 @@ class LessonSession(SessionPart):
                 self._runner.check(walk, self.said)
                 if walk.pushes:
                     self._measured = walk.run_id
-                    session.halt.set("lesson")
+                    session.control.halt.set("lesson")
                     self._show_moment()
             case lesson_actions.Press("leave"):
                 self.leave()
@@ -347,7 +347,7 @@ class LessonSession(SessionPart):
         if shown_beside and action in (lesson_actions.Press("next"), lesson_actions.Press("back")):
             # The question's run is made once more at once, so that it stands in the plots and at its moment.
             self._begin()
-            session.hurry(walk.setup.seconds)
+            session.control.hurry(walk.setup.seconds)
 
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
         """Return the lesson and the step, both from 0."""
@@ -359,9 +359,9 @@ class LessonSession(SessionPart):
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         over = walk.run_id == self._measured or walk.finished(session.simulation)
-        possible = bool(to_measure) and not (walk.yours or over or "teacher" in session.halt)
+        possible = bool(to_measure) and not (walk.yours or over or "teacher" in session.control.halt)
         if possible:
-            session.hurry(walk.setup.seconds)
+            session.control.hurry(walk.setup.seconds)
         return possible
 
     def _run(self) -> None:
@@ -377,9 +377,9 @@ class LessonSession(SessionPart):
             self._follow()
         if session.paused and self.over:
             self._run_again()
-            session.halt.go_on()
+            session.control.halt.go_on()
         else:
-            session.toggle_pause()
+            session.control.toggle_pause()
 
     def _run_again(self) -> None:
         self.walk.run_again()
@@ -402,7 +402,7 @@ class LessonSession(SessionPart):
 
     def _stop_trouble(self, text: str) -> None:
         run_id = self.walk.run_id
-        self._session.halt.set("lesson")
+        self._session.control.halt.set("lesson")
         self._measured = run_id
         if self._reported_run == run_id:
             # Said once for a run, not once for a frame.
@@ -421,8 +421,8 @@ class LessonSession(SessionPart):
             self._begin()
             return
         if walk.locked:
-            session.halt.set("lesson")
-        session.limits.ghost_hidden = walk.rival_hidden
+            session.control.halt.set("lesson")
+        session.ghost_run.hidden = walk.rival_hidden
         simulation = session.simulation
         if walk.watch(simulation):
             self.version += 1
@@ -436,7 +436,7 @@ class LessonSession(SessionPart):
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
             return
         if walk.ends:
-            session.halt.set("lesson")
+            session.control.halt.set("lesson")
         if not walk.showing and walk.phase is not Phase.DO and walk.challenge is None:
             # The run is seen once more, and was measured before.
             self._measured = walk.run_id

@@ -104,21 +104,21 @@ class StepRunner:
             session.simulation.reset(start)
             if session.ghost is not None:
                 session.ghost.reset(start)
-        session.limits.on_grid = walk.pushes
+        session.hand.on_grid = walk.pushes
         if walk.yours:
-            session.set_source(None)
+            session.hand.set_source(None)
             session.change("autopilot", False)
         else:
-            session.set_source(person_of(session.simulation, walk.setup, walk.kept))
+            session.hand.set_source(person_of(session.simulation, walk.setup, walk.kept))
         if walk.showing:
             asked = walk.step.setup
             beside = Simulation(asked.run)
             begin_reference_run(beside, asked)
-            session.show_beside(beside, person_of(beside, asked, walk.kept))
+            session.ghost_run.begin_other(beside, person_of(beside, asked, walk.kept))
         # A hand that is the visitor's answers at once; anything else waits for Run.
-        session.limits.frame_ends_at = 0.0 if walk.yours else walk.setup.seconds
-        session.halt.go_on()
-        session.halt.set("lesson", walk.locked or not walk.yours)
+        session.control.frame_ends_at = 0.0 if walk.yours else walk.setup.seconds
+        session.control.halt.go_on()
+        session.control.halt.set("lesson", walk.locked or not walk.yours)
         if not self._warm:
             # The decisive moment of the first run should not wait for a process that begins.
             session.parts.of(BackgroundStudies).questions.prepare(session.settings)

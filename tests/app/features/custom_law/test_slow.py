@@ -72,13 +72,13 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert "waiting for my_law.py" in late_law_html(session.law_status) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
         # A step that is asked for while it waits is made when the law answers.
-        session.single_step()
+        session.control.single_step()
         for _ in range(5):
             assert session.advance(FRAME) == 0
         gate.touch()
         advanced(session, lambda: session.simulation.steps > steps)
         assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
-        session.toggle_pause()
+        session.control.toggle_pause()
         # Its tenth call, which was a long one, is still in the average.
         advanced(session, lambda: session.simulation.steps >= 60 and "runs my_law.py" in late_law_html(session.law_status))
         recorded, made = session.inputs.window(), session.simulation.steps
@@ -166,9 +166,9 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
             f"slowed: your law needs {1e3 * needs:.2g}\N{NO-BREAK SPACE}ms a call; real time allows 2\N{NO-BREAK SPACE}ms" in said
         )
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
-        session.toggle_pause()
+        session.control.toggle_pause()
         advanced(session, lambda: "runs my_law.py" in late_law_html(session.law_status))
-        session.toggle_pause()
+        session.control.toggle_pause()
         write(file, "def law(s): return None")
         advanced(session, lambda: session.law_status.problem)
         assert not session.pace.slowed

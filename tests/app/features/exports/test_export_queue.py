@@ -136,7 +136,7 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
     for empty in (Desk(), desk):
         if empty is desk:
             # The log still has the run before, which was not asked for.
-            desk.session.toggle_pause()
+            desk.session.control.toggle_pause()
             desk.session.reset()
         for kind in get_args(FileKind):
             empty.queue.ask(kind, 10.0)
@@ -150,7 +150,7 @@ def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: boo
     simulation, table = desk.session.simulation, desk.session.simulation.history.table()
     before = simulation.steps
     if paused:
-        desk.session.toggle_pause()
+        desk.session.control.toggle_pause()
     desk.queue.player.watch(1.0)
     assert desk.session.paused and desk.queue.player.past is None and desk.queue.busy == "the replay"
     desk.work()
@@ -201,7 +201,7 @@ def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not
     if change:
         desk.session.change(*change)
     else:
-        desk.session.toggle_pause()
+        desk.session.control.toggle_pause()
     desk.frame(0.0)
     past = desk.queue.player.past
     if "theme" in change:

@@ -11,7 +11,7 @@ import pytest
 from app.features.custom_law.law_file import LawFile
 from app.features.custom_law.student_law import take_law_file
 from app.features.jupyter.cell_law import law_text
-from app.features.jupyter.notebook_run import GivenVelocities, all_changed, key_of
+from app.features.jupyter.notebook_run import GivenVelocities, all_changed, key_of, step_with
 from app.features.studies.background_studies import BackgroundStudies
 from app.recording.run_file import saved_bytes, saved_from
 from app.session.session import Session
@@ -74,7 +74,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         given = GivenVelocities(np.full(7, 0.1))
         before = session.simulation.time
         for _ in range(5):
-            assert session.step_with(given)
+            assert step_with(session, given)
         assert session.paused and session.simulation.time == pytest.approx(before + 0.025)
         joints = session.simulation.avoiding.joints
         np.testing.assert_allclose(session.simulation.velocities[joints], 0.1)
@@ -89,7 +89,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         session.change("ghost", "smooth_priority")
         take_law_file(session, write(tmp_path / "law.py", PAPER))
         assert session.law_status.file == "law.py" and session.simulation.steps == 0
-        session.toggle_pause()
+        session.control.toggle_pause()
         until(lambda: session.advance(0.03) < 0 or session.simulation.steps > 20)
         assert (
             session.law_status.problem == ""
@@ -102,6 +102,6 @@ def test_a_step_waits_for_the_law_of_the_ghost(tmp_path: Path) -> None:
     file = write(tmp_path / "law.py", PAPER)
     with closing(Session(changed(Settings(), "ghost", "own"), law=law_of(file))) as session:
         given = GivenVelocities(np.zeros(7))
-        assert not session.step_with(given) and session.simulation.steps == 0, "its process has not begun"
-        until(lambda: (session.advance(0.03), session.step_with(given))[1])
+        assert not step_with(session, given) and session.simulation.steps == 0, "its process has not begun"
+        until(lambda: (session.advance(0.03), step_with(session, given))[1])
         assert session.ghost is not None and session.simulation.steps == session.ghost.steps == 1

@@ -216,8 +216,8 @@ def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> Non
 
 def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: None, monkeypatch: pytest.MonkeyPatch) -> None:
     run = duet.show()
-    make, unanswered = run._session.step_with, [None, None]
-    monkeypatch.setattr(run._session, "step_with", lambda law: False if unanswered and not unanswered.pop() else make(law))
+    make, unanswered = run._session.step_both, [None, None]
+    monkeypatch.setattr(run._session, "step_both", lambda: False if unanswered and not unanswered.pop() else make())
     first = run.step(np.zeros(7))
     assert not unanswered
     assert run.step(np.zeros(7))["t"] == pytest.approx(first["t"] + run.settings.run.dt)
@@ -225,7 +225,7 @@ def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: Non
     for dq in wrong:
         with pytest.raises(BadSetting, match="step needs 7 finite joint velocities"):
             run.step(dq)
-    monkeypatch.setattr(run._session, "step_with", lambda law: False)
+    monkeypatch.setattr(run._session, "step_both", lambda: False)
     monkeypatch.setattr(notebook_run, "PATIENCE", 0.1)
     with pytest.raises(DuetError, match="The ghost's law does not answer"):
         run.step(np.zeros(7))

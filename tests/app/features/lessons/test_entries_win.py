@@ -28,7 +28,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
         ask(session, lambda _: run.act(Press("next")))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
-    slider, making = visitor_of(opened).operation.panel(LessonControls)._motions._sliders[0], session.step
+    slider, making = visitor_of(opened).operation.panel(LessonControls)._motions._sliders[0], session.control.step
 
     def slow_step(elapsed: float, budget: float) -> int:
         """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""
@@ -40,10 +40,10 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
         return kinematics.hand_pose(arm).translation.copy(), kinematics.joint_point(arm.elbow)
 
     (hand, elbow), drawn = ask(session, places), world_position(page, ELBOW)
-    monkeypatch.setattr(session, "step", slow_step)
+    monkeypatch.setattr(session.control, "step", slow_step)
     swing.fill("50")
     arrived(lambda: slider.value == 50.0)
-    monkeypatch.setattr(session, "step", making)
+    monkeypatch.setattr(session.control, "step", making)
     until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - drawn) > 0.05, "the elbow on its way")
     assert swing.input_value() == "50" and slider.value == 50.0
     # It swings to either side, and the hand stays.

@@ -74,7 +74,7 @@ class Student:
         setup = next(trial.setup for trial in self.run.walk.step.trials if not trial.fails)
         person = person_of(self.session.simulation, setup)
         while self.session.simulation.time < setup.seconds:
-            self.session.hold(person.target(self.session.simulation.time))
+            self.session.hand.hold(person.target(self.session.simulation.time))
             self.frame(0.02)
 
 
@@ -86,7 +86,7 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
         run.act(action)
         one.frame()
         assert session.paused and session.simulation.steps == 0 and run.open and run.walk.phase is Phase.PREDICT, action
-    session.toggle_pause()
+    session.control.toggle_pause()
     run.decide()
     assert session.paused
     run.act(do.Choose(0))
@@ -174,9 +174,9 @@ def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
     series.feed(session.simulation)
     assert measured is not None and f"{measured:.0f} changes among" in pairs_html(session.simulation, series)
     run.leave()
-    session.halt.go_on()
+    session.control.halt.go_on()
     session.advance(0.1)
-    assert session.simulation.steps > 0 and session.limits.frame_ends_at == 0.0
+    assert session.simulation.steps > 0 and session.control.frame_ends_at == 0.0
 
 
 @pytest.mark.parametrize("halted", [False, True])
@@ -186,7 +186,7 @@ def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool
     run.act(do.Choose(1))
     run._runner.further.result(60.0)
     if halted:
-        session.halt.set("teacher")
+        session.control.halt.set("teacher")
     run.act(do.Press("next"))
     assert (run.walk.phase is Phase.OBSERVE) == halted
     while run.walk.phase is Phase.DO:
@@ -303,11 +303,11 @@ def push(one: Student, fast: float, then: float | None = None) -> None:
     session, run = one.session, one.run
     session.change("wmax", fast)
     run.act(do.Press("again"))
-    pose = session.simulation.kinematics.hand_pose(session.arm)
+    pose = session.simulation.kinematics.hand_pose(session.hand.arm)
     place, turn = pose.translation.copy(), pose.rotation.copy()
     while session.simulation.time < 1.0:
         place[0] -= 0.05 * fast
-        session.hold(HandTarget(place.copy(), turn))
+        session.hand.hold(HandTarget(place.copy(), turn))
         one.frame()
         if then is not None and session.simulation.time > 0.5:
             session.change("wmax", then)
@@ -318,7 +318,7 @@ def push(one: Student, fast: float, then: float | None = None) -> None:
 def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit() -> None:
     one = Student(BOOK.index("hold"), 2)
     session, run = one.session, one.run
-    session.hold(HandTarget(place := np.array([0.4, 0.01, 1.2]), None))
+    session.hand.hold(HandTarget(place := np.array([0.4, 0.01, 1.2]), None))
     assert session.held is not None and session.held[0] is place, "outside a duel a hand is where it is held"
     one.to_challenge()
     # A hand that is left alone costs no push, and a run that waits begins again.
@@ -371,7 +371,7 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     # A push that goes on is over after 10 s.
     session.change("v", 0.3)
     run.act(do.Press("run"))
-    session.hold(HandTarget(np.array([0.3, 0.0, 1.3]), None))
+    session.hand.hold(HandTarget(np.array([0.3, 0.0, 1.3]), None))
     one.frames_until(lambda: run.over)
     assert len(run.walk.done.tries) == 2 and session.simulation.time == pytest.approx(10.0, abs=0.1)
 
@@ -419,9 +419,9 @@ class WildStudent(Student):
         place = np.array([rng.uniform(-1.0, 1.0) for _ in range(3)])
         match rng.choice(("pause", "step", "reset", "setting", "setting", "hold", "let go", "autopilot", "", "", "reload")):
             case "pause":
-                session.toggle_pause()
+                session.control.toggle_pause()
             case "step":
-                session.single_step()
+                session.control.single_step()
             case "reset":
                 session.reset()
             case "setting":
@@ -430,9 +430,9 @@ class WildStudent(Student):
                 with contextlib.suppress(BadSetting):
                     session.change(key, rng.choice(spec.choices) if spec.choices else number)
             case "hold" if not self.run.hands_off:
-                session.hold(rng.choice((HandTarget(place), BallTarget(place))))
+                session.hand.hold(rng.choice((HandTarget(place), BallTarget(place))))
             case "let go":
-                session.hold(None)
+                session.hand.hold(None)
             case "autopilot":
                 session.change("autopilot", not session.settings.page.autopilot)
             case "reload":
@@ -471,7 +471,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
         run.act(do.Choose(0))
     assert run.walk.phase is Phase.DO
     student.session.change("speed", 2.0)
-    student.session.halt.go_on()
+    student.session.control.halt.go_on()
     run._runner.further.result(60.0)
     student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
     assert not [record for record in caplog.records if record.exc_info], caplog.text

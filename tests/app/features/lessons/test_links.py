@@ -23,8 +23,8 @@ def pushed(one: Guest) -> str:
     one.visitor.wait_for(lambda v: "You have five pushes" in shown(v))
 
     def pull(session: Session) -> None:
-        pose = session.simulation.kinematics.hand_pose(session.arm)
-        session.hold(HandTarget(pose.translation - np.array([0.15, 0.0, 0.0]), pose.rotation.copy()))
+        pose = session.simulation.kinematics.hand_pose(session.hand.arm)
+        session.hand.hold(HandTarget(pose.translation - np.array([0.15, 0.0, 0.0]), pose.rotation.copy()))
 
     # A push may take a limited time of the run.
     one.ask(lambda s: s.change("speed", 0.25))

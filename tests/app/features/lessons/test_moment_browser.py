@@ -32,7 +32,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     page.locator("[data-duet-picture]").first.wait_for(state="attached")
     ask(session, lambda _: [run.act(Choose(0)), run.act(Press("run"))])
     until(page, lambda: session.simulation.steps > 0, "the run")
-    ask(session, lambda s: s.hurry(3.5))
+    ask(session, lambda s: s.control.hurry(3.5))
     until(page, lambda: run.walk.phase is Phase.OBSERVE, "the end of the run")
     until(page, lambda: shown_time(session) is not None, "the moment")
     table = ask(session, lambda s: s.simulation.history.table())

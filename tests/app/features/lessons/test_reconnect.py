@@ -43,8 +43,8 @@ def test_four_dropped_connections_lose_nothing(
                 click(one.visitor, "Next")
                 one.visitor.wait_for(lambda _: lessons_of(one).walk.phase is Phase.EXPLAIN, 60.0)
             if turn == 3:
-                ask(session, lambda s: s.toggle_pause())
-            ask(session, lambda s: s.halt.set("visitor"))
+                ask(session, lambda s: s.control.toggle_pause())
+            ask(session, lambda s: s.control.halt.set("visitor"))
             before = one.remembered()
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")
@@ -59,5 +59,5 @@ def test_four_dropped_connections_lose_nothing(
         assert not caplog.records, caplog.text
     assert (ask(other.session, lambda s: s.settings), other.session) == others
     steps = one.session.simulation.steps
-    ask(one.session, lambda s: s.toggle_pause())
+    ask(one.session, lambda s: s.control.toggle_pause())
     one.visitor.wait_for(lambda _: one.session.simulation.steps > steps, 60.0)

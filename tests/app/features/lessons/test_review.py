@@ -64,10 +64,10 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     frame = watched.frame()
     table = watched.session.simulation.history.table()
     nearest = int(table[:, COLUMN["d"]].argmin())
-    assert frame.replayed and frame.of_live and frame.shown.reviewed
+    assert frame.replayed and frame.of_live and frame.shown.replay.reviewed
     assert frame.sample.distance == table[nearest, COLUMN["d"]]
     assert_array_equal(frame.sample.positions, watched.session.simulation.history.positions(table)[nearest])
-    assert frame.shown.mark is not None and str(frame.shown.mark.name) == "smallest d − dₘ"
+    assert frame.shown.replay.mark is not None and str(frame.shown.replay.mark.name) == "smallest d − dₘ"
     assert frame.traced == (watched.session.simulation, None) and frame.settings == watched.session.settings
     # The numbers of the lesson are of then.
     assert dict(watched.lessons.live(frame.simulation)).keys() and watched.session.simulation.time > frame.simulation.time + 0.5
@@ -81,7 +81,7 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     assert not watched.player.reviewing and not watched.frame().replayed
     while not watched.player.reviewing:
         assert watched.frame().simulation.time < 4.1
-    assert watched.lessons.walk.phase is Phase.OBSERVE and watched.frame().shown.mark == frame.shown.mark
+    assert watched.lessons.walk.phase is Phase.OBSERVE and watched.frame().shown.replay.mark == frame.shown.replay.mark
 
 
 def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
@@ -121,8 +121,10 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
         row = round(1.0 / session.settings.run.dt) - 1
         assert_array_equal(frame.ghost.sample().positions, session.ghost.history.positions(session.ghost.history.table())[row])
     table = session.simulation.history.table()
-    assert frame.shown.mark is not None
-    assert frame.shown.mark.time == pytest.approx(table[table[:, COLUMN["d"]].argmin(), COLUMN["t"]] + session.settings.run.dt)
+    assert frame.shown.replay.mark is not None
+    assert frame.shown.replay.mark.time == pytest.approx(
+        table[table[:, COLUMN["d"]].argmin(), COLUMN["t"]] + session.settings.run.dt
+    )
     player.review(2.0)
     assert watched.frame().simulation.time == pytest.approx(2.0)
     player.review(1e6)
@@ -194,7 +196,9 @@ def test_single_steps_are_shown_about_the_moment() -> None:
     assert seen is not None and seen.time == first
     steps = np.abs(np.diff(watched.session.simulation.history.velocities(table), axis=0)).max(axis=1)
     assert abs(float(table[steps.argmax() + 1, COLUMN["t"]]) - first) > 0.1
-    assert frame.shown.mark is not None and frame.shown.mark.time == pytest.approx(first + watched.session.settings.run.dt)
+    assert frame.shown.replay.mark is not None and frame.shown.replay.mark.time == pytest.approx(
+        first + watched.session.settings.run.dt
+    )
     said = moment_html(frame, (0.0, 5.0))
     assert "--duet-mark-align:end" in said and "--duet-mark-align:start" in moment_html(frame, (2.0, 20.0))
 

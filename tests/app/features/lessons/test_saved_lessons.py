@@ -18,6 +18,7 @@ from app.hosting.visitor import record_of, run_again
 from app.hosting.visitor_record import VisitorRecord
 from app.session.frame import make_frame
 from app.session.session import Session
+from app.session.session_state import state_of
 from app.settings import Settings
 from scenes.inputs import RecordedPerson
 from scenes.settings import changed
@@ -59,7 +60,7 @@ STEPS = st.tuples(NAMES, NAMES)
 )
 @settings(max_examples=25, deadline=None)
 def test_what_was_done_in_lessons_comes_back_as_it_was(short: Session, progress, said, names, dm, flags) -> None:
-    own, piece = changed(Settings(), "dm", dm), short.state().run.pieces[0]
+    own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
     hands, people = dict.fromkeys(names, piece), {name: RecordedPerson(piece) for name, _ in names}
     lessons = SavedLesson(progress, own, flags[0], hands, own if flags[1] else None, people, said, flags[2])
     session = Session(own)

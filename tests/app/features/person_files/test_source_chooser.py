@@ -86,7 +86,7 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
     session, motion = guest.session, read_bvh(wave)
     guest.ask(lambda s: [s.change("source", "file"), s.change("scene", "imitation")])
     guest.run_on(0.3)
-    guest.ask(lambda s: s.toggle_pause())
+    guest.ask(lambda s: s.control.toggle_pause())
     shown = angles_of(session.target())
     seen = [motion.angles(t) for t in np.linspace(0.0, motion.duration, 600)]
     assert min(np.abs(shown - angles).max() for angles in seen if angles is not None) < 0.02

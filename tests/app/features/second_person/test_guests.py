@@ -56,7 +56,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
     word = word_on(host.visitor)
     assert session.parts.of(SecondPlace).word == word
     see(host.visitor, "Start with <code>--host 0.0.0.0</code>")
-    yours, other = (HAND_LINK.format(arm.name) for arm in (session.arm, session.simulation.avoiding))
+    yours, other = (HAND_LINK.format(arm.name) for arm in (session.hand.arm, session.simulation.avoiding))
     with ExitStack() as opened:
         guest = enter(opened, url, word, 2, "&lang=de&theme=dark")
         see(guest, "Sie halten den silbernen Arm")
@@ -73,7 +73,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
         guest.pull(other, "start", hand.tolist(), hand.tolist())
         guest.pull(other, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
-        host.wait(lambda s: isinstance(s.other_held, LinkTarget))
+        host.wait(lambda s: isinstance(s.hand.other, LinkTarget))
         host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
         assert session.held is None, "the host holds nothing"
 
@@ -89,7 +89,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
             guest.mirror.nodes[yours]["owner"] = claimed
             guest.pull(yours, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
         guest.pull(other, "end", hand.tolist(), hand.tolist())
-        host.wait(lambda s: s.other_held is None)
+        host.wait(lambda s: s.hand.other is None)
         assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (settings, paused, None, word)
         assert not lessons_of(host).open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
 
@@ -143,10 +143,10 @@ def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(house: OpenHouse, a
         assert state_of(guest) is None
         save_law(guest, box, LAW)
         # What a connection sends is dealt with in its order: after the pull, the forged entry has been.
-        _, silver = (HAND_LINK.format(arm.name) for arm in (owner.session.arm, owner.session.simulation.avoiding))
+        _, silver = (HAND_LINK.format(arm.name) for arm in (owner.session.hand.arm, owner.session.simulation.avoiding))
         guest.wait_for(lambda v: silver in v.mirror.grabbable)
         guest.pull(silver, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
-        owner.wait(lambda s: s.other_held is not None)
+        owner.wait(lambda s: s.hand.other is not None)
         assert not file.exists() and (state_of(owner.visitor) or {})["number"] == ""
     save_law(owner.visitor, box, LAW)
     owner.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")

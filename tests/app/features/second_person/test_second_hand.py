@@ -22,11 +22,11 @@ def two() -> tuple[Session, SecondHand]:
 def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     session, guest = two()
     before = place_of(session.simulation)
-    assert guest.arm is session.simulation.avoiding and session.arm is session.simulation.guided
+    assert guest.arm is session.simulation.avoiding and session.hand.arm is session.simulation.guided
     # They come for each other.
-    mine, theirs = (session.simulation.kinematics.hand_pose(one).translation.copy() for one in (session.arm, guest.arm))
+    mine, theirs = (session.simulation.kinematics.hand_pose(one).translation.copy() for one in (session.hand.arm, guest.arm))
     guest.hold(HandTarget(mine))
-    session.hold(HandTarget(theirs))
+    session.hand.hold(HandTarget(theirs))
     nearest = np.inf
     for _ in range(500):
         session.advance(0.01)
@@ -67,6 +67,6 @@ def test_a_reset_ends_what_either_of_two_people_holds() -> None:
     session, guest = two()
     place = place_of(session.simulation)
     guest.hold(HandTarget(place + np.array([0.0, 0.0, 0.2])))
-    session.hold(HandTarget(place))
+    session.hand.hold(HandTarget(place))
     session.reset()
     assert session.held is None and guest.held is None

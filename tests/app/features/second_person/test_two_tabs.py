@@ -29,14 +29,14 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
     theirs = page_at(1024, 768, fresh=True, locale="de-DE")
     theirs.goto(f"{link}&theme=dark")
     wait_ready(theirs, "/room")
-    silver, orange = (HAND_LINK.format(arm.name) for arm in (session.simulation.avoiding, session.arm))
+    silver, orange = (HAND_LINK.format(arm.name) for arm in (session.simulation.avoiding, session.hand.arm))
     theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
     mine.get_by_text("The second person is here").first.wait_for()
     view = settled_view(theirs)
     before = ask(session, lambda s: s.simulation.positions.copy())
     # The orange arm is not theirs.
     theirs.mouse.move(*world_to_px(theirs, world_position(theirs, orange)))
-    x, y = grab(theirs, silver, lambda: isinstance(session.other_held, LinkTarget))
+    x, y = grab(theirs, silver, lambda: isinstance(session.hand.other, LinkTarget))
     for step in range(1, 13):
         theirs.mouse.move(x + 6.0 * step, y - 2.0 * step)
     moved = session.simulation.avoiding.joints
@@ -50,11 +50,11 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
     screenshot(theirs, "two-guest")
     assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"
     theirs.mouse.up()
-    until(theirs, lambda: session.other_held is None, "letting go")
+    until(theirs, lambda: session.hand.other is None, "letting go")
     # The keys move their arm, and pause nothing.
     theirs.keyboard.press("Space")
     theirs.keyboard.press("ArrowUp")
-    until(theirs, lambda: session.other_held is not None, "a nudge")
+    until(theirs, lambda: session.hand.other is not None, "a nudge")
     assert not session.paused and session.held is None
 
     mine.get_by_role("button", name="End the invitation").click()

@@ -21,6 +21,7 @@ from app.features.store.session_store import MOST_RECORDS, SessionStore
 from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
 from app.session.session import Session
+from app.session.session_state import go_on_from, state_of
 from app.settings import Settings
 from scenes.inputs import Recorded
 from scenes.rerun import rerun
@@ -70,12 +71,12 @@ def session_of(seconds: float = 1.5, **keys: object) -> Session:
     session = Session(with_values(Settings(), **keys))
     while session.simulation.time < seconds:
         session.advance(0.05, 60.0)
-        session.state()
+        state_of(session)
     return session
 
 
 def record_of(session: Session, number: int = 0) -> VisitorRecord:
-    return VisitorRecord({"resume": tab(number)}, session.settings, session.state())
+    return VisitorRecord({"resume": tab(number)}, session.settings, state_of(session))
 
 
 def again(record: VisitorRecord) -> VisitorRecord:
@@ -109,8 +110,8 @@ NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
 )
 @settings(max_examples=25, deadline=None)
 def test_a_record_comes_back_as_it_was(short: Session, query, stored, names, dm) -> None:
-    own, piece = changed(Settings(), "dm", dm), short.state().run.pieces[0]
-    record = VisitorRecord({"resume": tab(1), **query}, own, short.state(), stored, dict.fromkeys(names, piece))
+    own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
+    record = VisitorRecord({"resume": tab(1), **query}, own, state_of(short), stored, dict.fromkeys(names, piece))
     back = again(record)
     assert content(back) == content(record)
     assert back.settings == own and back.parts == stored
@@ -131,17 +132,17 @@ RUNS = {
 def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: float) -> None:
     session = session_of(2.2, **keys)
     session.change("dm", 0.13)
-    session.halt.set("visitor")
+    session.control.halt.set("visitor")
     back = again(record_of(session))
     assert back.state is not None
     other = Session(back.settings)
-    list(other.go_on_from(back.state, history))
+    list(go_on_from(other, back.state, history))
     logged, kept = other.inputs.window(), session.inputs.window()
     assert other.paused and logged is not None and kept is not None and logged.seconds == pytest.approx(kept.seconds)
     if history:
         assert other.simulation.history.table().tobytes() == session.simulation.history.table().tobytes()
     for one in (session, other):
-        one.toggle_pause()
+        one.control.toggle_pause()
         for _ in range(10):
             one.advance(0.05, 60.0)
     pairs = [(session.simulation, other.simulation), (session.ghost, other.ghost)]

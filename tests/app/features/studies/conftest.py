@@ -2,14 +2,14 @@
 
 import pytest
 
-from app.session import session as session_module
+from app.session import run_control
 from tests.app.inline import Inline
 
 
 @pytest.fixture(autouse=True)
 def fast_machine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if "desk" in request.fixturenames:
-        monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
+        monkeypatch.setattr(run_control, "perf_counter", lambda: 0.0)
 
 
 @pytest.fixture

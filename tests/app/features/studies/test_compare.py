@@ -97,7 +97,7 @@ def test_the_tab_on_comparisons_follows_the_studies(house: OpenHouse, arrive: Ar
     says("Now move")
     one.run_on(1.5)
     with held(jobs, monkeypatch):
-        one.ask(lambda s: [s.toggle_pause(), s.change("dm", 0.2)])
+        one.ask(lambda s: [s.control.toggle_pause(), s.change("dm", 0.2)])
         says("Computing")
     for d_m in (0.2, 0.1):
         one.ask(lambda s, d_m=d_m: s.change("dm", d_m))

@@ -38,7 +38,7 @@ def test_the_largest_jump_is_between_two_steps_that_count(steps: int, joints: in
 def looking(desk: Inline, settings: RunSettings = SWITCHED, seconds: float = 6.0) -> Session:
     session = Session(Settings(settings, PageSettings()), background=desk)
     go(session, seconds)
-    session.toggle_pause()
+    session.control.toggle_pause()
     return session
 
 
@@ -82,10 +82,10 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inlin
 
 def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown(desk: Inline) -> None:
     session = looking(desk, RunSettings(dt=0.01), 2.0)
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.change("dt", 0.0025)
     go(session, 2.0)
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.parts.of(BackgroundStudies).microscope.go_to(3.0)
     found = seen(session, desk)
     assert found.finer is not None and len(found.finer.times) == 4 * AROUND + 1
@@ -111,7 +111,7 @@ def test_another_signal_and_another_instant(desk: Inline) -> None:
     session.parts.of(BackgroundStudies).microscope.move(10_000, 0.005)
     newest = seen(session, desk)
     assert newest.time == newest.steps.times[-1]
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.advance(0.1)
     session.parts.of(BackgroundStudies).microscope.move(0, 0.005)
     session.advance(0.1)

@@ -27,10 +27,10 @@ def test_a_jump_is_an_edge_and_has_its_steps(house: OpenHouse, page_at: PageAt) 
     page = page_at(1024, 768)
     session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")
     # From the beginning, as the plots show no more than the last seconds, of which a busy machine may need many to open the page.
-    ask(session, lambda s: [s.reset(), s.hurry(7.0)])
+    ask(session, lambda s: [s.reset(), s.control.hurry(7.0)])
     until(page, lambda: session.simulation.time > 7.0, "the jump")
     # Before the jump leaves the plot.
-    ask(session, lambda s: s.toggle_pause())
+    ask(session, lambda s: s.control.toggle_pause())
     until(page, lambda: session.paused, "the pause")
     table = ask(session, lambda s: s.simulation.history.table())
     jump = float(np.abs(np.diff(avoiding_rates(session.simulation, table)[40:], axis=0)).max())

@@ -55,7 +55,7 @@ def answered(desk: Inline, session: Session) -> WhatIf:
 
 def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_rests(desk: Inline) -> None:
     session = running(desk)
-    session.toggle_pause()
+    session.control.toggle_pause()
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
@@ -98,7 +98,7 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     newest = session.parts.of(BackgroundStudies).questions.what_if
     assert newest is not None and session.parts.of(BackgroundStudies).questions.busy
     assert MOVING - 1 <= len(newest.times) <= MOVING + CHAPTER / dt
-    session.toggle_pause()
+    session.control.toggle_pause()
     session.advance(REST)
     # Moving on drops the long answer that is being computed.
     (job,) = desk.waiting("what if")
@@ -116,7 +116,7 @@ def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monk
     monkeypatch.setattr(session.simulation, "_capacity", 700)
     session.reset()
     go(session, 5.0)
-    session.toggle_pause()
+    session.control.toggle_pause()
     rest_at(desk, session, "dm", 0.1)
     answer = answered(desk, session)
     assert 700 - 2.0 * CHAPTER / 0.005 < len(answer.times) <= 700

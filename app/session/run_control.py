@@ -1,0 +1,119 @@
+"""When a run makes its steps: as the clock wants, one by one, up to a time, or not at all."""
+
+from time import perf_counter
+from typing import Protocol
+
+from app.session.clock import BUDGET, Clock, Halt, Pace
+from app.session.late_law import LateLaw
+from app.settings import Settings
+from scenes.simulation import Simulation
+
+
+class Stepped(Protocol):
+    """A session, of which the run makes steps."""
+
+    settings: Settings
+    simulation: Simulation
+    law: LateLaw
+
+    def step_both(self) -> bool:
+        """Make a step of the run and its ghost; False if a law has not answered, so that no step was made."""
+        ...
+
+
+class RunControl:
+    """The clock of one session, and what overrides it.
+
+    Args:
+        session: of the run.
+
+    Attributes:
+        halt: why no step is made.
+        stepping: wall time of the steps of the last frame [s].
+        frame_ends_at: time of the run at which a frame ends, so that what comes then can be decided before the next step [s]; 0 for
+            no such time.
+    """
+
+    def __init__(self, session: Stepped) -> None:
+        self._session = session
+        self.halt = Halt()
+        self.stepping = 0.0
+        self.frame_ends_at = 0.0
+        self._clock = Clock(session.settings.page.speed)
+        self._steps_asked, self._hurries_to = 0, 0.0
+
+    def toggle_pause(self) -> None:
+        """Pause or go on; nothing happens while the teacher has stopped the session."""
+        if "teacher" in self.halt:
+            return
+        if self.halt:
+            self.halt.go_on()
+        else:
+            self.halt.set("visitor")
+        self._clock.forget()
+        self._steps_asked = 0
+
+    def single_step(self) -> None:
+        """Pause, and make one step in the next frame."""
+        if not self.halt:
+            self.halt.set("visitor")
+        self._steps_asked += 1
+
+    def hurry(self, until: float) -> None:
+        """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
+        self.halt.go_on()
+        self._hurries_to = until
+
+    def forget(self) -> None:
+        """Owe no step, as after a reset."""
+        self._clock.forget()
+        self._hurries_to = 0.0
+
+    @property
+    def pace(self) -> Pace:
+        """How the clock runs."""
+        return self._clock.pace(bool(self.halt))
+
+    @property
+    def slowed(self) -> bool:
+        """True while the machine cannot keep up with the speed asked for."""
+        return self._clock.pace(False).slowed
+
+    def step(self, elapsed: float, budget: float = BUDGET) -> int:
+        """Simulate `elapsed` [s] of wall time, with no further step after `budget` [s] of it; return the number of steps made."""
+        self.stepping = 0.0
+        if "teacher" in self.halt:
+            # What was asked for meanwhile is not made up for afterwards.
+            self._steps_asked, self._hurries_to = 0, 0.0
+            return 0
+        if "hidden" in self.halt:
+            # A hurry goes on when the tab is back in sight.
+            return 0
+        if self.halt:
+            due, self._hurries_to = self._steps_asked, 0.0
+            made = self._make(due, budget)
+            self._steps_asked -= made
+            return made
+        session = self._session
+        dt, time = session.settings.run.dt, session.simulation.time
+        ahead = round((self._hurries_to - time) / dt)
+        due = ahead if ahead > 0 else self._clock.due(elapsed, dt, session.settings.page.speed)
+        left = round((self.frame_ends_at - time) / dt)
+        due = min(due, left) if left > 0 else due
+        made = self._make(due, budget)
+        waits = session.law.waits
+        if ahead <= 0:
+            self._clock.note(made, made if waits else due, elapsed, dt)
+        if ahead > 0 or waits:
+            self._clock.forget()
+        return made
+
+    def _make(self, due: int, budget: float) -> int:
+        """Make some steps, or as many as there is time for [s]; return how many were made."""
+        begin, made = perf_counter(), 0
+        now = begin
+        while made < due and now <= begin + budget and self._session.step_both():
+            made += 1
+            now = perf_counter()
+        self.stepping = now - begin
+        return made
