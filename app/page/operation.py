@@ -16,6 +16,7 @@ from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
+from app.page.panels.view_row import ViewRow
 from app.page.picture_size import PHONE, canvas_size
 from app.page.view import View
 from app.session import actions
@@ -32,6 +33,7 @@ CALM: Final = 0.1
 PANELS: Final[list[PanelMaker]] = [
     DetailsChooser,
     MomentChooser,
+    ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
 """The panels of the core that need nothing but their context; a further one is one more entry."""

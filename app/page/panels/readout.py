@@ -48,7 +48,7 @@ class Readout:
             return
         self._shown, self._next = (frame.state, asking), frame.after(PERIOD)
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
-        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip")
+        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip duet-what")
         law = shown.student_law
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
         pills += Markup() if frame.replayed else custom_law_html(law)

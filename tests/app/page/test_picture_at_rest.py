@@ -123,7 +123,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
         assert session.simulation.steps == steps
         page.get_by_role("button", name="Step", exact=True).click()
         until(page, lambda: session.simulation.steps == steps + 1, "one step")
-        page.get_by_role("button", name="● Pause", exact=True).click()
+        page.get_by_role("button", name="Go on", exact=True).click()
         until(page, lambda: corner() != first, "a moving picture")
     page.get_by_role("button", name="Reset", exact=True).click()
     until(page, lambda: session.simulation.steps < steps, "a fresh start")
