@@ -151,6 +151,7 @@ class Operation:
         busy = frame.replayed or any(panel.needs_controls for panel in self._page.made)
         plays = not (self._instead or busy)
         self._controls.fold(self.whole, plays)
+        self._view.equation_last = self._controls.small
         self._keep.visible = self.whole or not plays
         for panel in (self._controls, *self._page.made, self._link):
             panel.show(frame)

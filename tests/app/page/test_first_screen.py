@@ -110,10 +110,15 @@ def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(house: Op
     until(page, lambda: not session.paused, "a run that goes on")
     # More laws: the list opens by itself, with all of them.
     law = page.get_by_role("combobox", name="law")
+    law_place = law.bounding_box()
     law.click()
     page.get_by_role("option", name=MORE).click()
-    page.get_by_role("option", name=LAWS["barrier_qp"].label).click()
-    until(page, lambda: session.settings.run.law.law == "barrier_qp", "another law")
+    page.get_by_role("option", name=LAWS["set_based_task"].label).click()
+    until(page, lambda: session.settings.run.law.law == "set_based_task", "another law")
+    # Its equation is longer by two lines, and has moved nothing.
+    page.locator(".duet-eq").get_by_text("Moe et al. 2016").wait_for()
+    assert page.get_by_role("button", name="Pause", exact=True).bounding_box() == place
+    assert law.bounding_box() == law_place
 
 
 def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHouse, page_at: PageAt) -> None:
