@@ -1,14 +1,17 @@
 """The first screen: what is on it, how much of it there is, and what its controls do."""
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from app.page.panels.controls import SMALL
 from app.page.panels.law_choice import FEW, MORE
 from scenes.laws import LAWS
+from tests.accessibility import accessible
 from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.app.page.helpers import Client, bodies, page_label, press
-from tests.browser import CAMERA, PageAt, settled_view, until
+from tests.browser import CAMERA, PageAt, lasting, screenshot, settled_view, until
+from tests.tools.page_flaws import flaws
 
 MOST_CONTROLS, MOST_WORDS = 20, 80
 
@@ -141,3 +144,16 @@ def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHous
     assert done.bounding_box() == place
     link = page.evaluate("navigator.clipboard.readText()")
     assert link.startswith(opened.url) and "dm=0.12" in link
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
+@pytest.mark.parametrize("look", ["lang=de&theme=dark", "lang=sl&theme=light", "lang=de&profile=projector"])
+def test_no_text_of_the_first_screen_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int, look: str) -> None:
+    page = page_at(width, height)
+    visit(page, house(), f"panel=small&v=0.05&{look}")
+    page.locator(".duet-view-row").wait_for()
+    page.locator("#duet-note").wait_for(state="detached")
+    assert lasting(page, lambda: flaws(page)) == []
+    accessible(page)
+    screenshot(page, f"first-screen-{width}-{look.replace('&', '-')}")

@@ -1,5 +1,6 @@
 """No control of the page moves by itself, whatever comes and goes beside it while the autopilot runs."""
 
+import re
 from time import perf_counter
 
 import pytest
@@ -31,6 +32,9 @@ WATCH = """() => {
 }"""
 """Note at every drawn frame which control is at another place than at first, and which notices there are."""
 
+SETTINGS = re.compile("All settings|Fewer settings")
+"""The last control of the page."""
+
 AT_ONCE = 16
 """Frames of the server between two looks at the page."""
 
@@ -41,7 +45,7 @@ def first_screen(page: Page, opened: ByHand, query: str) -> None:
     def built() -> bool:
         for _ in range(AT_ONCE):
             opened.frame()
-        return page.locator(".duet-eq .live").count() > 0 and page.locator(".duet-title:visible").count() > 1
+        return page.locator(".duet-eq .live").count() > 0 and page.get_by_text(SETTINGS).count() > 0
 
     until(page, built, "a page that is built")
     page.locator("#duet-note").wait_for(state="detached")
