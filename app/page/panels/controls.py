@@ -137,7 +137,7 @@ class Controls:
         gui = self._gui
         self._clock = ChoiceButtons(
             gui,
-            "",
+            "clock",
             {"Pause": Pause(), N_("Go on"): Pause(), "Step": SingleStep(), "Reset": Reset()},
             "Space pauses and goes on, . makes one step, R restarts the run.",
             self._session.post,

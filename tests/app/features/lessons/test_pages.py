@@ -34,5 +34,5 @@ def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
     title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
     for word in ("Zapusti lekcije", title, "Lekcija: zapusti lekcije"):
         comes(visitor, word)
-    own, others = ("jezik", "prizor", "zakon"), {"language", "scene", "law", "Leave the lessons"}
-    visitor.wait_for(lambda _: [labels(visitor).count(label) for label in own] == [1] * 3 and not others & set(labels(visitor)))
+    own, others = ("jezik", "prizor", "zakon", "ura"), {"language", "scene", "law", "clock", "Leave the lessons"}
+    visitor.wait_for(lambda _: [labels(visitor).count(label) for label in own] == [1] * 4 and not others & set(labels(visitor)))
