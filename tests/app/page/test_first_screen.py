@@ -81,6 +81,8 @@ def seen(page: Page) -> dict[str, list[str]]:
     return found
 
 
+# No notice of a busy machine is counted.
+@pytest.mark.usefixtures("fast_machine")
 def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900), house()
     session = visit(page, opened, "panel=small")
