@@ -14,6 +14,7 @@ from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
+from app.page.panels.view_row import ViewRow
 from app.page.picture_size import PHONE, canvas_size
 from app.page.view import View
 from app.session import actions
@@ -30,6 +31,7 @@ CALM: Final = 0.1
 PANELS: Final[list[PanelMaker]] = [
     DetailsChooser,
     MomentChooser,
+    ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
 """The panels of the core that need nothing but their context; a further one is one more entry."""
@@ -145,6 +147,7 @@ class Operation:
         busy = frame.replayed or any(panel.needs_controls for panel in self._page.made)
         plays = not (self._instead or busy)
         self._controls.fold(self.whole, plays)
+        self._view.equation_last = self._controls.small
         self._keep.visible = self.whole or not plays
         for panel in (self._controls, *self._page.made, self._link):
             panel.show(frame)

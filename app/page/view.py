@@ -65,6 +65,7 @@ class View:
         camera: place of a part: returns what of the live run is to be seen; None for the experiment's own view.
         keeps_back: place of a part: true while a question waits for its answer, so that what the law does is not said.
         card_attributes: place of parts: return further attributes of the contact card, for scripts.
+        equation_last: whether the law's equation comes after all controls.
         bare: whether the page shows the scene without panels, as a projector does.
         card_attributes: place of parts: return further attributes of the contact card, for scripts.
     """
@@ -85,6 +86,7 @@ class View:
         self.camera: Callable[[Simulation], Camera] | None = None
         self.keeps_back: Callable[[], bool] = lambda: False
         self.card_attributes: list[Callable[[], Mapping[str, object]]] = []
+        self.equation_last = False
         self.bare = False
         self._simulation, self._of_live = session.simulation, True
         page = self.page
@@ -196,7 +198,7 @@ class View:
         self._follow(frame)
         self.stage.show(frame, page)
         asking = self.keeps_back()
-        self._readout.show(frame, asking)
+        self._readout.show(frame, asking, self.equation_last)
         self._contact.show(frame, self._card_words, asking)
         self.plots.show(frame)
         self._moment.content = self._moment_too.content = moment_html(frame, self.plots.span)

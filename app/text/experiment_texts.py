@@ -39,7 +39,7 @@ def _ball(run: RunSettings, itself: bool) -> ExperimentTexts:
 
 
 def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
-    takes_over = tr("The autopilot moves the orange arm; pull it anywhere to take over.")
+    takes_over = tr("The autopilot moves the orange arm; pull it anywhere.")
     if run.avoid == "guided":
         watched = tr("It keeps clear of the silver arm, which keeps its hand in the ring.")
     elif run.avoid == "both":

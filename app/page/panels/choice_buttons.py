@@ -45,6 +45,11 @@ class ChoiceButtons:
             if plain in {one.removeprefix(MARK) for one in event.target.options}:
                 post(said[plain])
 
+    @property
+    def order(self) -> float:
+        """Place among its neighbours."""
+        return self._buttons.order
+
     def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:
         """Update the row.
 

@@ -11,6 +11,7 @@ from app.page.panels.curve_control import CurveControl
 from app.page.panels.drawing_board import TakeDrawing
 from app.page.panels.hotkeys import Hotkey, KeyHelp, help_html
 from app.page.panels.joint_sliders import JointSliders
+from app.page.panels.law_choice import MORE, LawChoice, MoreLaws
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import FirstView, Pause, Reset, SetSetting, ShowAll, SingleStep
 from app.session.clock import SPEEDS
@@ -34,7 +35,7 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 PICKER: Final = _keys_of(ABOVE.name)
 """Settings above everything else: which experiment."""
 
-SMALL: Final = ("scene", "law", "dm", "v")
+SMALL: Final = ("scene", "law", "dm", "n", "v", "k")
 """Settings that those see who just play."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
@@ -77,6 +78,8 @@ class Controls:
 
     Attributes:
         twins: second controls of settings, by key.
+        small: True while few controls are shown.
+        below_transport: order of what comes between the clock's buttons and the settings.
         arms_tab: the tab on the arms and who moves them.
         compare_tab: the tab on comparisons.
     """
@@ -90,7 +93,7 @@ class Controls:
         phone: bool = False,
         key_help: Sequence[KeyHelp] = (),
     ) -> None:
-        self._small, self._phone = False, phone
+        self.small, self._phone = False, phone
         self._folded: tuple[bool, bool] | None = None
         self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
@@ -116,6 +119,8 @@ class Controls:
                     self.compare_tab = tab
                     # Below what features add to the tab.
                     self._note = gui.add_html("", order=BELOW)
+        self._law = LawChoice(self._handles["law"], self._specs["law"], UNOFFERED)
+        handlers.add(MoreLaws, self._offer_all_laws)
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(instead, key_help), class_="duet"))
         self._panel = gui.add_html("")
@@ -133,10 +138,11 @@ class Controls:
         self._clock = ChoiceButtons(
             gui,
             "clock",
-            {"Pause": Pause(), "Step": SingleStep(), "Reset": Reset()},
+            {"Pause": Pause(), N_("Go on"): Pause(), "Step": SingleStep(), "Reset": Reset()},
             "Space pauses and goes on, . makes one step, R restarts the run.",
             self._session.post,
         )
+        self.below_transport = self._clock.order + 0.5
         speeds = {{0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed]: SetSetting("speed", speed) for speed in SPEEDS}
         self._speed = ChoiceButtons(gui, "speed", speeds, "Slower and faster: [ and ].", self._session.post)
 
@@ -163,9 +169,12 @@ class Controls:
             k = spec.page_scale
             low, high = spec.low * k, spec.high * k
             handle = gui.add_slider(label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order)
-        words = spoken()
+        words, more = spoken(), tr(MORE)
 
         def take(raw: Any) -> None:
+            if key == "law" and raw == more:
+                self._session.post(MoreLaws())
+                return
             if spec.choices:
                 raw = {words(text): choice for choice, text in spec.options().items()}.get(raw, raw)
             elif isinstance(raw, float):
@@ -183,6 +192,17 @@ class Controls:
         """Add a second control of a setting in the container that the caller has opened."""
         self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
+    def _mark_panel(self, opens: str | None = None) -> None:
+        """Say on the page how many controls it has. `opens`: id of a drop-down that is to be opened."""
+        kinds, panel = self._panel_kinds
+        self._panel.content = element("i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {}))
+
+    def _offer_all_laws(self, action: MoreLaws) -> None:
+        del action
+        self._law.all = True
+        self.write_again()
+        self._mark_panel(opens=uuid_of(self._handles["law"]))
+
     def write_again(self) -> None:
         """Write the settings back into their controls at the next frame: a value there was refused."""
         self._settings = None
@@ -191,15 +211,18 @@ class Controls:
         """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
         if (whole, plays) == self._folded:
             return
-        self._folded, self._small, self._settings = (whole, plays), plays and not whole, None
-        kinds = f"duet-panel{' duet-small' * self._small}"
-        self._panel.content = element("i", class_=kinds, data_panel="all" if whole else "small")
-        offered = ((int(whole),) if plays else ()) + ((2,) if self._phone else ())
+        self._folded, self.small, self._settings = (whole, plays), plays and not whole, None
+        kinds = f"duet-panel{' duet-small' * self.small}"
+        self._panel_kinds = kinds, "all" if whole else "small"
+        self._mark_panel()
+        # The few controls have a button for the view of their own.
+        offered = ((int(whole),) if plays else ()) + ((2,) if self._phone and not self.small else ())
         self._further.show(offered=offered, visible=bool(offered))
 
     def show(self, frame: Frame) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
-        self._clock.show(0 if frame.pace.paused else -1)
+        steps = () if self.small else (2,)
+        self._clock.show(offered=(int(frame.pace.paused), *steps, 3))
         settings = frame.live.settings
         self._joints.show(frame)
         self._curve.show(settings, matters("curve", settings))
@@ -207,11 +230,12 @@ class Controls:
             return
         self._settings = settings
         present = values(settings)
-        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self._small)
+        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self.small)
+        self._law.show(present["law"], self.small)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
                 continue
-            handle.visible = matters(key, settings) and (key in SMALL or not self._small)
+            handle.visible = matters(key, settings) and (key in SMALL or not self.small)
             # What a visitor has just entered elsewhere wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])

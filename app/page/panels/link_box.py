@@ -29,6 +29,35 @@ def link_to(address: str, query: Mapping[str, str]) -> str:
     return f"{address}/?{urlencode(query)}"
 
 
+class PageLink:
+    """Writes the link to a page as it is now.
+
+    Args:
+        client: that shows the page.
+        session: what the link opens again.
+        links: of features, see `PanelContext.links`.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        session: Session,
+        links: Sequence[Callable[[Frame], Mapping[str, str] | None]] = (),
+    ) -> None:
+        self._session, self._links = session, links
+        self._address = request_address(client)
+        self._next = 0.0
+
+    def due(self, frame: Frame) -> str | None:
+        """Link to a frame; None if the last one is younger than `PERIOD`."""
+        if frame.now < self._next:
+            return None
+        self._next = frame.after(PERIOD)
+        said = (link(frame) for link in self._links)
+        query = next((query for query in said if query is not None), None) or link_query(self._session)
+        return link_to(self._address, query)
+
+
 class LinkBox:
     """A line with the link, and a button that copies it.
 
@@ -44,18 +73,12 @@ class LinkBox:
         session: Session,
         links: Sequence[Callable[[Frame], Mapping[str, str] | None]] = (),
     ) -> None:
-        self._session, self._links = session, links
-        self._address, self._frames = request_address(client), frames_of(client)
+        self._link, self._frames = PageLink(client, session, links), frames_of(client)
         self._box = client.gui.add_html("")
-        self._next = 0.0
         self.show(freeze(session, 0.0))
 
     def show(self, frame: Frame) -> None:
         """Bring the link up to date, every `PERIOD`."""
-        if frame.now < self._next:
-            return
-        self._next = frame.after(PERIOD)
-        said = (link(frame) for link in self._links)
-        query = next((query for query in said if query is not None), None) or link_query(self._session)
-        link = link_to(self._address, query)
-        self._box.content = macros("page/panels/copy.html").link(link, self._frames)
+        link = self._link.due(frame)
+        if link is not None:
+            self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -5,6 +5,7 @@ from typing import Final
 
 from markupsafe import Markup
 
+from app.i18n.speaking import N_
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -18,8 +19,14 @@ from app.web.viser_internals import uuid_of
 from scenes.settings import specs
 
 
+class MorePlots(Action):
+    """Offer the further plots."""
+
+
 class DetailsChooser(PagePanel):
     """The row of buttons; not seen while a part of the session leads, which chooses the plots.
+
+    While few controls are shown, one button stands for all until it is pressed or a further plot is chosen.
 
     Args:
         view: with the panel of plots.
@@ -27,9 +34,10 @@ class DetailsChooser(PagePanel):
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
-        del handlers
+        handlers.add(MorePlots, self._open)
         spec = specs(PageSettings)["plot"]
-        self._session, self._choices = session, spec.choices
+        self._session, self._choices, self._controls = session, spec.choices, page.controls
+        self._opened = False
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 client.gui,
@@ -39,12 +47,21 @@ class DetailsChooser(PagePanel):
                 session.post,
                 order=0.5,
             )
+            self._opener = ChoiceButtons(client.gui, "", {N_("More plots"): MorePlots()}, spec.help, session.post, order=0.5)
+
+    def _open(self, action: MorePlots) -> None:
+        del action
+        self._opened = True
 
     def show(self, frame: Frame) -> None:
         """Offer the choices of this experiment, and mark the present one."""
         possible, details = possible_details(frame.settings.run), frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
-        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._session.parts.lead)
+        # A plot that is chosen stays the one that is marked.
+        self._opened = self._opened or marked != self._choices.index("none")
+        folded = self._controls.small and not self._opened
+        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not (folded or self._session.parts.lead))
+        self._opener.show(visible=folded and not self._session.parts.lead)
 
 
 _GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pan-y}</style>")

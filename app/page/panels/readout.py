@@ -29,26 +29,33 @@ PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
 
 
+LAST: Final = 1e6
+"""Order of the equation where it comes after all controls."""
+
+
 class Readout:
     """Tip, status, promise, numbers and equation, one block each. `tip`: returns what the reader can do and watch."""
 
     def __init__(self, gui: viser.GuiApi, tip: Callable[[Shown], str]) -> None:
         self._tip_text = tip
         self._tip, self._status, self._numbers, self._equation = (gui.add_html("") for _ in range(4))
+        self._equation_last = gui.add_html("", order=LAST, visible=False)
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
 
-    def show(self, frame: Frame, asking: bool) -> None:
+    def show(self, frame: Frame, asking: bool, equation_last: bool = False) -> None:
         """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests.
 
         Args:
             asking: whether a question waits for its answer, so that only the state of the clock is shown.
+            equation_last: True to show the equation after all controls, whose places it then leaves alone.
         """
+        self._equation.visible, self._equation_last.visible = not equation_last, equation_last
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
             return
         self._shown, self._next = (frame.state, asking), frame.after(PERIOD)
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
-        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip")
+        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip duet-what")
         law = shown.law_status
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
         pills += Markup() if frame.replayed else late_law_html(law)
@@ -61,7 +68,7 @@ class Readout:
             equation = macros("text/equation.html").of_file(file)
         else:
             equation = equation_html(frame.settings.run)
-        self._equation.content = element("div", "", equation, class_="duet")
+        self._equation.content = self._equation_last.content = element("div", "", equation, class_="duet")
 
 
 def replay_html(shown: Shown) -> Markup:

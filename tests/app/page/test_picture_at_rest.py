@@ -86,7 +86,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     # While the arms move there is a picture for every one of their changes, though there is no graphics card.
     until(page, moves, "more pictures than its heartbeat")
     # Pause by the button: the picture comes to rest and stays so, to the last pixel. And it moves again afterwards.
-    press("Pause")
+    page.get_by_role("button", name="Pause", exact=True).click()
     page.get_by_text("paused", exact=True).wait_for()
     page.mouse.move(20, 20)
     # A note may come late on a busy machine, and covers what is looked at.
@@ -123,7 +123,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
         assert session.simulation.steps == steps
         page.get_by_role("button", name="Step", exact=True).click()
         until(page, lambda: session.simulation.steps == steps + 1, "one step")
-        page.get_by_role("button", name="● Pause", exact=True).click()
+        page.get_by_role("button", name="Go on", exact=True).click()
         until(page, lambda: corner() != first, "a moving picture")
     page.get_by_role("button", name="Reset", exact=True).click()
     until(page, lambda: session.simulation.steps < steps, "a fresh start")

@@ -47,6 +47,8 @@ PAGE = SESSION | {
     "Toggle": ("LessonControls", "Operation"),
     "SetSetting": ("Operation",),
     "ShowAll": ("Operation",),
+    "MoreLaws": ("Controls",),
+    "MorePlots": ("DetailsChooser",),
     "FirstView": ("Operation",),
     "Compute": ("ComparePanel",),
     "Drag": ("Gizmos",),

@@ -1,0 +1,52 @@
+"""The choice of the law: a few laws and an entry that adds the others, for visitors who see few controls."""
+
+from typing import Any, Final
+
+from app.i18n.speaking import N_, tr
+from app.session.actions import Action
+from scenes.laws import DEFAULT_LAW, LEVER_LAW, NO_AVOIDANCE
+from scenes.setting_spec import Spec
+
+FEW: Final = (DEFAULT_LAW, "strict_switched", NO_AVOIDANCE, LEVER_LAW)
+"""Laws that are offered first: the paper's, its rigid forerunner, none, and the visitor's own hand."""
+
+MORE: Final = N_("More laws …")
+"""The last entry of a short list."""
+
+
+class MoreLaws(Action):
+    """Offer every law in the list."""
+
+
+class LawChoice:
+    """Entries of the drop-down that chooses the law.
+
+    Args:
+        handle: the drop-down.
+        spec: of the setting, with all laws.
+        unoffered: laws that only a link can ask for.
+
+    Attributes:
+        all: True once the visitor has asked for more laws.
+    """
+
+    def __init__(self, handle: Any, spec: Spec, unoffered: tuple[str, ...]) -> None:
+        self._handle, self._spec, self._unoffered = handle, spec, unoffered
+        self.all = False
+
+    def show(self, present: str, few: bool) -> None:
+        """Offer the laws that can be chosen now.
+
+        Args:
+            present: the running law, which is always offered.
+            few: True where the visitor sees few controls.
+        """
+        short = few and not self.all
+        offered = [law for law in self._spec.choices if law == present or self._offers(law, short)]
+        texts = self._spec.options()
+        options = (*(tr(texts[law]) for law in offered), *((tr(MORE),) if short else ()))
+        if options != self._handle.options:
+            self._handle.options = options
+
+    def _offers(self, law: str, short: bool) -> bool:
+        return law in FEW if short else law not in self._unoffered

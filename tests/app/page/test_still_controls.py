@@ -1,0 +1,86 @@
+"""No control of the page moves by itself, whatever comes and goes beside it while the autopilot runs."""
+
+import re
+from time import perf_counter
+
+import pytest
+from playwright.sync_api import Page
+
+from scenes.experiments import EXPERIMENTS
+from tests.app.conftest import FRAME, ByHand, Made
+from tests.browser import PageAt, until, wait_frames
+
+WATCH = """() => {
+  const kinds = 'button, [role=button], a[href], input, select, textarea, [role=slider], [role=tab]';
+  const name = one => one.getAttribute('aria-label') || one.textContent.trim() || one.id;
+  const places = new Map(), seen = window.duetSeen = { controls: 0, moved: {}, notices: [] };
+  const look = () => {
+    for (const one of document.querySelectorAll(kinds)) {
+      const { x, y, width, height } = one.getBoundingClientRect();
+      if (!width) continue;
+      const place = [x, y, width, height].map(Math.round), known = places.get(one);
+      if (!known) places.set(one, place);
+      else if (known.some((value, i) => Math.abs(value - place[i]) > 1)) seen.moved[name(one)] = [known, place];
+    }
+    seen.controls = places.size;
+    const notices = [...document.querySelectorAll('.duet-status > .halt, .duet-status > .alarm')]
+      .filter(one => one.checkVisibility()).map(one => one.textContent).join(' | ');
+    if (!seen.notices.includes(notices)) seen.notices.push(notices);
+    window.duetWatch = requestAnimationFrame(look);
+  };
+  look();
+}"""
+"""Note at every drawn frame which control is at another place than at first, and which notices there are."""
+
+SETTINGS = re.compile("All settings|Fewer settings")
+"""The last control of the page."""
+
+AT_ONCE = 16
+"""Frames of the server between two looks at the page."""
+
+
+def first_screen(page: Page, opened: ByHand, query: str) -> None:
+    page.goto(f"{opened.house.url}/?{query}")
+
+    def built() -> bool:
+        for _ in range(AT_ONCE):
+            opened.frame()
+        return page.locator(".duet-eq .live").count() > 0 and page.get_by_text(SETTINGS).count() > 0
+
+    until(page, built, "a page that is built")
+    page.locator("#duet-note").wait_for(state="detached")
+    # The page was built by the machine's clock; from now on the frames are faster than that.
+    opened.now = perf_counter()
+    wait_frames(page, 10)
+
+
+def watched(page: Page, opened: ByHand, seconds: float) -> dict[str, object]:
+    """What a page has seen of its controls during some seconds of the run."""
+    page.evaluate(WATCH)
+    for _ in range(round(seconds / FRAME / AT_ONCE)):
+        for _ in range(AT_ONCE):
+            opened.frame()
+        wait_frames(page, 2)
+    seen: dict[str, object] = page.evaluate("() => { cancelAnimationFrame(window.duetWatch); return window.duetSeen; }")
+    return seen
+
+
+def test_no_control_moves_when_a_notice_comes_or_goes(by_hand: Made, page_at: PageAt) -> None:
+    page, opened = page_at(1440, 900), by_hand(sessions=2)
+    # A retreat that slow is overtaken now and then.
+    first_screen(page, opened, "panel=small&v=0.05")
+    seen = watched(page, opened, 12.0)
+    assert isinstance(seen["notices"], list) and len(seen["notices"]) > 1, "a notice that comes or goes"
+    assert seen["controls"] and seen["moved"] == {}, seen
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("scene", EXPERIMENTS)
+@pytest.mark.parametrize(("panel", "width", "height"), [("small", 1440, 900), ("small", 390, 844), ("all", 1024, 768)])
+def test_no_control_moves_in_a_minute_of_autopilot(
+    by_hand: Made, page_at: PageAt, scene: str, panel: str, width: int, height: int
+) -> None:
+    page, opened = page_at(width, height), by_hand(sessions=2)
+    first_screen(page, opened, f"panel={panel}&scene={scene}")
+    seen = watched(page, opened, 60.0)
+    assert seen["controls"] and seen["moved"] == {}, seen
