@@ -48,7 +48,7 @@ class Readout:
 
         Args:
             asking: whether a question waits for its answer, so that only the state of the clock is shown.
-            equation_last: True to show the equation after all controls, whose places it then leaves alone.
+            equation_last: True to show the equation after all controls, so that it moves none of them.
         """
         self._equation.visible, self._equation_last.visible = not equation_last, equation_last
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
