@@ -27,6 +27,9 @@ WHAT_TO_SWITCH_ON: Final = N_(
 )
 """Shown by `without_webgl.js`."""
 
+PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Reload this page to see the arms again.")
+"""Shown by `lost_picture.js` until the browser gives the picture back."""
+
 LOADING: Final = N_("Loading …")
 """Shown until the page is there."""
 
@@ -61,6 +64,7 @@ OURS: Final = (
     NO_PICTURE,
     WHAT_WORKS,
     WHAT_TO_SWITCH_ON,
+    PICTURE_LOST,
     *ICON_NAMES.values(),
     *PART_NAMES.values(),
     DECIMAL_SIGN,

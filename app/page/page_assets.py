@@ -11,7 +11,7 @@ import viser
 from markupsafe import Markup
 from viser.theme import TitlebarConfig, TitlebarImage
 
-from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, PART_NAMES, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, PART_NAMES, PICTURE_LOST, WHAT_TO_SWITCH_ON, WHAT_WORKS
 from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.hotkeys import hotkeys
@@ -32,15 +32,16 @@ def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
         shared: whether all tabs see one session.
     """
     scripts = (
-        "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size embed hotkeys resume announcements "
-        "accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay copy_button "
-        "link_box pressed_buttons label_placement contact_chart contact_balance contact_guess lambda_tone "
+        "holders teacher_key without_webgl lost_picture fast_picture grab_events hand_hover picture_size embed hotkeys resume "
+        "announcements accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay "
+        "copy_button link_box pressed_buttons label_placement contact_chart contact_balance contact_guess lambda_tone "
         "contact_card live_equations lit_symbols small_panel tab_row "
         "loading"
     )
-    styles = "without_webgl announcements notes page_overlay embed loading contact_card"
+    styles = "without_webgl lost_picture announcements notes page_overlay embed loading contact_card"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
+        "pictureLost": PICTURE_LOST,
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},
         "replayKey": KEY,
         "shared": shared,

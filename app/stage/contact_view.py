@@ -10,11 +10,12 @@ import pinocchio as pin
 import viser
 from numpy.typing import NDArray
 
+from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.stage_part import StagePart, fresh, quaternion
-from app.theme import PALETTES, Rgb, blend, rgb, scale
+from app.theme import PALETTES, Palette, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from scenes.room import Room
 from scenes.simulation import Simulation
@@ -59,7 +60,8 @@ class ClosestLine(StagePart):
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
-        colour = blend(self._palette.calm, self._palette.activation, lam)
+        overlap = sample.distance < 0.0
+        colour = shown_colour(self._palette, lam, overlap)
         if colour != self._colour:
             self._colour = colour
             self._line.colors = np.array(colour, np.uint8)
@@ -67,7 +69,15 @@ class ClosestLine(StagePart):
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
         x, y, z = ((a + b) / 2.0).tolist()
         self._label.position = (x, y, z + LABEL_ABOVE)
-        self._label.text = f"d = {sample.distance * 1000.0:.0f} mm".replace("-", "−")
+        mm = sample.distance * 1000.0
+        # The word is the second cue of an overlap, beside its colour.
+        said = f"{-mm:.0f} {tr('mm of overlap')}" if overlap else f"d = {mm:.0f} mm"
+        self._label.text = said.replace("-", "−")
+
+
+def shown_colour(palette: Palette, share: float, overlap: bool) -> Rgb:
+    """Colour of line and shells for λ = `share`; that of an alarm while the bodies overlap."""
+    return rgb(palette.approach) if overlap else blend(palette.calm, palette.activation, share)
 
 
 FADE: Final = 0.35
@@ -130,7 +140,8 @@ class ContactSkin(StagePart):
         simulation, sample = frame.simulation, frame.sample
         seen = self._on and sample.pair >= 0
         share = round(sample.activation * LEVELS) / LEVELS
-        state = seen, sample.pair, share, simulation.settings
+        overlap = sample.distance < 0.0
+        state = seen, sample.pair, share, overlap, simulation.settings
         if state == self._drawn:
             self._now = frame.now
             return
@@ -147,7 +158,7 @@ class ContactSkin(StagePart):
             }
         fade = 1.0 if self._now is None else min(abs(frame.now - self._now) / FADE, 1.0)
         self._now = frame.now
-        colour = blend(self._palette.calm, self._palette.activation, share)
+        colour = shown_colour(self._palette, share, overlap)
         for key, growth in wanted.items():
             shell = self._shell(key, growth, colour)
             shell.weight = min(shell.weight + fade, 1.0)
@@ -155,7 +166,7 @@ class ContactSkin(StagePart):
         for key, shell in self._shells.items():
             if key not in wanted:
                 shell.weight = max(shell.weight - fade, 0.0)
-            full = 0.12 + 0.3 * share if key[1] == "skin" else 0.16
+            full = 0.12 + 0.3 * share if key[1] == "skin" else 0.6 if overlap else 0.16
             shell.handle.visible = shell.weight > 0.0
             shell.handle.opacity = round(full * shell.weight, 3)
         fades = any(shell.weight != float(key in wanted) for key, shell in self._shells.items())

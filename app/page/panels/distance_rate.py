@@ -184,6 +184,9 @@ BOUND: Final = Markup("d ≥ d<sub>m</sub>")
 BELOW: Final = 1e-3
 """So far below d_m a distance counts as lost [m]; a time step alone makes less."""
 
+ACTS: Final = 0.01
+"""λ from which the law moves an arm so that it can be seen."""
+
 
 def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
     """Return whether d ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
@@ -202,7 +205,8 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     else:
         pill = promise_words(simulation, sample)
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
-    weak = least_lever(sample) < FIRM_LEVER
+    # Where λ is 0 the law moves nothing, and a short lever costs nothing.
+    weak = least_lever(sample) < FIRM_LEVER and sample.activation >= ACTS
     lever = ("halt" if weak else "", tr("lever s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
     # Beside a person's lever, s would be taken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])

@@ -15,9 +15,10 @@ from app.session.clock import Pace
 from app.session.frame import Frame
 from app.session.late_law import LateLawStatus
 from app.session.shown import Shown
+from app.stage.contact_view import bodies_of_pair
 from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.text.law_texts import equation_html
-from app.text.lever_texts import lever_text
+from app.text.lever_texts import NO_LEVER, lever_text
 from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
@@ -180,7 +181,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
         if run.gain * run.overdrive * run.dt >= 2.0:
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))
         return pills_html([*pills, *(("alarm", reason) for reason in reasons)])
-    pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in reasons]
+    pills += [("alarm", reason) for reason in reasons]
     ball = simulation.room.ball is not None
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
@@ -193,11 +194,22 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
 
 
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
-    """Return why arms cannot do what the law asks of them."""
+    """Sentences on why arms cannot do what the law asks of them."""
+    if nearest_is_bolted(simulation, sample):
+        return [tr("The nearest part of this arm is bolted down: it cannot move away. A smaller d_m helps.")]
     reasons = [authority_text(sample, simulation)]
     if sample.second is not None:
         reasons.append(authority_text(sample.second, simulation, second=True))
-    return [reason for reason in dict.fromkeys(reasons) if reason]
+    whys = [reason for reason in dict.fromkeys(reasons) if reason]
+    return whys if sample.pair < 0 else [tr("the arm cannot move away: {why}", why=why) for why in whys]
+
+
+def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
+    """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
+    if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
+        return False
+    body, _ = bodies_of_pair(simulation, sample.pair)
+    return simulation.room.geometry.geometryObjects[body].parentJoint == 0
 
 
 def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:

@@ -93,6 +93,7 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
 
 
 CARD = "#duet-welcome"
+VISIBILITY = "part => getComputedStyle(part).visibility"
 STILL = changed(Settings(), "autopilot", False)
 """An arm that stands still can be taken by the mouse."""
 
@@ -166,10 +167,27 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
     page = page_at(1024, 768, newcomer=True)
     session = visit(page, opened)
     page.locator(CARD).wait_for()
+    plots = page.locator("[data-duet-holds~=plots]").first
+    until(page, lambda: plots.evaluate(VISIBILITY) == "hidden", "no plot half seen below the card")
     settled_view(page)
     grab(page, f"/arms/right{WRIST.removesuffix('/j7')}", lambda: session.held is not None)
     page.mouse.up()
     page.locator(CARD).wait_for(state="detached")
+    until(page, lambda: plots.evaluate(VISIBILITY) == "visible", "the plots again")
     again = page.context.new_page()
     visit(again, opened)
     comes_not(again)
+
+
+LOSE = "window.lost = __viserMutable.canvas.getContext('webgl2').getExtension('WEBGL_lose_context')"
+
+
+def test_a_picture_that_the_browser_takes_away_is_said_until_it_is_back(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    visit(page, house(STILL), "lang=en")
+    page.evaluate(f"{LOSE}; lost.loseContext()")
+    said = page.get_by_role("alert").get_by_text("The picture is lost: the graphics card gave it up.")
+    said.wait_for()
+    screenshot(page, "picture-lost")
+    page.evaluate("lost.restoreContext()")
+    said.wait_for(state="detached")

@@ -191,9 +191,29 @@ def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
     words = text(status_html(RUNNING, simulation, both))
     assert "near its limit" in words and "at its top speed" in words
     assert simulation.joint_label(3) in words and simulation.joint_label(2, second=True) in words
+    moved_by_joints = next(p for p, names in enumerate(simulation.detector.pair_names) if "pedestal" not in " ".join(names))
     for s, said in ((0.05, "no joint moves this point"), (0.6, "the joints hardly move this point")):
-        short = replace(sample, authority=int(Authority.LEVERAGE), joint=-1, lever=s)
+        short = replace(sample, authority=int(Authority.LEVERAGE), joint=-1, lever=s, pair=moved_by_joints)
         assert said in status_html(RUNNING, simulation, short)
+
+
+def test_a_large_d_m_that_meets_a_pedestal_is_told_without_jargon() -> None:
+    """With d_m at 300 mm the nearest body of the silver arm is its pedestal, which no joint moves."""
+    simulation = moved(settings("scene=hold&dm=0.3").run, lambda s: s.sample().authority == Authority.LEVERAGE)
+    sample = simulation.sample()
+    assert "pedestal" in simulation.detector.pair_names[sample.pair][0]
+    words = text(status_html(RUNNING, simulation, sample))
+    assert "bolted down" in words and "A smaller d_m helps." in words and "no joint" not in words and "authority" not in words
+    # Of a body that a joint moves it is not said.
+    moving = next(p for p, (own, _) in enumerate(simulation.detector.pair_names) if own == "left forearm")
+    assert "bolted" not in status_html(RUNNING, simulation, replace(sample, pair=moving))
+
+
+def test_a_short_lever_is_no_warning_where_lambda_does_not_act() -> None:
+    simulation, sample, _ = seen("scene=hold")
+    far = replace(sample, lever=0.4, activation=0.0, distance=0.37, law_distance=0.37, authority=int(Authority.FULL))
+    assert 'class="halt"' not in promise_html(simulation, far)
+    assert 'class="halt"' in promise_html(simulation, replace(far, activation=0.2))
 
 
 def test_who_is_faster_than_v() -> None:

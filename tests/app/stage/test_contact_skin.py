@@ -12,6 +12,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.stage.arms import ArmView
 from app.stage.contact_view import FADE, ContactSkin, bodies_of_pair, capsule_mesh
+from app.theme import PALETTES, rgb
 from app.web.server import DuetServer
 from controllers.kinematics import Array
 from scenes.lwr.shells import ORANGE
@@ -113,6 +114,23 @@ def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest)
     one.visitor.wait_for(lambda _: shells(one, "skin") and visible(one, "/closest/line") and tint(one, "left") > 0.0)
     change(one, scene="solo")
     one.visitor.wait_for(lambda _: not any("_of_" in name for name in drawn(one.visitor)) and not visible(one, "/closest/line"))
+
+
+def test_an_overlap_is_red_and_said_in_a_word(one: Guest) -> None:
+    change(one, law="unprotected", speed=2.0, autopilot=True)
+    pause_when(one, lambda s: s.simulation.sample().distance < -0.002)
+    settle(one)
+    nodes, depth = one.visitor.mirror.nodes, -1000.0 * one.ask(lambda s: s.simulation.sample().distance)
+    assert nodes["/closest/distance"]["text"] == f"{depth:.0f} mm of overlap"
+    alarm = rgb(PALETTES["light"].approach)
+    assert tuple(np.array(nodes["/closest/line"]["colors"]).reshape(-1, 3)[0]) == alarm
+    capsules = shells(one, "capsule")
+    assert len(capsules) == 2 and {tuple(nodes[name]["color"]) for name in capsules} == {alarm}
+    # Apart again, the words and the colour are those of d and λ.
+    one.ask(lambda s: s.reset())
+    settle(one)
+    assert nodes["/closest/distance"]["text"].startswith("d = ")
+    assert tuple(np.array(nodes["/closest/line"]["colors"]).reshape(-1, 3)[0]) != alarm
 
 
 @pytest.mark.parametrize(
