@@ -58,7 +58,7 @@ class ClosestLine(StagePart):
         self._line.points = np.array([[a, b]], np.float32)
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
-        lam = sample.activation
+        lam = 0.0 if self.withheld else sample.activation
         colour = blend(self._palette.calm, self._palette.activation, lam)
         if colour != self._colour:
             self._colour = colour
@@ -129,7 +129,7 @@ class ContactSkin(StagePart):
         """Draw the nearest pair; a pair that is no longer the nearest fades."""
         simulation, sample = frame.simulation, frame.sample
         seen = self._on and sample.pair >= 0
-        share = round(sample.activation * LEVELS) / LEVELS
+        share = 0.0 if self.withheld else round(sample.activation * LEVELS) / LEVELS
         state = seen, sample.pair, share, simulation.settings
         if state == self._drawn:
             self._now = frame.now
