@@ -153,7 +153,10 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
 
 def first_sentence(text: str) -> str:
     """First sentence of a text in Markdown, in one line."""
-    return _SENTENCE_END.split(" ".join(text.split()), maxsplit=1)[0]
+    line = " ".join(text.split())
+    ends = (end.start() for end in _SENTENCE_END.finditer(line))
+    # A formula may hold a full stop.
+    return line[: next((end for end in ends if line.count("$", 0, end) % 2 == 0), len(line))]
 
 
 def knows_outcome(phase: Phase) -> bool:

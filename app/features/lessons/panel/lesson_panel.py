@@ -35,6 +35,9 @@ NARROW_WIDTH: Final = 300
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
 """Where every block stands among its neighbours, the buttons between them."""
 
+VERDICT: Final = 0.5
+"""Place of the verdict and what is offered with it: above everything, so that a phone shows it first."""
+
 PLOTS: Final = "[data-duet-holds~=plots]"
 """Selector of the window of plots."""
 
@@ -93,7 +96,8 @@ class LessonPanel:
         tab = self.tab = panel.add_tab(tr("Lesson"), viser.Icon.SCHOOL)
         with tab:
             self._style = self._gui.add_html("", order=0.0)
-            self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
+            places = {**ORDER, "verdict": VERDICT}
+            self._blocks = {name: self._gui.add_html("", order=places[name]) for name in BLOCKS}
         return panel
 
     def set_width(self, width: float) -> None:
