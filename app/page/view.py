@@ -196,8 +196,8 @@ class View:
         for part in self._parts:
             part.show(frame)
         self._follow(frame)
-        self.stage.show(frame, page)
         asking = self.keeps_back()
+        self.stage.show(frame, page, asking)
         self._readout.show(frame, asking, self.equation_last)
         self._contact.show(frame, self._card_words, asking)
         self.plots.show(frame)

@@ -59,7 +59,7 @@ class ClosestLine(StagePart):
         self._line.points = np.array([[a, b]], np.float32)
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
-        lam = sample.activation
+        lam = 0.0 if self.withheld else sample.activation
         overlap = sample.distance < 0.0
         colour = shown_colour(self._palette, lam, overlap)
         if colour != self._colour:
@@ -139,7 +139,7 @@ class ContactSkin(StagePart):
         """Draw the nearest pair; a pair that is no longer the nearest fades."""
         simulation, sample = frame.simulation, frame.sample
         seen = self._on and sample.pair >= 0
-        share = round(sample.activation * LEVELS) / LEVELS
+        share = 0.0 if self.withheld else round(sample.activation * LEVELS) / LEVELS
         overlap = sample.distance < 0.0
         state = seen, sample.pair, share, overlap, simulation.settings
         if state == self._drawn:

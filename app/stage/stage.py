@@ -88,8 +88,8 @@ class Stage:
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[object, ...] | None = None
 
-    def show(self, frame: Frame, page: PageSettings) -> None:
-        """Draw a frame. `page`: theme, profile and kind of picture."""
+    def show(self, frame: Frame, page: PageSettings, withheld: bool = False) -> None:
+        """Draw a frame. `page`: theme, profile and kind of picture; `withheld`: see `StagePart`."""
         simulation = frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture
@@ -113,6 +113,7 @@ class Stage:
         for arm, view in zip(simulation.room.arms, self._arms, strict=True):
             view.show(positions[arm.joints])
         for part in self._parts:
+            part.withheld = withheld
             part.show(frame)
 
     def _build(self, simulation: Simulation, fine: bool) -> None:

@@ -19,9 +19,11 @@ class StagePart(ABC):
 
     Attributes:
         nodes: what is drawn, and taken out of the scene together.
+        withheld: true while a question waits for its run, so that nothing drawn says what the law does.
     """
 
     nodes: Sequence[viser.SceneNodeHandle] = ()
+    withheld: bool = False
 
     def dress(self, page: PageSettings) -> None:  # noqa: B027 (some look the same in every theme)
         """Take on a theme and a profile."""

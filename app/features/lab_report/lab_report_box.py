@@ -10,6 +10,7 @@ import viser
 from app.features.exports.export_queue import ExportQueue
 from app.features.exports.exports_panel import ExportsPanel
 from app.features.lab_report.lab_report import Done, done_in, lab_bytes
+from app.features.lessons.panel.answer_boxes import add_readers, takes_reason
 from app.features.lessons.panel.lesson_panel import ORDER
 from app.features.lessons.panel.lesson_view import LessonView
 from app.features.lessons.progress import MOST_WORDS
@@ -53,6 +54,7 @@ class LabReportBox(PagePanel):
         self._lessons, self._panel = view.lessons, view.panel
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._of_lesson: viser.GuiButtonHandle | None = None
+        self._readers: viser.GuiHtmlHandle | None = None
         with page.keep:
             self._of_all = self._button("Lab report on all lessons", False)
         page.handlers.add(AskReport, self._ask)
@@ -75,7 +77,7 @@ class LabReportBox(PagePanel):
                 self._lessons.walk.done_in(lesson, step).words,
                 multiline=True,
                 visible=False,
-                hint=tr("What you saw, and why: it goes into your lab report."),
+                hint=tr("What you saw, and why."),
                 order=_WORDS,
             )
         return on_entry(box, lambda words: self._session.post(Write(lesson, step, words[:MOST_WORDS])))
@@ -89,12 +91,15 @@ class LabReportBox(PagePanel):
             return
         walk = run.walk
         last = run.open and not run.listing and walk.phase is walk.phases[-1]
-        here = (walk.lesson.id, walk.step.id) if last else None
+        here = (walk.lesson.id, walk.step.id) if last and not takes_reason(walk.step, walk.phase) else None
         if here is not None and here not in self._boxes:
             self._boxes[here] = self._box(*here, tab)
         if self._of_lesson is None:
+            self._readers = add_readers(self._gui, tab, _WORDS + 0.1)
             with tab:
                 self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
         for place, box in self._boxes.items():
             box.visible = place == here
-        self._of_lesson.visible = here is not None and walk.step is walk.lesson.steps[-1]
+        if self._readers is not None:
+            self._readers.visible = here is not None
+        self._of_lesson.visible = last and walk.step is walk.lesson.steps[-1]

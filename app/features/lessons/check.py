@@ -12,6 +12,7 @@ from app.features.custom_law.arena import TrialResult
 from app.features.custom_law.trials import TRIALS, verdict_on
 from app.features.lessons.attempts import StandIn
 from app.features.lessons.bookmark import Phase
+from app.features.lessons.contrasts import LEAST_SHARE, contrast_size
 from app.features.lessons.curve_drawing import ENOUGH, flat_line
 from app.features.lessons.folder import FOLDER
 from app.features.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
@@ -179,7 +180,13 @@ def _wrong_answer(walk: Walkthrough, answer: int) -> str:
             choice.same or shown != text,
             f"the run that shows why gives {shown} as the question's does; say same = true if that is the point",
         )
-        _ensure(not choice.same or shown == text, f"the run that shows why gives {shown}, which is not the same")
+        size = contrast_size(simulated(walk.step.setup), simulated(walk.setup), (outcome.values[0][0], why.values[0][0]))
+        _ensure(not choice.same or size.share < LEAST_SHARE, f"the run that shows why gives {shown}, which is not the same")
+        _ensure(choice.same or size.seen, f"the run that shows why cannot be told from the question's: {size.text}")
+        _ensure(
+            not choice.same or not only_moves_otherwise(walk.step.setup, walk.setup) or size.moves_otherwise,
+            f"the run that shows why moves nearly as the question's does: {size.text}",
+        )
         speaks = question.supported(decides) == answer
         if choice.otherwise:
             _ensure(speaks, f"the run in which the answer would be right gives {decides}: it does not speak for it")
@@ -187,6 +194,11 @@ def _wrong_answer(walk: Walkthrough, answer: int) -> str:
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
         text += f", and {shown} in the run that shows why"
     return text
+
+
+def only_moves_otherwise(asked: Setup, beside: Setup) -> bool:
+    """True if nothing but the movement tells two runs apart."""
+    return asked.input != beside.input and (asked.run, asked.start) == (beside.run, beside.start)
 
 
 def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where: str) -> str:

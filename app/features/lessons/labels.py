@@ -124,6 +124,8 @@ def _done(asked: Setup, beside: Setup, language: Language) -> str:
     if given == asked.input:
         seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))
         return words(N_("for {seconds} s instead of {before} s"), seconds=seconds, before=before)
+    if given.kind == "none":
+        return words(N_("nothing pulls the arm"))
     parameters = {key: value for key, value in given.parameters if isinstance(value, float)}
     text = _SCRIPTS.get(given.name, N_("another movement"))
     angle, speed = math.degrees(parameters.get("angle", 0.0)), parameters.get("speed", 0.0)

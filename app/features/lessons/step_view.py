@@ -1,5 +1,6 @@
 """What a page shows of a walkthrough: plain data, texts with their numbers in them."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -13,6 +14,8 @@ from app.features.lessons.runs import Setup, settings_text
 from app.features.lessons.texts import fill, tabled, told_in
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
+
+_SENTENCE_END: Final = re.compile(r"(?<=[.!?])\s+")
 
 PLOTTED_TRIES: Final = 3
 """So many tries at a search are plotted."""
@@ -99,6 +102,11 @@ class LessonEntry:
     here: bool
     step: int
 
+    @property
+    def promise(self) -> str:
+        """One sentence about the lesson."""
+        return self.lesson.promise or first_sentence(self.lesson.goal)
+
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
     """Return everything that a page shows at a place."""
@@ -141,6 +149,14 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         can_next=can_next,
         can_back=can_back,
     )
+
+
+def first_sentence(text: str) -> str:
+    """First sentence of a text in Markdown, in one line."""
+    line = " ".join(text.split())
+    ends = (end.start() for end in _SENTENCE_END.finditer(line))
+    # A formula may hold a full stop.
+    return line[: next((end for end in ends if line.count("$", 0, end) % 2 == 0), len(line))]
 
 
 def knows_outcome(phase: Phase) -> bool:

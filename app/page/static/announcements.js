@@ -28,7 +28,8 @@ addEventListener("DOMContentLoaded", () => {
     }
     if (scrolls === 0) return;
     scrolls--;
-    head.scrollIntoView({ block: "start" });
+    // A verdict is above the head.
+    (document.querySelector(".duet-l-verdict") ?? head).scrollIntoView({ block: "start" });
   };
   setInterval(() => {
     announce();

@@ -9,7 +9,7 @@ from typing import Final
 import viser
 
 from app.features.lessons.bookmark import Phase
-from app.features.lessons.lesson import Challenge
+from app.features.lessons.lesson import Challenge, Step
 from app.features.lessons.outcomes import asks_for_distance
 from app.features.lessons.panel.lesson_html import rules_html
 from app.features.lessons.panel.lesson_panel import ORDER
@@ -20,6 +20,7 @@ from app.features.lessons.step_view import StepView
 from app.features.measures.quantities.quantity import UNITS
 from app.i18n.speaking import decimal, tr
 from app.session.session import Session
+from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
@@ -133,11 +134,10 @@ class ReasonBox:
     def __init__(self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle) -> None:
         self._gui, self._post, self._tab = gui, post, tab
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
+        self._readers: viser.GuiHtmlHandle | None = None
 
     def _make(self, lesson: str, step: str) -> viser.GuiTextHandle:
-        hint = tr(
-            "Optional: one line of at most {count} characters. Your lab report shows it beside the outcome.", count=LONGEST_REASON
-        )
+        hint = tr("Optional: one line of at most {count} characters.", count=LONGEST_REASON)
         with self._tab:
             box = self._gui.add_text(tr("Because …"), "", visible=False, hint=hint, order=_REASON)
 
@@ -146,7 +146,7 @@ class ReasonBox:
     def show(self, view: StepView | None) -> None:
         """Offer the box of the present step as long as its answer can be changed; without a step none."""
         here: tuple[str, str] | None = None
-        if view is not None and (view.choices or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO):
+        if view is not None and takes_reason(view.step, view.phase):
             here = view.lesson.id, view.step.id
             if here not in self._boxes:
                 self._boxes[here] = self._make(*here)
@@ -155,3 +155,19 @@ class ReasonBox:
                 self._boxes[here].value = view.done.because
         for place, box in self._boxes.items():
             box.visible = place == here
+        if here is not None and self._readers is None:
+            self._readers = add_readers(self._gui, self._tab, _REASON + 0.1)
+        if self._readers is not None:
+            self._readers.visible = here is not None
+
+
+def takes_reason(step: Step, phase: Phase) -> bool:
+    """True if a phase of a step takes a reason for the answer: the box for own words waits until it does not."""
+    return (step.question is not None or step.drawing is not None) and phase in (Phase.PREDICT, Phase.DO)
+
+
+def add_readers(gui: viser.GuiApi, tab: viser.GuiTabHandle, order: float) -> viser.GuiHtmlHandle:
+    """Add a hidden line under a box that says who reads it."""
+    words = element("p", tr("Only your lab report shows it; you decide who gets that."), class_="crumb")
+    with tab:
+        return gui.add_html(element("div", "", words, class_="duet duet-lesson"), order=order, visible=False)

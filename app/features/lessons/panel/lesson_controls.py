@@ -11,7 +11,7 @@ from app.features.lessons.lesson import MOST_CHOICES, Lesson
 from app.features.lessons.panel.answer_boxes import Forecasts, ReasonBox, add_guess_box
 from app.features.lessons.panel.lesson_html import NEXT, choice_label, rules_html
 from app.features.lessons.panel.lesson_keys import LESSON_KEYS
-from app.features.lessons.panel.lesson_panel import IN_LESSONS, ORDER
+from app.features.lessons.panel.lesson_panel import IN_LESSONS, ORDER, VERDICT
 from app.features.lessons.panel.lesson_view import LessonView
 from app.features.lessons.panel.null_motion_sliders import NullMotionSliders
 from app.features.lessons.session import lesson_actions
@@ -167,8 +167,8 @@ class LessonControls(PagePanel):
             self._panel.guess_box = add_guess_box(gui, self._session.post)
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.Press("run"), ORDER["choices"] + 8.0)
-            self._why = self._button(lesson_actions.Press("why"), ORDER["verdict"] + 1.0)
-            self._own_curve = self._button(lesson_actions.Press("curve"), ORDER["verdict"] + 2.0)
+            self._why = self._button(lesson_actions.Press("why"), VERDICT + 0.1)
+            self._own_curve = self._button(lesson_actions.Press("curve"), VERDICT + 0.2)
             self._flash = gui.add_html("", order=0.0)
             self._reason = ReasonBox(gui, self._session.post, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run, self._panel.tab)

@@ -8,7 +8,8 @@ from app.features.lessons.bookmark import Phase
 from app.features.lessons.curve_drawing import drawing_svg
 from app.features.lessons.labels import sentence
 from app.features.lessons.panel.lesson_charts import search_plot
-from app.features.lessons.step_view import StepView
+from app.features.lessons.step_view import StepView, first_sentence
+from app.features.lessons.texts import told_in
 from app.i18n.speaking import N_, decimal, tr
 from app.text.lesson_text import lesson_html, plain
 from app.text.templates import macros
@@ -31,7 +32,7 @@ NEXT: Final = {
 }
 """What stands on the button that goes on to a part."""
 
-BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
+BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "said", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
 _NOTHING: Final = Markup()
@@ -50,15 +51,19 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
     """
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
     observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
+    verdict = _verdict_html(view, computing)
+    waits = computing or asking
     blocks = {
         "head": made.head(view, [tr(PHASES[phase.value]) for phase in view.phases]),
         "text": lesson_html("" if observing else texts.get(view.phase.value, ""), folder),
         "drawing": figure_html(view) if view.phase is Phase.PREDICT and not operated else _NOTHING,
         "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
-        "live": made.live(live),
-        "verdict": _verdict_html(view, computing),
+        # What was measured is told once: in the verdict.
+        "live": _NOTHING if observing else made.live(live),
+        "said": verdict if waits else _NOTHING,
+        "verdict": _NOTHING if waits else verdict,
         # The numbers in it are of the question's run.
-        "after": lesson_html(texts.get("observe", "") if observing and not view.showing else "", folder),
+        "after": _after_html(view) if observing and not view.showing else _NOTHING,
         "attempt": attempt_html(view),
         "learned": learned_html(view),
         "hints": made.hints(view.hints) if view.hints else _NOTHING,
@@ -83,16 +88,41 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
         return made.prediction(chosen, figure) if chosen is not None or figure else _NOTHING
     if view.phase is not Phase.OBSERVE and not view.showing:
         return _NOTHING
-    reply = lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else _NOTHING
+    folder = view.step.setup.folder
+    reply = lesson_html(view.verdict.reply, folder) if view.verdict is not None else _NOTHING
     if view.contrast is not None:
         return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
     # A screen reader is read the card, not the numbers of the axes.
     figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
     near = made.drawn(None if curves is None else curves.verdict)
     if view.verdict is not None:
-        lines = view.verdict.lines
-        return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.done.because)
+        sentence = lesson_html(first_sentence(view.verdict.reply), folder)
+        shown = chosen or "", _number(view), sentence, view.done.because
+        return made.card(view.verdict, near, tr("You said"), *shown) + figure
     return figure + made.measured(near, view.outcome) if view.outcome else _NOTHING
+
+
+def _number(view: StepView) -> tuple[str, ...]:
+    """Line of the first measured number, unless the verdict's sentence tells it."""
+    question, choice, measured = view.step.question, view.done.choice, view.step.measurements
+    if question is None or choice is None or not measured:
+        return ()
+    told = told_in(view.step, first_sentence(question.choices[choice].reply))
+    return () if measured[0].id in told else view.outcome[:1]
+
+
+def _after_html(view: StepView) -> Markup:
+    """What else is told after a run: folded where a verdict comes first, which has the sentence and the number."""
+    folder = view.step.setup.folder
+    observed = lesson_html(dict(view.texts).get("observe", ""), folder)
+    if view.verdict is None:
+        return observed
+    rest = " ".join(view.verdict.reply.split()).removeprefix(first_sentence(view.verdict.reply)).strip()
+    number = _number(view)
+    lines = [line for line in view.verdict.lines if line not in number]
+    if not (rest or lines or observed):
+        return _NOTHING
+    return macros(_TEMPLATE).more(lines, lesson_html(rest, folder), observed)
 
 
 def figure_html(view: StepView) -> Markup:

@@ -13,6 +13,7 @@ from app.features.lessons.lesson import LessonBook
 from app.features.lessons.panel.lesson_charts import tracks_html
 from app.features.lessons.panel.lesson_html import BLOCKS, blocks_html, rules_html
 from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.step_view import StepView
 from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.text.setting_values import page_value
@@ -34,6 +35,12 @@ NARROW_WIDTH: Final = 300
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
 """Where every block stands among its neighbours, the buttons between them."""
 
+VERDICT: Final = 0.5
+"""Place of the verdict and what is offered with it: above everything, so that a phone shows it first."""
+
+PLOTS: Final = "[data-duet-holds~=plots]"
+"""Selector of the window of plots."""
+
 IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
 """Where a step's drawing board stands."""
 
@@ -45,7 +52,8 @@ class LessonPanel:
         gui: of those who see it.
         width: of the panel [CSS px].
         operated: whether the reader also operates it.
-        narrow: whether the controls fold up for it until a challenge needs them.
+        folds: true if the controls at the right fold up for it until a step asks for one of them.
+        narrow: true on a narrow window, where the panel has to be opened.
         sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
         book: the lessons in the language of those who see it; None for that of `run`.
     """
@@ -56,11 +64,13 @@ class LessonPanel:
         run: LessonSession,
         width: float,
         operated: bool,
+        folds: bool = False,
         narrow: bool = False,
         sheet: Callable[[], str] = lambda: "",
         book: LessonBook | None = None,
     ) -> None:
-        self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
+        self._gui, self._run, self._width, self._operated = gui, run, width, operated
+        self._folds, self._narrow = folds, narrow
         self._sheet, self._book = sheet, book
         self._wide = width
         self._folded = False
@@ -86,7 +96,8 @@ class LessonPanel:
         tab = self.tab = panel.add_tab(tr("Lesson"), viser.Icon.SCHOOL)
         with tab:
             self._style = self._gui.add_html("", order=0.0)
-            self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
+            places = {**ORDER, "verdict": VERDICT}
+            self._blocks = {name: self._gui.add_html("", order=places[name]) for name in BLOCKS}
         return panel
 
     def set_width(self, width: float) -> None:
@@ -136,11 +147,9 @@ class LessonPanel:
         self.contrast = view.contrast
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
-        # The law's equation is kept for after the experience.
-        early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-        hidden = ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "")
+        hidden = hidden_beside(view)
         self._style.content = self._sheet() + panel_style(self._widen(self.edits and run.own_tests is not None), hidden)
-        self._fold(view.phase is not Phase.CHALLENGE)
+        self._fold(not asks_for_settings(view))
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
             law = frame.live.law_status
@@ -172,12 +181,26 @@ class LessonPanel:
         return width
 
     def _fold(self, folded: bool) -> None:
-        if self._narrow and folded != self._folded:
+        if self._folds and folded != self._folded:
             self._folded = folded
             if folded:
                 self._gui.main_panel.minimize()
             else:
                 self._gui.main_panel.expand()
+
+
+def hidden_beside(view: StepView) -> str:
+    """Selectors of what is not shown beside a step: its equation comes after the experience, and plots only where something runs."""
+    early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
+    return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if view.step.concept else "")
+
+
+def asks_for_settings(view: StepView) -> bool:
+    """True if a step asks for a setting that has its control at the right alone."""
+    challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
+    if challenge is None or view.step.controls:
+        return False
+    return not (challenge.forecasts or challenge.custom_law or challenge.null_motions or challenge.best_of)
 
 
 def panel_style(width: float, hidden: str = "") -> str:

@@ -232,6 +232,14 @@ class LessonSession(SessionPart):
         return self.open and self.walk.locked
 
     @property
+    def withholds(self) -> bool:
+        """True while a question waits for its answer or for the first step of its run: no page may say what the law does."""
+        if not self.open or self.walk.step.question is None:
+            return self.locked
+        waits = self.walk.phase is Phase.DO and self._session.simulation.steps == 0
+        return self.locked or waits
+
+    @property
     def said(self) -> list[float | None]:
         """Return the forecasts that the visitor has typed in the present step, as a list to be changed."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
