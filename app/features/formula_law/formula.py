@@ -1,4 +1,4 @@
-"""The language of a law's formula: one arithmetic expression of a few names, parsed by a grammar of its own, never by Python.
+"""The language of a law's formula: one arithmetic expression, parsed by a grammar of its own, never by Python.
 
     sum     = product { ("+" | "-") product }
     product = sign { ("*" | "/") sign }
@@ -6,14 +6,23 @@
     power   = atom [ ("^" | "**") sign ]
     atom    = number | name | function "(" argument { "," argument } ")" | "(" sum ")"
 
-A comparison of two sums is the first argument of `where`, and only that. All numbers are floats, so that no power takes long. A text
-has at most `MOST_CHARACTERS` and `MOST_TOKENS`, nested at most `DEEPEST`: a value costs at most some microseconds.
+A comparison of two sums is the first argument of `where`, and only that. All numbers are floats, so that no power
+takes long. A text has at most `MOST_CHARACTERS` and `MOST_TOKENS`, nested at most `DEEPEST`: a value costs at most
+some microseconds.
 """
 
 import re
 from typing import Final, NamedTuple
 
-from app.features.formula_law.operations import ARRAYS, COMPARISONS, FUNCTIONS, NAMES, SCALARS, Evaluated, Operations
+from app.features.formula_law.operations import (
+    ARRAYS,
+    COMPARISONS,
+    FUNCTIONS,
+    NAMES,
+    SCALARS,
+    Evaluated,
+    Operations,
+)
 from app.i18n.speaking import N_
 from controllers.errors import DuetError, LazyText
 
@@ -27,8 +36,8 @@ DEEPEST: Final = 40
 """Most brackets, signs and powers inside one another."""
 
 _TOKEN: Final = re.compile(
-    r"(?P<space>[ \t\r\n]+|\#[^\n]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-    r"|(?P<sign>\*\*|<=|>=|[-+*/^(),<>−·×≤≥])"
+    r"(?P<space>[ \t\r\n]+|\#[^\n]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<sign>\*\*|<=|>=|[-+*/^(),<>−·×≤≥])"
 )
 
 _SAME: Final = {"**": "^", "−": "-", "·": "*", "×": "*", "≤": "<=", "≥": ">="}
@@ -99,7 +108,7 @@ def _function(node: Node, operations: Operations) -> Evaluated:
     parts = tuple(_function(part, operations) for part in node.parts)
     if node.what == "where":
         return operations.where(*parts)
-    function = operations.functions.get(node.what) or (operations.negative if len(parts) == 1 else operations.signs[node.what])
+    function = operations.of(node.what, len(parts))
     if len(parts) == 1:
         one = parts[0]
         return lambda values: function(one(values))
@@ -114,7 +123,9 @@ class _Parser:
         self._text = text
         if len(text) > MOST_CHARACTERS:
             raise BadFormula(
-                "The formula has {count} characters; at most {most} are read.", count=len(text), most=MOST_CHARACTERS
+                "The formula has {count} characters; at most {most} are read.",
+                count=len(text),
+                most=MOST_CHARACTERS,
             )
         self._tokens = self._read()
         self._next, self._depth = 0, 0
@@ -192,7 +203,9 @@ class _Parser:
         self._depth += 1
         if self._depth > DEEPEST:
             raise self._fault(
-                self._token.place, N_("more than {most} brackets, signs or powers inside one another."), most=DEEPEST
+                self._token.place,
+                N_("more than {most} brackets, signs or powers inside one another."),
+                most=DEEPEST,
             )
         sign = self._take("+", "-")
         node = self._power() if sign is None else self._sign()
@@ -249,4 +262,8 @@ class _Parser:
 
 
 def _valid() -> LazyText:
-    return LazyText("Names: {names}. Functions: {functions}.", names=", ".join(NAMES), functions=", ".join(("where", *FUNCTIONS)))
+    return LazyText(
+        "Names: {names}. Functions: {functions}.",
+        names=", ".join(NAMES),
+        functions=", ".join(("where", *FUNCTIONS)),
+    )

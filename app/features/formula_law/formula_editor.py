@@ -84,7 +84,10 @@ class FormulaEditor(LawEditor):
         self._formula = page.session.parts.of(SessionFormula)
         with page.controls.compare_tab:
             self._stop = page.client.gui.add_button(
-                tr("Back to the law of the settings"), icon=viser.Icon.ARROW_BACK_UP, color="gray", visible=False
+                tr("Back to the law of the settings"),
+                icon=viser.Icon.ARROW_BACK_UP,
+                color="gray",
+                visible=False,
             )
         on_press(self._stop, lambda: page.session.post(StopFormula()))
         page.handlers.add(StopFormula, lambda _: self._formula.stop())

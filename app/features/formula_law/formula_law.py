@@ -35,7 +35,8 @@ class FormulaLaw(LawOfFile):
     """
 
     def __init__(self, formula: Formula, settings: Callable[[], LawSettings]) -> None:
-        self.formula, self.file = formula, FILE
+        self.formula = formula
+        self.file: str = FILE
         self.sha256 = hashlib.sha256(formula.text.encode("utf-8", "replace")).hexdigest()
         self.problem: LawProblem | None = None
         self._settings = settings
@@ -89,7 +90,14 @@ class FormulaLaw(LawOfFile):
     def _values(self, distance: object, pull: float, approach: float) -> Sequence[object]:
         """Values in the order of `app.features.formula_law.operations.NAMES`."""
         law = self._settings()
-        return distance, pull, approach, float(law.nominal_velocity), float(law.critical_distance), float(law.order)
+        return (
+            distance,
+            pull,
+            approach,
+            float(law.nominal_velocity),
+            float(law.critical_distance),
+            float(law.order),
+        )
 
     def _fail(self, error: Exception, situation: Situation) -> None:
         match error:

@@ -53,7 +53,7 @@ class FormulaExamination(Examination):
     """
 
     def __init__(self, text: str, background: Jobs, wake: Callable[[], None]) -> None:
-        super().__init__(Path(FILE), background, wake)
+        super().__init__(Path(), background, wake)
         self.progress = self._none = self._none._replace(file=FILE)
         self._text = text
 

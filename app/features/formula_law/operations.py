@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 NAMES: Final = ("d", "u", "w", "v", "d_m", "n")
-"""Names in a formula: distance [m], pull of the task [m/s], approach of the obstacle [m/s], and three settings of the law: speed of
-retreat [m/s], critical distance [m], order."""
+"""Names in a formula: distance [m], pull of the task [m/s], approach of the obstacle [m/s], and three settings of the
+law: speed of retreat [m/s], critical distance [m], order."""
 
 FUNCTIONS: Final = {
     "min": (2, 8),
@@ -40,6 +40,12 @@ class Operations(NamedTuple):
     negative: Callable[[Any], Any]
     functions: Mapping[str, Callable[..., Any]]
     where: Callable[[Evaluated, Evaluated, Evaluated], Evaluated]
+
+    def of(self, what: str, count: int) -> Callable[..., Any]:
+        """What computes a function of `FUNCTIONS`, or a sign before one value or between two. `count`: of the values."""
+        if what in self.functions:
+            return self.functions[what]
+        return self.negative if count == 1 else self.signs[what]
 
 
 _SIGNS: Final = {
@@ -93,7 +99,7 @@ def _each_chosen(condition: Evaluated, then: Evaluated, otherwise: Evaluated) ->
 
 
 ARRAYS: Final = Operations(
-    # Two floats of a formula are divided, and raised to a power, like the elements of an array: without an exception.
+    # Two floats are divided, and raised to a power, like the elements of an array: without an exception.
     _SIGNS | {"/": np.divide, "^": np.float_power},
     np.negative,
     {

@@ -11,7 +11,10 @@ from app.session.parts import SessionPart
 from app.session.session import Session
 from app.settings import Settings
 
-FIRST: Final = "where(d <= d_m, 1, (d_m / d)^n) * (v + u)"
+FIRST: Final = "where(d <= d_m, 1, 0) * (v + u)"
+"""What the editor begins with: a switch at d_m, which is not smooth."""
+
+PAPER: Final = "where(d <= d_m, 1, (d_m / d)^n) * (v + u)"
 """The paper's law: c = λ (v + u) with λ of eq. (31)."""
 
 

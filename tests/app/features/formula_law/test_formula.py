@@ -1,4 +1,4 @@
-"""The language of formulas: what it computes, what it refuses and where, and that nothing in it takes long or reaches Python."""
+"""The language of formulas: what it computes, what it refuses, and that nothing in it reaches Python."""
 
 import math
 import re

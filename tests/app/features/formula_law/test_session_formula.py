@@ -1,6 +1,7 @@
-"""A formula in a session: it runs beside the paper's law, is kept with the session, and gives way to a law that is chosen."""
+"""A formula in a session: it runs, is kept with the session, and gives way to a law that is chosen."""
 
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ from app.features.custom_law.trials import TRIALS
 from app.features.formula_law.formula import BadFormula, Formula
 from app.features.formula_law.formula_law import FILE, FormulaLaw
 from app.features.formula_law.formula_tests import examine_formula
-from app.features.formula_law.session_formula import FIRST, SessionFormula
+from app.features.formula_law.session_formula import FIRST, PAPER, SessionFormula
 from app.session.session import Session
 from app.settings import Settings
 from scenes.laws import DEFAULT_LAW
 from scenes.settings import LawSettings, changed
-from tests.app.features.custom_law.helpers import PAPER, SITUATION, session_of, write
+from tests.app.features.custom_law.helpers import PAPER as FILE_OF_PAPER
+from tests.app.features.custom_law.helpers import SITUATION, session_of, write
 
 
 def a_session(**settings: object) -> "closing[Session]":
@@ -32,10 +34,10 @@ def played(session: Session, steps: int = 40) -> np.ndarray:
     return session.simulation.history.table()
 
 
-def test_the_papers_law_is_the_first_formula_and_moves_the_arm_alike() -> None:
+def test_the_papers_law_as_a_formula_moves_the_arm_alike() -> None:
     with a_session(law=DEFAULT_LAW) as plain, a_session(law=DEFAULT_LAW) as session:
         formula = session.parts.of(SessionFormula)
-        formula.run(FIRST)
+        formula.run(PAPER)
         assert session.law_status.file == FILE and formula.runs
         np.testing.assert_allclose(played(session), played(plain), atol=1e-9)
         law = session.law.of_run
@@ -94,7 +96,8 @@ def test_a_session_keeps_its_formula() -> None:
 
 
 @pytest.mark.parametrize(
-    "saved", [b"", b"\xff", b"[]", b"{}", b'{"text": "d.real", "runs": true}', b'{"text": 1e999, "runs": true}']
+    "saved",
+    [b"", b"\xff", b"[]", b"{}", b'{"text": "d.real", "runs": true}', b'{"text": 1e999, "runs": true}'],
 )
 def test_a_broken_record_restores_nothing(saved: bytes) -> None:
     with a_session() as session:
@@ -117,8 +120,8 @@ def test_a_law_that_is_chosen_ends_the_formula_and_keeps_its_text() -> None:
         assert formula.runs and session.law_status.ghost_file == FILE and session.law_status.file is None
 
 
-def test_the_law_of_a_file_goes_before_a_formula(tmp_path) -> None:  # pyright: ignore[reportMissingParameterType]
-    with session_of(write(tmp_path / "my_law.py", PAPER)) as session:
+def test_the_law_of_a_file_goes_before_a_formula(tmp_path: Path) -> None:
+    with session_of(write(tmp_path / "my_law.py", FILE_OF_PAPER)) as session:
         session.parts.restore({SessionFormula.name: b'{"text": "v", "runs": true}'})
         formula = session.parts.of(SessionFormula)
         assert not formula.possible and not formula.runs and session.law_status.file == "my_law.py"
@@ -128,7 +131,12 @@ def test_the_law_of_a_file_goes_before_a_formula(tmp_path) -> None:  # pyright: 
 
 @pytest.mark.slow
 def test_the_papers_formula_passes_all_six_tests() -> None:
-    assert [examine_formula(FIRST, name).passed for name in TRIALS] == [True] * len(TRIALS)
+    assert [examine_formula(PAPER, name).passed for name in TRIALS] == [True] * len(TRIALS)
+
+
+@pytest.mark.slow
+def test_what_the_editor_begins_with_is_not_smooth() -> None:
+    assert [name for name in TRIALS if not examine_formula(FIRST, name).passed] == ["smooth"]
 
 
 @pytest.mark.slow
