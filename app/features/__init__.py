@@ -9,6 +9,7 @@ from app.features.custom_law import CUSTOM_LAW
 from app.features.duel import DUEL
 from app.features.exports import EXPORTS
 from app.features.figures import FIGURES
+from app.features.formula_law import FORMULA_LAW
 from app.features.handout import HANDOUT
 from app.features.jupyter import JUPYTER
 from app.features.lab_report import LAB_REPORT
@@ -47,6 +48,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     LEVER,
+    FORMULA_LAW,
     CUSTOM_LAW,
     STUDIES,
     SWEEP,

@@ -17,7 +17,7 @@ _HERE: Final = Path(__file__).parent
 
 
 # The value is the core's, see `app.session.late_law.GHOST`, which this file does not import for the sake of the command line.
-_CHOICES: Final = {"ghost": {"own": N_("My own law (--law-file)")}}
+_CHOICES: Final = {"ghost": {"own": N_("My own law (file or formula)")}}
 
 
 def _commands() -> Mapping[str, Command]:

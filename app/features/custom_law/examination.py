@@ -144,11 +144,13 @@ class Examination:
             BadInputFile: it cannot be read.
         """
         self.drop()
-        text = read_law(self._path)
-        self._jobs = [
-            self._background.submit(self, name, examine_one, self._path, text, name, wake=self._wake) for name in TRIALS
-        ]
+        function, arguments = self._one_test()
+        self._jobs = [self._background.submit(self, name, function, *arguments, name, wake=self._wake) for name in TRIALS]
         self.progress = self._none._replace(running=True)
+
+    def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:
+        """Function that makes a test, and its arguments before the name of the test."""
+        return examine_one, (self._path, read_law(self._path))
 
     def advance(self) -> bool:
         """Take in what is known by now; return whether that is news."""

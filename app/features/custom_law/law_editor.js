@@ -102,6 +102,7 @@
     area.setAttribute("aria-label", `${state.file}. ${words.how}`);
     const answer = state.number === sent.number ? state.said : "";
     if (base === null) {
+      area.rows = state.rows;
       const old = remembered();
       base = old ? { sha: old.sha, text: old.was } : { sha: state.sha, text: state.text };
       area.value = old ? old.text : state.text;

@@ -2,10 +2,12 @@
 does the editing; here the file is saved, run beside the paper's law, and tested."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, Protocol
 
 import viser
+from markupsafe import Markup
 
 from app.features.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save_text
 from app.features.custom_law.examination import ExaminationProgress
@@ -18,10 +20,11 @@ from app.page.panels import PagePanel
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.relevant_settings import matters
+from app.session.session import Session
 from app.text.templates import element, macros
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
-from controllers.errors import BadInputFile
+from controllers.errors import DuetError
 from scenes.files import readable
 from scenes.laws import DEFAULT_LAW
 
@@ -69,19 +72,94 @@ class LawTask(Protocol):
         ...
 
 
+class LawText:
+    """What is edited: a law's text, with a way to save it and to run it.
+
+    Attributes:
+        name: of the text, for the browser's memory.
+        words: key of `WORDS` → what the script says instead.
+        most: largest size [bytes].
+        rows: height at first [lines].
+    """
+
+    name = ""
+    words: Mapping[str, str] = WORDS
+    most = MOST
+    rows = 12
+
+    @property
+    def offered(self) -> bool:
+        """True while it may be edited."""
+        return True
+
+    def place(self) -> Markup:
+        """Heading over the editor, with the place of the script's."""
+        raise NotImplementedError
+
+    def read(self) -> Version:
+        """The text as it is now.
+
+        Raises:
+            DuetError: it cannot be read.
+        """
+        raise NotImplementedError
+
+    def save(self, text: str, base: str) -> Version:
+        """Save a text, and return it. `base`: `sha256` of the version that it was made from.
+
+        Raises:
+            ChangedMeanwhile: another editor has changed it.
+            DuetError: the text cannot be saved.
+        """
+        raise NotImplementedError
+
+    def run(self) -> None:
+        """Let the session run the law that was saved.
+
+        Raises:
+            DuetError: it cannot be run.
+        """
+        raise NotImplementedError
+
+
+class FileText(LawText):
+    """The text of a file.
+
+    Args:
+        session: runs its law.
+        path: of the file, which is written when it is run for the first time.
+    """
+
+    def __init__(self, session: Session, path: Path) -> None:
+        self._session, self._path = session, path
+        self.name = readable(path.name)
+
+    def place(self) -> Markup:
+        return macros("features/custom_law/law_editor.html").place(self.name)
+
+    def read(self) -> Version:
+        return read_version(self._path)
+
+    def save(self, text: str, base: str) -> Version:
+        return save_text(self._path, text, base)
+
+    def run(self) -> None:
+        take_law_file(self._session, self._path)
+
+
 class LawEditor(PagePanel):
-    """The editor on the page of the person who has started the server.
+    """The editor on the page of a person who may write a law there.
 
     Args:
         page: of that person.
-        path: of the file, which is written when it is run for the first time.
+        text: what is edited.
 
     Attributes:
         task: place of a feature.
     """
 
-    def __init__(self, page: PanelContext, path: Path) -> None:
-        self._gui, self._session, self._path = page.client.gui, page.session, path
+    def __init__(self, page: PanelContext, text: LawText) -> None:
+        self._gui, self._session, self._text = page.client.gui, page.session, text
         self.task: LawTask | None = None
         gui, session = self._gui, self._session
         box = gui.add_text("", "", visible=False)
@@ -98,13 +176,12 @@ class LawEditor(PagePanel):
 
     def _add(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
         """Add the place of the editor, which stays as it is, and what the script is to know."""
-        place = macros("features/custom_law/law_editor.html").place(readable(self._path.name))
-        return self._gui.add_html(place, order=order), self._gui.add_html("", order=order)
+        return self._gui.add_html(self._text.place(), order=order), self._gui.add_html("", order=order)
 
     def _read(self) -> None:
         try:
-            self._version, self._refused = read_version(self._path), ""
-        except BadInputFile as error:
+            self._version, self._refused = self._text.read(), ""
+        except DuetError as error:
             self._refused = str(error)
 
     def _save_and_run(self, action: RunLaw) -> None:
@@ -113,21 +190,21 @@ class LawEditor(PagePanel):
         self._number, _, base = head.partition(" ")
         self._said, self._refused = "saved", ""
         try:
-            self._version = save_text(self._path, text, base)
+            self._version = self._text.save(text, base)
             self._run()
         except ChangedMeanwhile as changed:
             self._said, self._version = "conflict", changed.version
-        except BadInputFile as error:
+        except DuetError as error:
             self._said, self._refused = "refused", str(error)
 
     def _run(self) -> None:
-        """Run the file beside the paper's law from the beginning, and test it."""
+        """Run the law beside the paper's law from the beginning, and test it."""
         session, asked = self._session, self.task is not None and self.task.asked
         if session.parts.lead and not asked:
             # The run is about another law.
             return
         session.change("ghost", DEFAULT_LAW)
-        take_law_file(session, self._path)
+        self._text.run()
         if self.task is not None and asked:
             self.task.run_again()
         session.control.halt.go_on()
@@ -139,8 +216,9 @@ class LawEditor(PagePanel):
         """Offer the editor where it is of use, with what became of the law."""
         law, task, tests = frame.live.law_status, self.task, tests_of(self._session)
         tab = None if task is None else task.tab
-        in_task = task is not None and task.asked and tab is not None
-        in_compare = not self._session.parts.lead and matters("ghost", frame.live.settings)
+        offered = self._text.offered
+        in_task = offered and task is not None and task.asked and tab is not None
+        in_compare = offered and not self._session.parts.lead and matters("ghost", frame.live.settings)
         if law.sha256 not in (self._seen, self._version.sha256, ""):
             # Another editor has saved it; what is being written here stays.
             self._said = ""
@@ -157,7 +235,8 @@ class LawEditor(PagePanel):
         self._shown = state
         told = {
             "box": self._box,
-            "file": readable(self._path.name),
+            "file": self._text.name,
+            "rows": self._text.rows,
             "text": self._version.text,
             "sha": self._version.sha256,
             "number": self._number,
@@ -166,8 +245,8 @@ class LawEditor(PagePanel):
             "line": line,
             "problem": tr(problem),
             "lamps": [_lamp(tests, i, name) for i, name in enumerate(TRIALS)],
-            "most": MOST,
-            "words": {name: tr(word) for name, word in WORDS.items()},
+            "most": self._text.most,
+            "words": {name: tr(word) for name, word in (WORDS | dict(self._text.words)).items()},
         }
         content = element("i", class_="duet-law-state", data_text=json.dumps(told))
         for pair, visible in ((self._compare, in_compare), (self._in_task, in_task)):

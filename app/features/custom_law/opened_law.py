@@ -1,7 +1,7 @@
 """The custom law of a server: a law for each session, and the editor on the page of the person who started the server."""
 
 from app.features.custom_law.command_options import CustomLawOptions
-from app.features.custom_law.law_editor import LawEditor
+from app.features.custom_law.law_editor import FileText, LawEditor
 from app.features.custom_law.law_limits import LawTimeShare
 from app.features.custom_law.student_law import StudentLaw
 from app.hosting.opened_feature import OpenedFeature
@@ -27,4 +27,4 @@ class OpenedLaw(OpenedFeature):
 
     def _editor(self, page: PanelContext) -> LawEditor | None:
         # A law is a program: only the person who started the server writes one here.
-        return None if self._edited is None or not page.owners else LawEditor(page, self._edited)
+        return None if self._edited is None or not page.owners else LawEditor(page, FileText(page.session, self._edited))

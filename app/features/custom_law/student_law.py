@@ -3,15 +3,47 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol
 
 from app.features.custom_law.custom_law import CustomLaw
 from app.features.custom_law.examination import Examination, ExaminationProgress
-from app.features.custom_law.law_limits import SHARE, LawTimeShare
+from app.features.custom_law.law_limits import SHARE, LawProblem, LawTimeShare
 from app.runtime.job_pool import Jobs
 from app.session.clock import LONGEST_GAP
 from app.session.late_law import LateLaw, LateLawStatus
 from app.session.session import Session
+from controllers.laws.situation import Law
 from scenes.settings import RunSettings
+
+
+class SessionLaw(Law, Protocol):
+    """A law that a session is given; see `CustomLaw` for what its members mean.
+
+    Attributes:
+        file, sha256: name of its file, and its hash in hexadecimal digits.
+        problem: why it is not in force; None if all is well.
+    """
+
+    file: str
+    sha256: str
+    problem: LawProblem | None
+
+    @property
+    def need(self) -> float: ...
+
+    @property
+    def away(self) -> bool: ...
+
+    @property
+    def waiting(self) -> bool: ...
+
+    def allow(self, seconds: float) -> None: ...
+
+    def refresh(self) -> bool: ...
+
+    def step_made(self) -> int: ...
+
+    def close(self) -> None: ...
 
 
 class StudentLaw(LateLaw):
@@ -33,7 +65,7 @@ class StudentLaw(LateLaw):
         self.in_ghost, self.enabled = False, True
         self.path: Path | None = None
         self.examination: Examination | None = None
-        self._law: CustomLaw | None = None
+        self._law: SessionLaw | None = None
         self._background, self._wake, self._share = background, wake, share
         if path is not None:
             self.open(path)
@@ -49,21 +81,24 @@ class StudentLaw(LateLaw):
             BadInputFile: it cannot be read; nothing is changed.
         """
         law = CustomLaw(path)
+        self.take(law, None if self._background is None else Examination(path, self._background, self._wake))
+        self.path = path
+
+    def take(self, law: SessionLaw | None, tests: Examination | None = None) -> None:
+        """Take a law that is not of a file, or (None) no law, in the place of the one that there was. `tests`: of it."""
         self.close()
-        self._law, self.path = law, path
-        if self._background is not None:
-            self.examination = Examination(path, self._background, self._wake)
+        self._law, self.path, self.examination = law, None, tests
 
     @property
     def given(self) -> bool:
         return self._law is not None
 
     @property
-    def of_run(self) -> CustomLaw | None:
+    def of_run(self) -> SessionLaw | None:
         return self._law if self.enabled and not self.in_ghost else None
 
     @property
-    def of_ghost(self) -> CustomLaw | None:
+    def of_ghost(self) -> SessionLaw | None:
         return self._law if self.enabled and self.in_ghost else None
 
     @property

@@ -213,6 +213,7 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     ],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "features/custom_law/law_editor.html": [("place", (NASTY,))],
+    "features/formula_law/formula.html": [("place", ((NASTY, NASTY),))],
     "features/lessons/panel/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],
     "text/equation.html": [("of_file", (NASTY,))],

@@ -34,7 +34,7 @@ _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
 _SAID: Final = ("tr_html", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
 """Functions and classes that translate their arguments, beside `tr` and `N_`."""
 
-_TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")
+_TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "BadFormula", "MissingPackage", "_fault", "_check", "Wrong")
 """Functions and classes that take a text, or a template with its parts, as their first argument."""
 
 ON_THE_PAGE: Final = (
@@ -52,6 +52,7 @@ ON_THE_PAGE: Final = (
         "app/features/exports/*.py",
         "app/recording/*.py",
         "app/features/custom_law/[!c]*.py",
+        "app/features/formula_law/*.py",
         *(f"app/features/marks/{name}.py" for name in ("fence", "isolation", "marked")),
         "app/page/**/*.py",
         "app/features/*/panel/*.py",

@@ -19,6 +19,9 @@ from tests.app.page.helpers import Client, hotkey_uuid, shown
 from tests.blocking_client import BlockingClient
 
 LAW = "def law(situation):\n    return situation.nominal\n"
+PLACE = "Your law: my_law.py"
+"""Heading of the editor of a file; visitors have one of a formula, which is not a program."""
+
 STATE = re.compile(r'duet-law-state" data-text="(\{.*\})"></i>')
 
 
@@ -95,11 +98,12 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
     owner = arrive(opened)
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
+    assert PLACE in str(list(owner.visitor.mirror.gui.values()))
     visitors = [join(opened, headers=headers) for headers in PROXIES]
     visitors.append(join(opened, headers={PROOF: "forged", "X-Forwarded-Context": "/user/ann/"}))
     for visitor in visitors:
         visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
-        assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))
+        assert PLACE not in str(list(visitor.mirror.gui.values()))
         enter(visitor, box, LAW)
         visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(visitor, "pause")})
     with pytest.raises(websockets.InvalidStatus, match="403"):
@@ -127,6 +131,6 @@ def test_where_others_may_come_there_is_no_editor(house: OpenHouse, join: Join, 
     opened = house(features=(edited(file),), **options)
     visitor = join(opened)
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
-    assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))
+    assert PLACE not in str(list(visitor.mirror.gui.values()))
     if "proof" in options:
         join(opened, headers={PROOF: "secret", "X-Forwarded-For": "203.0.113.5"}).wait_for(state_of)

@@ -16,6 +16,7 @@ from app.settings import Settings
 from scenes.settings import specs
 from tests.app.conftest import FRAME, Join, Made, OpenHouse, ask
 from tests.app.features.custom_law.helpers import edited
+from tests.app.features.custom_law.test_edited_law import PLACE
 from tests.app.features.lecture.lecture_room import lecture_of, operator_of
 from tests.app.features.studies.test_jobs_of_visitors import compute_for
 from tests.app.hosting.test_reconnect import WORD
@@ -127,4 +128,4 @@ def test_no_law_is_edited_in_a_lecture(house: OpenHouse, join: Join, tmp_path: P
     opened = house(features=(edited(tmp_path / "my_law.py"),), lecture=True)
     visitor = join(opened)
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
-    assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))
+    assert PLACE not in str(list(visitor.mirror.gui.values()))

@@ -1,0 +1,117 @@
+"""What the names, signs and functions of a formula are, for floats and for arrays."""
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+NAMES: Final = ("d", "u", "w", "v", "d_m", "n")
+"""Names in a formula: distance [m], pull of the task [m/s], approach of the obstacle [m/s], and three settings of the
+law: speed of retreat [m/s], critical distance [m], order."""
+
+FUNCTIONS: Final = {
+    "min": (2, 8),
+    "max": (2, 8),
+    "clip": (3, 3),
+    **dict.fromkeys(("abs", "exp", "log", "sqrt", "tanh"), (1, 1)),
+}
+"""Function → least and largest number of its arguments; `where` is one more."""
+
+COMPARISONS: Final = ("<", "<=", ">", ">=")
+"""Signs that compare."""
+
+Evaluated = Callable[[Sequence[Any]], Any]
+"""The value of a part of a formula, from the values of `NAMES`."""
+
+
+class Operations(NamedTuple):
+    """How a formula is computed.
+
+    Attributes:
+        signs: sign between two values → its function.
+        negative: the sign before a value.
+        functions: of `FUNCTIONS`.
+        where: (comparison, then, else) → the part of the formula that they make.
+    """
+
+    signs: Mapping[str, Callable[..., Any]]
+    negative: Callable[[Any], Any]
+    functions: Mapping[str, Callable[..., Any]]
+    where: Callable[[Evaluated, Evaluated, Evaluated], Evaluated]
+
+    def of(self, what: str, count: int) -> Callable[..., Any]:
+        """What computes a function of `FUNCTIONS`, or a sign before one value or between two. `count`: of the values."""
+        if what in self.functions:
+            return self.functions[what]
+        return self.negative if count == 1 else self.signs[what]
+
+
+_SIGNS: Final = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+def _chosen(condition: Evaluated, then: Evaluated, otherwise: Evaluated) -> Evaluated:
+    # The branch that is not chosen may not be defined there.
+    return lambda values: then(values) if condition(values) else otherwise(values)
+
+
+SCALARS: Final = Operations(
+    _SIGNS | {"^": math.pow},
+    operator.neg,
+    {
+        "min": min,
+        "max": max,
+        "clip": lambda value, least, most: min(max(value, least), most),
+        "abs": abs,
+        "exp": math.exp,
+        "log": math.log,
+        "sqrt": math.sqrt,
+        "tanh": math.tanh,
+    },
+    _chosen,
+)
+"""Of floats; raises ArithmeticError or ValueError where a value is not defined."""
+
+
+def _least(*values: Any) -> Any:
+    least = values[0]
+    for value in values[1:]:
+        least = np.minimum(least, value)
+    return least
+
+
+def _largest(*values: Any) -> Any:
+    return -_least(*(np.negative(value) for value in values))
+
+
+def _each_chosen(condition: Evaluated, then: Evaluated, otherwise: Evaluated) -> Evaluated:
+    return lambda values: np.where(condition(values), then(values), otherwise(values))
+
+
+ARRAYS: Final = Operations(
+    # Two floats are divided, and raised to a power, like the elements of an array: without an exception.
+    _SIGNS | {"/": np.divide, "^": np.float_power},
+    np.negative,
+    {
+        "min": _least,
+        "max": _largest,
+        "clip": lambda value, least, most: _least(_largest(value, least), most),
+        "abs": np.abs,
+        "exp": np.exp,
+        "log": np.log,
+        "sqrt": np.sqrt,
+        "tanh": np.tanh,
+    },
+    _each_chosen,
+)
+"""Of arrays; gives nan or inf where a value is not defined."""

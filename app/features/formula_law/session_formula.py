@@ -1,0 +1,94 @@
+"""The formula of one session: kept with it, and its law while it runs."""
+
+import json
+from typing import Final
+
+from app.features.custom_law.student_law import StudentLaw, student_law
+from app.features.formula_law.formula import BadFormula, Formula
+from app.features.formula_law.formula_law import FormulaLaw
+from app.features.formula_law.formula_tests import FormulaExamination
+from app.session.parts import SessionPart
+from app.session.session import Session
+from app.settings import Settings
+
+FIRST: Final = "where(d <= d_m, 1, 0) * (v + u)"
+"""What the editor begins with: a switch at d_m, which is not smooth."""
+
+PAPER: Final = "where(d <= d_m, 1, (d_m / d)^n) * (v + u)"
+"""The paper's law: c = λ (v + u) with λ of eq. (31)."""
+
+
+class SessionFormula(SessionPart):
+    """What a visitor has written as a law, and whether it runs.
+
+    Attributes:
+        text: of the formula; "" as long as none was run.
+    """
+
+    name = "formula_law"
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.text = ""
+        self._law: FormulaLaw | None = None
+
+    @property
+    def possible(self) -> bool:
+        """True if the session's law is not that of a file, which goes first."""
+        law = self._session.law
+        return not (isinstance(law, StudentLaw) and law.path is not None)
+
+    @property
+    def runs(self) -> bool:
+        """True while the formula is the law of the run or of its ghost."""
+        law = self._session.law
+        return self._law is not None and self._law in (law.of_run, law.of_ghost)
+
+    def run(self, text: str) -> None:
+        """Run a formula from now on; the run is reset.
+
+        Raises:
+            BadFormula: it is not one; nothing is changed.
+        """
+        another = text != self.text
+        self._take(text)
+        if another:
+            for part in self._session.parts:
+                part.law_changed()
+        self._session.assign_laws(True)
+
+    def stop(self) -> None:
+        """Go back to the law of the settings; the text is kept, and the run is reset."""
+        if self.possible:
+            self._law = None
+            student_law(self._session).take(None)
+            self._session.assign_laws(True)
+
+    def _take(self, text: str) -> None:
+        session = self._session
+        law = FormulaLaw(Formula(text), lambda: session.settings.run.law)
+        tests = None if session.background is None else FormulaExamination(text, session.background, session.wake)
+        student_law(session).take(law, tests)
+        self.text, self._law = text, law
+
+    def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
+        """Stop the formula of the run where the visitor chooses a law."""
+        del rebuilt
+        chosen = before.run.law.law != after.run.law.law
+        if chosen and self._law is not None and self._session.law.of_run is self._law and not self._session.parts.lead:
+            self.stop()
+
+    def saved(self) -> bytes:
+        return json.dumps({"text": self.text, "runs": self._law is not None}).encode() if self.text else b""
+
+    def restore(self, saved: bytes) -> None:
+        try:
+            about = json.loads(saved)
+            text, runs = str(about["text"]), about["runs"] is True
+            Formula(text)
+        except (ValueError, TypeError, LookupError, BadFormula):
+            return
+        self.text = text
+        if runs and self.possible:
+            self._take(text)
+            self._session.assign_laws(False)
