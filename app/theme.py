@@ -2,7 +2,7 @@
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
 from dataclasses import dataclass, field, fields
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 from app.settings import Profile, Theme
 
@@ -87,16 +87,35 @@ PALETTES: Final[dict[Theme, Palette]] = {
     theme: Palette(**{colour.name: colour.metadata[theme] for colour in fields(Palette)}) for theme in THEMES
 }
 
-SYMBOL_COLOURS: Final = {
-    "d": "distance",
-    "dm": "critical",
-    "rest": "resting",
-    "lam": "activation",
-    "e": "error",
-    "v": "velocity",
-    "u": "pull",
-    "w": "approach",
+
+class Symbol(NamedTuple):
+    """A symbol of the page.
+
+    Attributes:
+        field: of `Palette` that has its colour; "" if it has no colour of its own.
+        sentence: what it means, in English, at most 20 words. {arm} is who gives way, {other} is who comes near: both
+            are subjects, so that a translation needs one case of each.
+    """
+
+    field: str
+    sentence: str
+
+
+SYMBOLS: Final = {
+    "d": Symbol("distance", "d: the shortest distance between the two, along the line of contact."),
+    "dm": Symbol("critical", "d_m: the distance to keep. The bubble around the obstacle is d_m thick."),
+    "rest": Symbol("resting", "d*: at this distance {arm} comes to rest, because retreat and task are in balance."),
+    "lam": Symbol("activation", "λ: how much {arm} gives way. 0: only its task. 1: only the retreat."),
+    "e": Symbol("error", "e: how far the hand is from where its task wants it."),
+    "v": Symbol("velocity", "v: how fast {arm} retreats when λ is 1."),
+    "u": Symbol("pull", "u: how fast the task alone would close the gap."),
+    "w": Symbol("approach", "w: how fast {other} comes nearer."),
+    "law": Symbol("", "d_law: the distance that the law sees. It also counts other pairs that are near."),
+    "lost": Symbol("", "Not achieved: what the law asks for and the joints do not do."),
 }
+"""Name of a symbol on the page, mostly its class of CSS → what it is."""
+
+SYMBOL_COLOURS: Final = {name: symbol.field for name, symbol in SYMBOLS.items() if symbol.field}
 """Class of a symbol in every text → field of `Palette`."""
 
 

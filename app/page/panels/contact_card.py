@@ -27,6 +27,7 @@ from app.plots.time_series import resting_now
 from app.session.frame import Contact, Frame
 from app.text.law_texts import LAW_TEXTS
 from app.text.templates import element
+from app.theme import SYMBOLS
 from controllers.laws.situation import Law
 from scenes.history import Sample
 from scenes.law_answers import LawOfFile
@@ -55,7 +56,7 @@ class ContactCard:
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
-        self._parts = {name: [gui.add_html("", order=-1.0)] for name in ("words", "note", "now")}
+        self._parts = {name: [gui.add_html("", order=-1.0)] for name in ("words", "note", "symbols", "now")}
         with tab:
             for handles in self._parts.values():
                 handles.append(gui.add_html("", order=-1.0))
@@ -92,7 +93,7 @@ class ContactCard:
             words, note, numbers = without_law(words, numbers)
         if frame.replayed:
             words["past"] = tr("a moment\x04then") if frame.of_live else tr("replay")
-        parts: dict[str, object] = {"words": words, "note": note, "now": numbers}
+        parts: dict[str, object] = {"words": words, "note": note, "symbols": symbol_sentences(frame), "now": numbers}
         changed = [name for name, part in parts.items() if part != self._sent.get(name)]
         self._sent = parts
         for name in changed:
@@ -104,6 +105,12 @@ class ContactCard:
 def part_text(part: object) -> str:
     """Return words, note or numbers as the page reads them: JSON, but for the numbers, which are sent at every moment."""
     return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
+
+
+def _legend(run: RunSettings) -> list[tuple[str, str]]:
+    """Symbol and words of what is seen in the scene and on the axis, one short line each."""
+    entries = [("lam", tr("λ violet: gives way")), ("dm", tr("d_m bubble: distance to keep"))]
+    return [*entries, ("rest", tr("d* comes to rest"))] if run.law.entry.rests else entries
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
@@ -131,10 +138,28 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
-        "rests": tr("rests"),
+        "legend": _legend(run),
         "ghost": tr("ghost"),
+        "gives": tr("gives way"),
         **_common_words(),
     }
+
+
+def symbol_sentences(frame: Frame) -> dict[str, str]:
+    """Symbol → the sentence that says what it means in this run, in the visitor's language."""
+    run = frame.settings.run
+    if run.both_avoid:
+        arm = other = tr("each arm")
+    elif frame.simulation.room.ball is not None:
+        # The arm that meets the ball is yours.
+        arm, other = tr("the arm"), tr("the ball")
+    elif frame.sample.pair < 0:
+        arm, other = tr("the arm"), tr("the obstacle")
+    else:
+        arm, other = tr("the silver arm"), tr("the orange arm")
+        if run.avoid == "guided":
+            arm, other = other, arm
+    return {name: tr(symbol.sentence, arm=arm, other=other) for name, symbol in SYMBOLS.items()}
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:

@@ -16,17 +16,18 @@ addEventListener("DOMContentLoaded", () => {
   card.className = "duet";
   card.hidden = true;
   card.innerHTML = `<button type="button" aria-controls="duet-contact-picture"></button><button type="button" class="tone" aria-pressed="false">♪</button>
-    <div id="duet-contact-picture" role="img"><header><span class="gap"><b></b> <span></span></span><b class="trend"></b></header>
+    <div id="duet-contact-picture" role="group"><header><span class="gap"><b></b> <span></span></span><b class="trend"></b></header>
     <svg class="chart" aria-hidden="true"></svg><svg class="balance" aria-hidden="true"></svg>
-    <div class="terms"></div><p class="note"></p></div>`;
+    <div class="terms"></div><div class="legend"></div><p class="note"></p></div>`;
   const find = (selector) => card.querySelector(selector);
   const { say } = duet;
   const button = find("button");
-  const picture = find("[role=img]");
+  const picture = find("#duet-contact-picture");
   const number = find(".gap b");
   const unit = find(".gap span");
   const trend = find(".trend");
   const cells = find(".terms");
+  const legend = find(".legend");
   const note = find(".note");
   document.body.append(card);
   const toneButton = find(".tone");
@@ -83,6 +84,7 @@ addEventListener("DOMContentLoaded", () => {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
       drawBalance = () => {};
       cells.textContent = "";
+      legend.textContent = "";
       showGuess(words, null);
       return;
     }
@@ -94,6 +96,9 @@ addEventListener("DOMContentLoaded", () => {
         ([kind, symbol, word]) =>
           `<span class="term" data-symbol="${kind}"><i class="${kind}"></i><b>${symbol}</b> <b class="${kind} value"></b><small>${word}</small></span>`,
       )
+      .join("");
+    legend.innerHTML = words.legend
+      .map(([kind, text]) => `<span data-symbol="${kind}"><i class="${kind}"></i>${text.replace("d_m", "d<sub>m</sub>")}</span>`)
       .join("");
   };
 
@@ -125,6 +130,7 @@ addEventListener("DOMContentLoaded", () => {
 
   const showNumbers = () => {
     const s = wanted;
+    number.parentElement.dataset.symbol = words.step === undefined ? "d" : "e";
     sound(words.step !== undefined || words.asks ? null : s.lam);
     showNote(words.step === undefined ? s.allowed : null);
     if (words.step !== undefined) {

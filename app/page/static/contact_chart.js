@@ -88,6 +88,9 @@
     duet.svg(labels.dm, "tspan").textContent = "d";
     duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 11.5 }).textContent = "m";
     duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
+    // "gives way" is smaller, so that it finds room beside λ more often.
+    const gives = duet.svg(labels.lam, "tspan", { class: "gives" });
+    const shareText = duet.svg(labels.lam, "tspan");
     labels.ghost.textContent = words.ghost;
     labels.body.textContent = words.obstacle[1];
 
@@ -122,7 +125,7 @@
       const close = s.rest !== null && Math.abs(x(s.rest) - dm) < 80;
       const side = close ? Math.sign(x(s.rest) - dm) || 1 : 0;
       const measure = (text) => duet.textWidth(text, SMALL);
-      const restText = s.rest === null ? "" : `${words.rests} ${Math.round(s.rest)}`;
+      const restText = s.rest === null ? "" : `d* ${Math.round(s.rest)}`;
       say(restText, labels.rest);
       const dmWidth = measure(`dm ${words.dm}`) + 1;
       const dmBoxes = along(dm, dmWidth, top, close ? [-0.8 * side, -side, 0] : [0, 0.8, -0.8]);
@@ -157,8 +160,8 @@
       const body = { left: 0, right: g.left, top: g.axis - 28, bottom: g.axis + 9 };
       const limit = { left: dm - 2, right: dm + 2, top: g.top - 6, bottom: g.axis };
       const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: narrow ? 1 : -4 }, taken)[0];
-      const beside = (text) => {
-        const width = duet.textWidth(text, long ? LONG : LARGE);
+      const beside = ([said, text]) => {
+        const width = (said && duet.textWidth(said, SMALL)) + duet.textWidth(text, long ? LONG : LARGE);
         return [0, -10, 10, -20, 20, -30, 30, -40, 40].flatMap((rise) => {
           const middle = Math.min(height + rise, g.axis - g.bead - 9);
           return [at + 9, at - 9 - width].map((left) => ({ left, right: left + width, top: middle - 8, bottom: middle + 8 }));
@@ -170,9 +173,12 @@
           beside(text).filter((box) => !crossed(box)),
           boxes[2] ? [body, limit, boxes[2]] : [body, limit],
         );
-      const texts = [`${words.share} ${number}`, number];
-      const text = texts.find(clear) ?? number;
-      say(text, labels.lam);
+      const named = ["", `${words.share} ${number}`];
+      const alone = ["", number];
+      const texts = long ? [named, alone] : [[`${words.gives} `, named[1]], named, alone];
+      const text = texts.find(clear) ?? alone;
+      say(text[0], gives);
+      say(text[1], shareText);
       put(labels.lam, clear(text) ?? free(beside(text), []));
     };
   };

@@ -7,6 +7,8 @@ addEventListener("DOMContentLoaded", () => {
   // Names of a symbol's curves, where they differ from its own.
   const CURVES = { lam: ["lambda"], dm: ["d_m"], rest: ["d*"], e: ["e", "e2"] };
   let lit = "";
+  // Selector of every symbol that is marked in one of the places.
+  duet.symbolsOnPage = PLACES.map((place) => `${place} :is([data-symbol],${ANY})`).join();
 
   const symbolAt = (target) => {
     if (!target?.closest?.(PLACES.join())) return "";
@@ -15,6 +17,8 @@ addEventListener("DOMContentLoaded", () => {
     const classes = target.closest(ANY)?.classList;
     return SYMBOLS.find((symbol) => classes?.contains(symbol)) ?? "";
   };
+
+  duet.symbolAt = symbolAt;
 
   // A body of the scene takes on the symbol's colour by its own material; a line gets wider.
   const bodies = new Map();
@@ -77,6 +81,8 @@ addEventListener("DOMContentLoaded", () => {
     lightCurves(symbol);
     lightBodies(duet.bodies?.[symbol] ?? [], shown ? getComputedStyle(shown).color : "");
   };
-  for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target }) => light(symbolAt(target)));
+  // The sentence of a symbol lies outside of it: the symbol stays lit while the pointer is on that.
+  for (const kind of ["pointerover", "focusin"])
+    addEventListener(kind, ({ target }) => target?.closest?.(".duet-says") || light(symbolAt(target)));
   addEventListener("focusout", () => light(""));
 });

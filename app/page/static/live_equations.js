@@ -87,6 +87,7 @@ addEventListener("DOMContentLoaded", () => {
       svg.insertBefore(
         duet.svg(svg, "rect", {
           ...{ class: "hit", "data-symbol": kind.split(" ")[0], tabindex: 0, fill: "transparent", rx: 3 },
+          "data-says": kind.split(" ").at(-1),
           ...{ role: "img", "aria-label": { lam: "λ", dm: "dₘ", "d law": "d_law" }[kind] ?? kind },
           ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
         }),

@@ -25,6 +25,7 @@ from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.text.law_texts import ALONE, LAW_TEXTS
+from app.theme import SYMBOLS
 from scenes.laws import LAWS
 from scenes.settings import leaves, specs
 
@@ -148,6 +149,7 @@ def _of_the_cores_tables() -> Iterator[str]:
     yield from (hotkey.text for hotkey in hotkeys())
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
+    yield from (symbol.sentence for symbol in SYMBOLS.values())
     yield ALONE[1]
     yield from (law.short for law in LAWS.values())
     for texts in LAW_TEXTS.values():

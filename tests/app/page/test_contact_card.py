@@ -158,7 +158,7 @@ POINTS = """() => {
   const card = document.getElementById("duet-contact"), at = (selector, name) => +card.querySelector(selector).getAttribute(name);
   return { bead: at(".body:not(rect)", "cx"), tip: at(".tip", "cy"), axis: at(".axis", "y1"), left: at(".axis", "x1"),
     right: at(".axis", "x2"), curve: card.querySelector(".curve").getAttribute("points"), top: at(".limit", "y1") + 6,
-    number: card.querySelector(".gap b").textContent, label: card.querySelector("[role=img]").getAttribute("aria-label"),
+    number: card.querySelector(".gap b").textContent, label: card.querySelector("#duet-contact-picture").getAttribute("aria-label"),
     net: card.querySelector(".sum").getAttribute("d"), values: [...card.querySelectorAll(".value")].map((e) => e.textContent) }; }"""
 
 
@@ -282,14 +282,14 @@ def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageA
 
 def see_decimal_signs(page: Page, session: Session) -> None:
     """A number has the decimal sign of the language, also on a page that stands still."""
-    point, parts = re.compile(r"\d\.\d"), ("#duet-contact [role=img]", ".duet-eq", ".duet-status >> nth=0")
+    point, parts = re.compile(r"\d\.\d"), ("#duet-contact-picture", ".duet-eq", ".duet-status >> nth=0")
     languages: dict[Language, str] = {"de": "Abstand", "sl": "razdalja"}
     for language, word in languages.items():
         ask(session, lambda s, language=language: s.change("lang", language))
         page.get_by_text(f"{word} d_m [mm]").first.wait_for()
         until(
             page,
-            lambda: re.search(r"λ \d,\d\d", page.locator("#duet-contact [role=img]").get_attribute("aria-label") or ""),
+            lambda: re.search(r"λ \d,\d\d", page.locator("#duet-contact-picture").get_attribute("aria-label") or ""),
             "a comma",
         )
         until(page, lambda: "," in (page.locator("#duet-contact text.lam").text_content() or ""), "a comma in the drawing")

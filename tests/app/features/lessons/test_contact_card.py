@@ -28,7 +28,7 @@ def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(
         until(page, lambda: pill.count() == 0, "no word of the promise")
         assert seen() == [] and not page.locator("#duet-contact .curve").is_visible()
         assert page.locator("#duet-contact .note").inner_text() == ""
-        label = page.locator("#duet-contact [role=img]").get_attribute("aria-label") or ""
+        label = page.locator("#duet-contact-picture").get_attribute("aria-label") or ""
         assert "λ" not in label and "priority" not in label and "grows" not in label
         assert page.evaluate("duet.symbols?.lam") is None
         screenshot(page, f"asks-{lesson + 1}.{step + 1}")

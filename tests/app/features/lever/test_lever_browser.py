@@ -81,7 +81,7 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     page.set_viewport_size({"width": 390, "height": 844})
 
     def free() -> bool:
-        lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact > [role=img]").bounding_box()
+        lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact-picture").bounding_box()
         if lever is None or card is None:
             return False
         return 0.0 <= lever["x"] <= 390.0 - lever["width"] and lever["y"] >= card["y"] + card["height"]
