@@ -30,7 +30,8 @@ from app.web.viser_internals import HotkeyKey, expand_for
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
 
 _OWN: Final = (
-    "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-said,.duet-l-verdict,.duet-tied{display:none!important}</style>"
+    "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-said,"
+    ".duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
 """Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
 

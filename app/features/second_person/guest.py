@@ -157,5 +157,6 @@ def guest_tip(shown: Shown) -> str:
     if not run.experiment.for_two:
         return tr("Here only your host holds something. In the experiment “Hold” the silver arm is yours.")
     yours = tr("You hold the silver arm, and your host the orange one: pull yours by any link.")
+    yours = f"{yours} {tr('Your hand goes back to its ring; pull the elbow to see the arm give way.')}"
     both = run.both_avoid and run.law.law != NO_AVOIDANCE
     return f"{yours} {tr('Both keep clear: try to touch each other.')}" if both else yours

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from app.features.studies.background_studies import BackgroundStudies
 from app.features.studies.counterexample import BROKEN, Attack
 from app.features.studies.counterexample_search import NAME, CounterexampleSearch
+from app.features.studies.knob_search import KnobSearch
 from app.features.studies.studies import Smoothness, Studies
 from app.i18n.speaking import decimal, tr
 from app.page.panel_context import PanelContext
@@ -42,7 +43,7 @@ class ComparePanel(PagePanel):
     """The lower part of the tab on comparisons."""
 
     def __init__(self, page: PanelContext) -> None:
-        self._studies = page.session.parts.of(BackgroundStudies)
+        self._studies, self._controls = page.session.parts.of(BackgroundStudies), page.controls
         page.handlers.add(Compute, self._compute)
         page.links.append(self._link)
         with page.controls.compare_tab:
@@ -111,13 +112,31 @@ class ComparePanel(PagePanel):
         self._what_if.visible = self._smoothness.visible = self._matched.visible = self._broken.visible = visible
         self._button.show(visible=visible)
         self._match.show(visible=visible)
-        self._what_if.content = _in_panel(_what_if_block(questions) if asks else "")
+        self._what_if.content = _in_panel(self._asked(questions) if asks else "")
         smoothness = questions.smoothness
         self._smoothness.content = _in_panel(_tip(tr(questions.message)) if smoothness is None else smoothness_html(smoothness))
-        self._matched.content = _in_panel(_tip(tr("Computing …") if search.busy else tr(search.message)))
+        self._matched.content = _in_panel(self._found(search))
         offered = (0,) if attack.worst is None else (0, 1)
         self._break.show(0 if attack.busy else -1, offered, visible=visible)
         self._broken.content = _in_panel(_tip(attack_html(attack)))
+
+    def _asked(self, questions: Studies) -> Markup:
+        """The answer to “what if”; before it, where the slider is: it flashes."""
+        block = _what_if_block(questions)
+        return block if questions.what_if is not None else flash_html(self._controls.places(("dm",))) + block
+
+    def _found(self, search: KnobSearch) -> Markup:
+        """What “same distance” has set; that slider flashes."""
+        words = _tip(tr("Computing …") if search.busy else tr(search.message))
+        return flash_html(self._controls.places(search.turned)) + words
+
+
+def flash_html(places: tuple[tuple[str, str], ...]) -> Markup:
+    """Style by which controls flash, and the tab that holds them while another one is open. `places`: see `Controls.places`."""
+    rows = ",".join(
+        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
+    )
+    return element("style", "", Markup(f"{rows}{{animation:var(--duet-flash)}}")) if rows else Markup()
 
 
 def _in_panel(block: str) -> Markup:
@@ -134,7 +153,7 @@ def _what_if_block(questions: Studies) -> Markup:
         return what_if_html(questions.what_if)
     measuring = questions.smoothness is not None and not questions.smoothness.finished
     busy = questions.busy and not measuring
-    waiting = tr("Computing …") if busy else tr_html("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+    waiting = tr("Computing …") if busy else tr_html("Now move the flashing slider d<sub>m</sub> in the tab “Law”, or n, v or K.")
     return _tip(waiting + Markup(" ") + tr(questions.message))
 
 

@@ -29,6 +29,7 @@ class KnobSearch:
 
     Attributes:
         message: what came out, or why nothing can, for the visitor; "" before the first search.
+        turned: keys of the settings that the newest search has set; empty if it has set none.
     """
 
     def __init__(
@@ -41,6 +42,7 @@ class KnobSearch:
         self._jobs = JobWatch(background, wake, self._failed)
         self._settings, self._change = settings, change
         self.message = ""
+        self.turned: tuple[str, ...] = ()
         self._asked: Settings | None = None
 
     @property
@@ -55,6 +57,7 @@ class KnobSearch:
             frozen: settings that a frozen ghost has.
             recorded: inputs of the run; None if there are none.
         """
+        self.turned = ()
         settings = self._settings()
         run, ghost = settings.run, settings.page.ghost
         if not self._jobs.computes:
@@ -76,7 +79,7 @@ class KnobSearch:
     def forget(self) -> None:
         """Drop a search."""
         self._jobs.close()
-        self._asked, self.message = None, ""
+        self._asked, self.message, self.turned = None, "", ()
 
     def _found(self, match: KnobMatch) -> None:
         asked, self._asked = self._asked, None
@@ -105,6 +108,7 @@ class KnobSearch:
                 self._change("law", match.law)
             knob = LAWS[match.law].distance_knob
             assert knob is not None, "what has a value has a knob"
+            self.turned = tuple(knob.settings(match.value))
             for key, number in knob.settings(match.value).items():
                 self._change(key, number)
             value = f"{spec.page_scale * match.value:.4g} {spec.page_unit}".rstrip()
