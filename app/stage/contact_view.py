@@ -125,6 +125,8 @@ class ContactSkin(StagePart):
             for arm, made, view in zip(room.arms, room.robots, arms, strict=True)
         ]
         self._shells: dict[tuple[int, str], _Shell] = {}
+        # "d_m" on the rim of the bubble around the obstacle; it hangs on the link, too.
+        self._rims: dict[int, viser.LabelHandle] = {}
         # Never seen: the script tints each arm by the x of its node, which is λ.
         self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
         self.nodes = self._tints
@@ -169,6 +171,8 @@ class ContactSkin(StagePart):
             full = 0.12 + 0.3 * share if key[1] == "skin" else 0.6 if overlap else 0.16
             shell.handle.visible = shell.weight > 0.0
             shell.handle.opacity = round(full * shell.weight, 3)
+            if key[1] == "skin":
+                self._rim(key[0], shell.growth).visible = key in wanted
         fades = any(shell.weight != float(key in wanted) for key, shell in self._shells.items())
         self._drawn = () if fades else state
 
@@ -194,6 +198,20 @@ class ContactSkin(StagePart):
             shell.growth = growth
             shell.handle.vertices = capsule_mesh(body.geometry, growth)[0]
         return shell
+
+    def _rim(self, index: int, growth: float) -> viser.LabelHandle:
+        """Return the label on the rim of a body's skin, at the skin's present thickness [m]."""
+        body = self._room.geometry.geometryObjects[index]
+        node, placement = self._node(body)
+        place = tuple((placement * np.array([body.geometry.radius + growth, 0.0, 0.0])).tolist())
+        label = self._rims.get(index)
+        if label is None:
+            label = self._scene.add_label(f"{node}/rim_around_{body.name.replace(' ', '_')}", "d_m", position=place, visible=False)
+            self._rims[index] = label
+            self.nodes = [*self.nodes, fresh(label)]
+        elif tuple(label.position) != place:
+            label.position = place
+        return label
 
     def _node(self, body: pin.GeometryObject) -> tuple[str, pin.SE3]:
         """Return the node that a body moves with, and the body's pose there."""

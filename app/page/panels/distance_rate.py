@@ -207,7 +207,7 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     # Where λ is 0 the law moves nothing, and a short lever costs nothing.
     weak = least_lever(sample) < FIRM_LEVER and sample.activation >= ACTS
-    lever = ("halt" if weak else "", tr("lever s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
+    lever = ("halt" if weak else "", tr("joints move this point: s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
     # Beside a person's lever, s would be taken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
 
@@ -225,7 +225,7 @@ def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
         return "halt", tr_html("below d<sub>m</sub>, but falling no further")
     if sample.law_distance < lowest:
         return "halt", tr_html("the law distance is below d<sub>m</sub>, but falling no further")
-    return "go", tr_html("{bound} stands", bound=BOUND)
+    return "go", tr_html("{bound} is promised", bound=BOUND)
 
 
 def least_lever(sample: Sample) -> float:
@@ -239,7 +239,7 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
             return "w > v"
         case Condition.LEVER:
             s = least_lever(sample)
-            words = lever_text(s) or tr("the lever is too short")
+            words = lever_text(s) or tr("the joints move this point too little")
             return f"{words} (s = {decimal(f'{s:.2f}')})"
         case Condition.BOUND:
             second = sample.second

@@ -345,12 +345,12 @@ def run_until(query: str, condition: Condition) -> Simulation:
 
 def test_it_stands_in_the_usual_run() -> None:
     near = played("scene=ball")
-    assert shown(near) == "lever s = 1.00d ≥ dm stands"
+    assert shown(near) == "joints move this point: s = 1.00d ≥ dm is promised"
     assert 'class="go"' in promise_html(near, near.sample())
     for scene in ("hold", "master_slave", "imitation"):
         # Far away, where the closest bodies hardly move along the line: the lever is short, and costs nothing.
-        assert shown(played(f"scene={scene}")).endswith("stands")
-        assert shown(Simulation(settings(f"scene={scene}").run)).endswith("stands"), "before the first step"
+        assert shown(played(f"scene={scene}")).endswith("is promised")
+        assert shown(Simulation(settings(f"scene={scene}").run)).endswith("is promised"), "before the first step"
     assert shown(played("scene=master_slave")).count("; ") == 1, "one lever an arm"
     assert shown(played("scene=solo")) == ""
     simulation = played("scene=hold")
@@ -361,7 +361,7 @@ def test_a_missing_condition_is_named() -> None:
     fast = run_until("scene=hold&wmax=0.8&v=0.05", Condition.SPEED)
     assert shown(fast).endswith("dm may fail: w > v")
     both = moved(settings("scene=imitation&v=0.05").run, lambda run: run.sample().approach > 0.1)
-    assert shown(both).endswith("stands"), "the other one keeps clear, too"
+    assert shown(both).endswith("is promised"), "the other one keeps clear, too"
     tied = run_until("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single", Condition.PAIRS)
     assert shown(tied).endswith("dm may fail: between two pairs")
 

@@ -45,7 +45,7 @@ def untrue(simulation: Simulation) -> list[str]:
     wrong = {
         "may fail": failed,
         "has failed": not failed,
-        "stands": min(d, sample.law_distance) < d_m - BELOW,
+        "dm is promised": min(d, sample.law_distance) < d_m - BELOW,
         ": below dm": not failed,
         "a retreat for ever": v == 0.0 or now.true_change <= 0.0,
         "w > v": w <= v,
@@ -57,7 +57,8 @@ def untrue(simulation: Simulation) -> list[str]:
         **{words: words not in map(lever_text, levers) for words in LEVER_WORDS},
     }
     faults = [f"{words!r} in {said!r}" for words, false in wrong.items() if words in said and false]
-    if "lever" in pills and 'class="halt"' in str(promise_html(simulation, sample)).split("lever")[0] and not lever_text(s):
+    reach = "joints move this point: s"
+    if reach in pills and 'class="halt"' in str(promise_html(simulation, sample)).split(reach)[0] and not lever_text(s):
         faults.append(f"a weak lever of {s}")
     return faults
 

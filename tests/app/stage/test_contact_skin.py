@@ -98,6 +98,19 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
     )
 
 
+def test_d_m_is_written_once_on_the_rim(one: Guest) -> None:
+    change(one, rig="table", dm=0.2)
+    press(one, "pause")
+    one.visitor.wait_for(lambda _: len(shells(one, "skin")) == 1)
+    settle(one)
+    nodes = one.visitor.mirror.nodes
+    (rim,) = [name for name in drawn(one.visitor) if "/rim_around_" in name and visible(one, name)]
+    (skin,) = shells(one, "skin")
+    assert rim.split("/rim_around_") == skin.split("/skin_of_"), "on the link of the bubble"
+    middle = np.asarray(nodes[skin]["position"], float)
+    assert np.linalg.norm(np.asarray(nodes[rim]["position"], float) - middle) > 0.2, "beyond d_m of the body's axis"
+
+
 def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
     change(one, rig="table", speed=2.0, autopilot=True)
     pause_when(one, lambda s: s.simulation.sample().activation > 0.5)

@@ -49,7 +49,7 @@ def hangs(session: Session) -> bool:
 
 def patient(session: Session, limit: float = 60.0) -> None:
     law = student_law(session)._law
-    assert law is not None
+    assert isinstance(law, CustomLaw)
     law.limits = replace(law.limits, call=limit)
 
 
@@ -130,7 +130,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
         in_vain.clear()
         session.advance(FRAME)
         law = student_law(session)._law
-        assert law is not None
+        assert isinstance(law, CustomLaw)
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
 
@@ -180,7 +180,7 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
         law = student_law(session)._law
-        assert law is not None
+        assert isinstance(law, CustomLaw)
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()
         until(lambda: session.advance(FRAME) < 0 or np.isfinite(law.activations(distances)).any())

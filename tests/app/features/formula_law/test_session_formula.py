@@ -27,9 +27,9 @@ def a_session(**settings: object) -> "closing[Session]":
 
 
 def played(session: Session, steps: int = 40) -> np.ndarray:
-    session.halt.set("visitor")
+    session.control.halt.set("visitor")
     for _ in range(steps):
-        session.single_step()
+        session.control.single_step()
         session.advance(0.01)
     return session.simulation.history.table()
 

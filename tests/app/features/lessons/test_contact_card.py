@@ -15,7 +15,7 @@ LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.res
 def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1280, 800)
     session, run = enter(page, house(), "lesson=3&step=1&lang=en")
-    pill = page.locator(".duet-status").filter(has_text="stands")
+    pill = page.locator(".duet-status").filter(has_text="is promised")
 
     def seen() -> list[str]:
         return [part for part in LAW if any(text.strip() for text in page.locator(f"{part}:visible").all_text_contents())]

@@ -16,6 +16,6 @@ def test_a_short_row_lights_the_lever_with_its_value() -> None:
     sample = simulation.sample()
     assert sample.lever < FIRM_LEVER
     html = promise_html(simulation, sample)
-    assert text(html).startswith(f"lever s = {sample.lever:.2f}")
+    assert text(html).startswith(f"joints move this point: s = {sample.lever:.2f}")
     assert text(html).endswith(f"dm has failed: {lever_text(sample.lever)} (s = {sample.lever:.2f})")
     assert 'class="halt"' in html and 'class="alarm"' in html
