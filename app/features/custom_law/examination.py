@@ -112,12 +112,14 @@ class ExaminationProgress(NamedTuple):
         verdicts: known so far, in the order of `TRIALS`; empty if the tests were never made.
         running: whether there are more to come.
         message: why they could not be made; "" if all is well.
+        typed: True if the law is typed on the page, and in no file.
     """
 
     file: str | None = None
     verdicts: tuple[TrialResult, ...] = ()
     running: bool = False
     message: str = ""
+    typed: bool = False
 
     @property
     def finished(self) -> bool:

@@ -54,7 +54,7 @@ class FormulaExamination(Examination):
 
     def __init__(self, text: str, background: Jobs, wake: Callable[[], None]) -> None:
         super().__init__(Path(), background, wake)
-        self.progress = self._none = self._none._replace(file=FILE)
+        self.progress = self._none = self._none._replace(file=FILE, typed=True)
         self._text = text
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:

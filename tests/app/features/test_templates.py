@@ -160,6 +160,7 @@ def drawing() -> Iterator[str]:
 def laws() -> Iterator[str]:
     for problem, away in (("", False), (NASTY, False), ("", True)):
         yield law_html(ExaminationProgress(NASTY), problem, away, True)
+    yield law_html(ExaminationProgress(NASTY, typed=True), NASTY, False)
     yield law_html(ExaminationProgress(NASTY, message=NASTY), "", False, False)
 
 
