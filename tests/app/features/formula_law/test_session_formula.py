@@ -13,6 +13,7 @@ from app.features.formula_law.formula_tests import examine_formula
 from app.features.formula_law.session_formula import FIRST, PAPER, SessionFormula
 from app.session.session import Session
 from app.settings import Settings
+from scenes.inputs_file import recorded_bytes, recorded_from
 from scenes.laws import DEFAULT_LAW
 from scenes.settings import LawSettings, changed
 from tests.app.features.custom_law.helpers import PAPER as FILE_OF_PAPER
@@ -127,6 +128,16 @@ def test_the_law_of_a_file_goes_before_a_formula(tmp_path: Path) -> None:
         assert not formula.possible and not formula.runs and session.law_status.file == "my_law.py"
         formula.stop()
         assert session.law_status.file == "my_law.py"
+
+
+def test_a_run_with_a_formula_is_kept_and_replayed() -> None:
+    with a_session() as session:
+        session.parts.of(SessionFormula).run(PAPER)
+        played(session, 20)
+        recorded = session.inputs.window()
+        assert recorded is not None and recorded.law is not None
+        kept = recorded_from(recorded_bytes(recorded), "run.npz").law
+        assert kept is not None and (kept.file, kept.sha256) == (FILE, recorded.law.sha256)
 
 
 @pytest.mark.slow

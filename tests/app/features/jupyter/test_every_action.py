@@ -76,12 +76,15 @@ PAGE = SESSION | {
 OWNER = PAGE | {"Invite": ("InviteBox",), "RunLaw": ("LawEditor",)}
 """The page of the person who has started the server."""
 
+FORMULA = {"RunLaw": ("LawEditor",), "StopFormula": ("FormulaEditor",)}
+"""Of a page on which a law is written as a formula, not in a file."""
+
 LECTURE_ONLY = {"Teach": ("TeacherControl",)}
 
 LECTURE = SESSION | LECTURE_ONLY
 """The shared session of a lecture while no teacher is there."""
 
-TEACHER = PAGE | LECTURE_ONLY | {"MakeReport": ("ClassDownloads",)}
+TEACHER = PAGE | FORMULA | LECTURE_ONLY | {"MakeReport": ("ClassDownloads",)}
 
 STUDENTS = {
     "Answer": ("TeacherControl",),

@@ -8,6 +8,7 @@ import pytest
 
 from app.features.custom_law import examination
 from app.features.custom_law.arena import TrialResult
+from app.features.custom_law.command_options import CustomLawOptions
 from app.features.custom_law.commands import NewLaw, new_law
 from app.features.custom_law.trials import TRIALS
 from app.features.lessons.bookmark import Phase
@@ -31,7 +32,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     path, desk = tmp_path / "my_law.py", Inline()
     assert new_law(NewLaw(path)) == 0
     text = path.read_text(encoding="utf-8")
-    opened = house(law_file=path, edited_law=path, jobs=desk)
+    opened = house(features=(CustomLawOptions(path, edit_law=True),), jobs=desk)
     page = page_at(1100, 700)
     page.goto(f"{opened.url}/?lesson=10&step=5")
     page.locator(".duet-l-head").wait_for()
