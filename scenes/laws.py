@@ -52,6 +52,7 @@ class LawEntry:
         of_section_iii: whether it is eq. (12), of which section III of the paper shows the stability.
         in_null_space: whether it divides by what the hand leaves of J_d.
         in_league: whether the league plays it; not what is another law with every curve or every hand.
+        offered_first: whether a short list of laws has it.
     """
 
     name: str
@@ -67,6 +68,7 @@ class LawEntry:
     of_section_iii: bool = False
     in_null_space: bool = False
     in_league: bool = True
+    offered_first: bool = False
 
     @property
     def settings(self) -> frozenset[str]:
@@ -113,7 +115,7 @@ LAWS: Final[dict[str, LawEntry]] = {
     for law in (
         LawEntry(
             DEFAULT_LAW, "Smooth priority (paper)", "Smooth priority", "smooth_priority:SmoothPriority",
-            ("dm", "n", "v", "ff", "one_sided"), "share", rests=True, promises=True, of_section_iii=True,
+            ("dm", "n", "v", "ff", "one_sided"), "share", rests=True, promises=True, of_section_iii=True, offered_first=True,
             knobs=(Knob("dm", _DISTANCES), Knob("v", (0.05, 0.10, 0.20, 0.30, 0.50, 0.80)), Knob("dm", _DISTANCES, True)),
         ),
         LawEntry(
@@ -122,7 +124,7 @@ LAWS: Final[dict[str, LawEntry]] = {
         ),
         LawEntry(
             "strict_switched", "Strict priority, switched at d_m", "Strict, switched", "strict_priority:StrictPriority",
-            ("dm", "v"), "switch",
+            ("dm", "v"), "switch", offered_first=True,
         ),
         LawEntry(
             "null_space_avoidance", "Null-space avoidance", "Null-space avoidance", "null_space_avoidance:NullSpaceAvoidance",
@@ -166,10 +168,13 @@ LAWS: Final[dict[str, LawEntry]] = {
             DRAWN_LAW, "Drawn curve (your own λ)", "Drawn curve", "drawn_curve:DrawnCurve", ("curve", "v"), "share",
             in_league=False,
         ),
-        LawEntry(LEVER_LAW, "Lever (you are λ)", "Lever", "hand_lever:HandLever", ("lever", "v"), "share", in_league=False),
+        LawEntry(
+            LEVER_LAW, "Lever (you are λ)", "Lever", "hand_lever:HandLever", ("lever", "v"), "share",
+            in_league=False, offered_first=True,
+        ),
         LawEntry(
             NO_AVOIDANCE, "Unprotected (task only)", "Unprotected", "unprotected:Unprotected",
-            (), "task", sees="nothing", of_section_iii=True,
+            (), "task", sees="nothing", of_section_iii=True, offered_first=True,
         ),
     )
 }  # fmt: skip

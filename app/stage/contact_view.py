@@ -206,7 +206,9 @@ class ContactSkin(StagePart):
         place = tuple((placement * np.array([body.geometry.radius + growth, 0.0, 0.0])).tolist())
         label = self._rims.get(index)
         if label is None:
-            label = self._scene.add_label(f"{node}/rim_around_{body.name.replace(' ', '_')}", "d_m", position=place, visible=False)
+            label = self._scene.add_label(
+                f"{node}/rim_around_{body.name.replace(' ', '_')}", "d_m", position=place, visible=False
+            )
             self._rims[index] = label
             self.nodes = [*self.nodes, fresh(label)]
         elif tuple(label.position) != place:

@@ -46,7 +46,9 @@ def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
         watched = tr("The silver arm keeps its hand in the ring as long as it can, and both keep clear.")
     else:
         watched = tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
-    return ExperimentTexts(f"{takes_over if itself else tr('Pull the orange arm anywhere.')} {watched}", watched)
+    tip = takes_over if itself else tr("Pull the orange arm anywhere.")
+    # The welcome has said what the silver arm does.
+    return ExperimentTexts(tip if run.avoid == "free" else f"{tip} {watched}", watched)
 
 
 def _master_slave(run: RunSettings, itself: bool) -> ExperimentTexts:

@@ -107,10 +107,9 @@ def part_text(part: object) -> str:
     return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
-def _legend(run: RunSettings) -> list[tuple[str, str]]:
-    """Symbol and words of what is seen in the scene and on the axis, one short line each."""
-    entries = [("lam", tr("λ violet: gives way")), ("dm", tr("d_m bubble: distance to keep"))]
-    return [*entries, ("rest", tr("d* comes to rest"))] if run.law.entry.rests else entries
+def _legend() -> list[tuple[str, str]]:
+    """Symbol and words of what is seen in the scene, one short line each."""
+    return [("lam", tr("λ violet: gives way")), ("dm", tr("d_m bubble: distance to keep"))]
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
@@ -138,7 +137,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
-        "legend": _legend(run),
+        "legend": _legend(),
         "ghost": tr("ghost"),
         "gives": tr("gives way"),
         **_common_words(),

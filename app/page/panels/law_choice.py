@@ -4,11 +4,8 @@ from typing import Any, Final
 
 from app.i18n.speaking import N_, tr
 from app.session.actions import Action
-from scenes.laws import DEFAULT_LAW, LEVER_LAW, NO_AVOIDANCE
+from scenes.laws import LAWS
 from scenes.setting_spec import Spec
-
-FEW: Final = (DEFAULT_LAW, "strict_switched", NO_AVOIDANCE, LEVER_LAW)
-"""Laws that are offered first: the paper's, its rigid forerunner, none, and the visitor's own hand."""
 
 MORE: Final = N_("More laws …")
 """The last entry of a short list."""
@@ -49,4 +46,4 @@ class LawChoice:
             self._handle.options = options
 
     def _offers(self, law: str, short: bool) -> bool:
-        return law in FEW if short else law not in self._unoffered
+        return LAWS[law].offered_first if short else law not in self._unoffered

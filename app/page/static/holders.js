@@ -26,7 +26,10 @@
     label: [".mantine-Flex-root > div > p > label[for]", above(2)],
     lesson: [".duet-lesson", above(2)],
     drawing: [".duet-l-drawing .duet-draw", besides(".duet-l-drawing")],
-    "dock-head": ["[data-dock-region=right] .tabler-icon-list-search", (icon) => icon.closest("button")?.parentElement?.parentElement?.parentElement],
+    "dock-head": [
+      "[data-dock-region=right] .tabler-icon-list-search",
+      (icon) => icon.closest("button")?.parentElement?.parentElement?.parentElement,
+    ],
     "view-row": [".duet-view-row", above(1)],
     heads: [".duet-heads", above(2)],
     welcome: ["#duet-welcome", around(":root")],

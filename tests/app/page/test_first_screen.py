@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from app.page.panels.controls import SMALL
-from app.page.panels.law_choice import FEW, MORE
+from app.page.panels.law_choice import MORE
 from scenes.laws import LAWS
 from tests.accessibility import accessible
 from tests.app.conftest import Arrive, OpenHouse, ask
@@ -50,7 +50,7 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     press(guest, "pause")
     visitor.wait_for(lambda v: ("Pause", "Reset") in groups(v))
     labels = {name: law.label for name, law in LAWS.items()}
-    assert law_options(visitor) == [*(labels[name] for name in labels if name in FEW), MORE]
+    assert law_options(visitor) == [*(labels[name] for name in labels if LAWS[name].offered_first), MORE]
     visitor.set_value("law", MORE)
     visitor.wait_for(lambda v: law_options(v) == list(labels.values()))
     assert guest.session.settings.run.law.law == "smooth_priority"
@@ -59,7 +59,7 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     guest.wait(lambda s: s.settings.run.law.law == "barrier_qp")
     # Another page begins with few again; the law of its link is one of them.
     other = arrive(house(), "panel=small&law=barrier_qp").visitor
-    assert law_options(other) == [*(labels[name] for name in labels if name in (*FEW, "barrier_qp")), MORE]
+    assert law_options(other) == [*(labels[name] for name in labels if LAWS[name].offered_first or name == "barrier_qp"), MORE]
 
 
 def test_further_plots_wait_for_their_button_and_stay_once_one_is_chosen(house: OpenHouse, arrive: Arrive) -> None:

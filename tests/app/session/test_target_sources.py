@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.session import run_control
+from app.session import session as session_module
 from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.ball import BALL_ROOM
@@ -185,7 +185,7 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
     session.advance(0.1)
     session.hand.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
     before, room = session.settings, session.simulation.room
-    monkeypatch.setattr(run_control, "room_of", missing)
+    monkeypatch.setattr(session_module, "room_of", missing)
     with pytest.raises(BadSetting, match="panda needs"):
         session.change("robot", "panda")
     assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room

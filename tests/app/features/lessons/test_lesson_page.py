@@ -321,6 +321,6 @@ def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
 def test_the_run_of_a_lesson_waits_for_a_run_that_is_being_loaded() -> None:
     controls = MagicMock()
     for coming, begins in (("a push from a link", False), ("", True)):
-        controls._session.coming = coming
+        controls._session.player.coming = coming
         LessonControls._act(controls, Press("run"))
         assert controls._run.act.called == begins
