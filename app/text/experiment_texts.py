@@ -48,7 +48,7 @@ def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
         watched = tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
     tip = takes_over if itself else tr("Pull the orange arm anywhere.")
     # The welcome has said what the silver arm does.
-    return ExperimentTexts(tip if run.avoid == "free" else f"{tip} {watched}", watched)
+    return ExperimentTexts(f"{tip} {watched}" if run.avoid in ("guided", "both") else tip, watched)
 
 
 def _master_slave(run: RunSettings, itself: bool) -> ExperimentTexts:

@@ -241,7 +241,7 @@ VARIED = "&path=circle &ball=cross &point=arm &following=identical &avoid=both &
 @pytest.mark.parametrize("scene", SCENES)
 def test_a_tip_for_everything_that_can_be_chosen(scene: str) -> None:
     tips = {tip_text(Session(settings(f"scene={scene}{variant}"))) for variant in ("", *VARIED.split())}
-    assert all(40 < len(text(tip)) < 170 and tip.endswith(".") for tip in tips) and len(tips) > 1
+    assert all(25 < len(text(tip)) < 170 and tip.endswith(".") for tip in tips) and len(tips) > 1
     # Who watches a stage can pull nothing.
     watched = {tip_text(Session(settings(f"scene={scene}{variant}")), operated=False) for variant in ("", *VARIED.split())}
     assert all(len(text(tip)) > 20 and tip.endswith(".") for tip in watched)
