@@ -135,6 +135,9 @@ class ContactSkin(StagePart):
 
     def dress(self, page: PageSettings) -> None:
         self._on, self._palette = page.contact, PALETTES[page.theme]
+        self._label_scale = 1.15 * scale(page.profile)
+        for label in self._rims.values():
+            label.font_screen_scale = self._label_scale
         self._drawn = ()
 
     def show(self, frame: Frame) -> None:
@@ -209,6 +212,7 @@ class ContactSkin(StagePart):
             label = self._scene.add_label(
                 f"{node}/rim_around_{body.name.replace(' ', '_')}", "d_m", position=place, visible=False
             )
+            label.font_screen_scale = self._label_scale
             self._rims[index] = label
             self.nodes = [*self.nodes, fresh(label)]
         elif tuple(label.position) != place:

@@ -161,7 +161,7 @@
       const limit = { left: dm - 2, right: dm + 2, top: g.top - 6, bottom: g.axis };
       const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: narrow ? 1 : -4 }, taken)[0];
       const beside = ([said, text]) => {
-        const width = (said && duet.textWidth(said, SMALL)) + duet.textWidth(text, long ? LONG : LARGE);
+        const width = (said ? duet.textWidth(said, SMALL) : 0) + duet.textWidth(text, long ? LONG : LARGE);
         return [0, -10, 10, -20, 20, -30, 30, -40, 40].flatMap((rise) => {
           const middle = Math.min(height + rise, g.axis - g.bead - 9);
           return [at + 9, at - 9 - width].map((left) => ({ left, right: left + width, top: middle - 8, bottom: middle + 8 }));
