@@ -47,7 +47,7 @@ def see_ring(page: Page, session: Session) -> None:
     assert RADIUS >= 0.06, "a wrist of our robots would hide it"
     usual = {"scene": "hold", "rig": "torso", "autopilot": False}
     ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset()])
-    page.get_by_text("pull it anywhere").wait_for()
+    page.get_by_text("anywhere").wait_for()
     for look in ("light desk fast", "dark projector fast", "light desk fine"):
         choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
         ask(session, lambda s, choice=choice: [s.change(key, value) for key, value in choice.items()])
