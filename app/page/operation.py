@@ -149,8 +149,9 @@ class Operation:
         self._controls.fold(self.whole, plays)
         self._view.equation_last = self._controls.small
         self._keep.visible = self.whole or not plays
-        for panel in (self._controls, *self._page.made, self._link):
+        for panel in (self._controls, *self._page.made):
             panel.show(frame)
+        self._link.show(frame, self._keep.visible)
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""

@@ -71,7 +71,7 @@ class SessionPart:
         """Follow a change of the settings. `rebuilt`: whether the run is of another experiment now."""
 
     def law_changed(self) -> None:
-        """Follow a change of the program that is the run's law."""
+        """Take note that the session was given a law besides the settings' law, or has lost it."""
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
         """Do what the visitor's link asks for besides settings, when the run has begun; the messages about what is not possible."""

@@ -1,4 +1,4 @@
-"""When a run makes its steps: as the clock wants, one by one, up to a time, or not at all."""
+"""Decides when a run makes steps: by the clock, one by one, up to a time, or not at all."""
 
 from time import perf_counter
 from typing import Protocol
@@ -10,7 +10,7 @@ from scenes.simulation import Simulation
 
 
 class Stepped(Protocol):
-    """A session, of which the run makes steps."""
+    """What a `RunControl` needs of its session."""
 
     settings: Settings
     simulation: Simulation

@@ -59,6 +59,7 @@ class Session:
         self.law = law(background, self.wake)
         """A law that may answer later, which the run or the ghost may use instead of the settings' law."""
         self.law.in_ghost = settings.page.ghost == GHOST
+        self._law_given = self.law.given
         self.ghost_run = GhostRun(settings.run, lambda: self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
@@ -116,6 +117,10 @@ class Session:
 
     def assign_laws(self, reset: bool) -> None:
         """Follow a change of `law`: assign it to the run or the ghost. `reset`: also reset them, as recorded inputs belong to one law."""
+        if self.law.given is not self._law_given:
+            self._law_given = self.law.given
+            for part in self.parts:
+                part.law_changed()
         self.simulation.use(self.law.of_run)
         if self.ghost is not None:
             self.ghost.use(self.law.of_ghost)

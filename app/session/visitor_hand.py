@@ -14,7 +14,7 @@ from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Targe
 
 
 class Held(Protocol):
-    """A session with a run that is moved."""
+    """What a `VisitorHand` needs of its session."""
 
     settings: Settings
     simulation: Simulation

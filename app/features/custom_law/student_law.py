@@ -161,12 +161,7 @@ def take_law_file(session: Session, path: Path) -> None:
     Raises:
         BadInputFile: it cannot be read; nothing is changed.
     """
-    law = student_law(session)
-    before = law.path
-    law.open(path)
-    if before != path:
-        for part in session.parts:
-            part.law_changed()
+    student_law(session).open(path)
     session.assign_laws(True)
 
 

@@ -50,11 +50,7 @@ class SessionFormula(SessionPart):
         Raises:
             BadFormula: it is not one; nothing is changed.
         """
-        another = text != self.text
         self._take(text)
-        if another:
-            for part in self._session.parts:
-                part.law_changed()
         self._session.assign_laws(True)
 
     def stop(self) -> None:

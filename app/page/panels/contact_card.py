@@ -108,8 +108,8 @@ def part_text(part: object) -> str:
 
 
 def _legend() -> list[tuple[str, str]]:
-    """Symbol and words of what is seen in the scene, one short line each."""
-    return [("lam", tr("λ violet: gives way")), ("dm", tr("d_m bubble: distance to keep"))]
+    """Symbol and words of what is violet or round the obstacle in the scene."""
+    return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:

@@ -77,8 +77,8 @@ class LinkBox:
         self._box = client.gui.add_html("")
         self.show(freeze(session, 0.0))
 
-    def show(self, frame: Frame) -> None:
-        """Bring the link up to date, every `PERIOD`."""
-        link = self._link.due(frame)
+    def show(self, frame: Frame, seen: bool = True) -> None:
+        """Bring the link up to date, every `PERIOD`. `seen`: False while the box is not on the page."""
+        link = self._link.due(frame) if seen else None
         if link is not None:
             self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -98,7 +98,7 @@ addEventListener("DOMContentLoaded", () => {
       )
       .join("");
     legend.innerHTML = words.legend
-      .map(([kind, text]) => `<span data-symbol="${kind}"><i class="${kind}"></i>${text.replace("d_m", "d<sub>m</sub>")}</span>`)
+      .map(([kind, text]) => `<span data-symbol="${kind}"><i class="${kind}"></i>${text}</span>`)
       .join("");
   };
 

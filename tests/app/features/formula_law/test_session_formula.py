@@ -11,6 +11,7 @@ from app.features.formula_law.formula import BadFormula, Formula
 from app.features.formula_law.formula_law import FILE, FormulaLaw
 from app.features.formula_law.formula_tests import examine_formula
 from app.features.formula_law.session_formula import FIRST, PAPER, SessionFormula
+from app.features.studies.background_studies import BackgroundStudies
 from app.session.session import Session
 from app.settings import Settings
 from scenes.inputs_file import recorded_bytes, recorded_from
@@ -18,6 +19,7 @@ from scenes.laws import DEFAULT_LAW
 from scenes.settings import LawSettings, changed
 from tests.app.features.custom_law.helpers import PAPER as FILE_OF_PAPER
 from tests.app.features.custom_law.helpers import SITUATION, session_of, write
+from tests.app.inline import Inline
 
 
 def a_session(**settings: object) -> "closing[Session]":
@@ -156,3 +158,13 @@ def test_a_formula_fails_a_test_with_its_reason() -> None:
     assert not verdict.passed and "division by zero" in verdict.reason
     assert not examine_formula("0", "gets out").passed
     assert examine_formula("0", "quick").passed
+
+
+def test_studies_rest_while_a_formula_is_given_and_go_on_after_it() -> None:
+    with closing(Session(Settings(), background=Inline())) as session:
+        formula, studies = session.parts.of(SessionFormula), session.parts.of(BackgroundStudies)
+        assert studies.trade_off is not None
+        formula.run(PAPER)
+        assert studies.trade_off is None
+        formula.stop()
+        assert studies.trade_off is not None
