@@ -181,12 +181,12 @@ TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
 """By name, in the order in which they are made."""
 
 WHY: Final[dict[str, str]] = {
-    "keeps its distance": "That is what it is for.",
-    "leaves the task alone": "A hand that something far off pushes about cannot work.",
-    "gets out": "Distances are negative there, and a law that divides by d turns round.",
-    "smooth": "A jump of q̇ is an endless acceleration, and no motor can follow it.",
-    "bounded where J_d is singular": "A division by next to nothing asks for speeds that no arm has.",
-    "quick": "A tick lasts 5 ms, and there is more to be done in it.",
+    N_("keeps its distance"): N_("That is what it is for."),
+    N_("leaves the task alone"): N_("A hand that something far off pushes about cannot work."),
+    N_("gets out"): N_("Distances are negative there, and a law that divides by d turns round."),
+    N_("smooth"): N_("A jump of q̇ is an endless acceleration, and no motor can follow it."),
+    N_("bounded where J_d is singular"): N_("A division by next to nothing asks for speeds that no arm has."),
+    N_("quick"): N_("A tick lasts 5 ms, and there is more to be done in it."),
 }
 """Why each of them is asked for."""
 

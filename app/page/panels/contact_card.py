@@ -14,12 +14,14 @@ import viser
 
 from app.i18n.speaking import decimal, tr
 from app.page.panels.distance_rate import (
+    BOLTED,
     Term,
     allowed_rate,
     budget_terms,
     consequence,
     error_step,
     missed,
+    nearest_is_bolted,
     promise_words,
     trend,
 )
@@ -233,6 +235,9 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
     if custom or not run.law.entry.promises:
         return "", words
     kind, promise = promise_words(simulation, sample)
+    if kind == "go" and nearest_is_bolted(simulation, sample):
+        # Where λ is small the promise stands, but the page has no good news while nothing gives way.
+        return "halt", tr(BOLTED)
     return kind, ", ".join(text for text in (promise, words) if text) if kind != "alarm" else promise
 
 

@@ -9,8 +9,9 @@ from markupsafe import Markup
 from app.i18n.speaking import N_, decimal, tr
 from app.plots.time_series import resting_now
 from app.session.frame import Contact
+from app.stage.contact_view import bodies_of_pair
 from app.text.law_texts import LAW_TEXTS
-from app.text.lever_texts import lever_text
+from app.text.lever_texts import NO_LEVER, lever_text
 from app.text.templates import macros, tr_html
 from controllers.budget import largest_dead_time, largest_dead_time_without_overshoot, settling_time
 from controllers.laws.situation import FIRM_LEVER
@@ -184,6 +185,9 @@ BOUND: Final = Markup("d ≥ d<sub>m</sub>")
 BELOW: Final = 1e-3
 """So far below d_m a distance counts as lost [m]; a time step alone makes less."""
 
+BOLTED: Final = N_("the nearest part is bolted down")
+"""Reason why an arm cannot give way though its law acts."""
+
 ACTS: Final = 0.01
 """λ from which the law moves an arm so that it can be seen."""
 
@@ -233,11 +237,21 @@ def least_lever(sample: Sample) -> float:
     return sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
 
 
+def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
+    """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
+    if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
+        return False
+    body, _ = bodies_of_pair(simulation, sample.pair)
+    return simulation.room.geometry.geometryObjects[body].parentJoint == 0
+
+
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
     match condition:
         case Condition.SPEED:
             return "w > v"
         case Condition.LEVER:
+            if nearest_is_bolted(simulation, sample):
+                return tr(BOLTED)
             s = least_lever(sample)
             words = lever_text(s) or tr("the joints move this point too little")
             return f"{words} (s = {decimal(f'{s:.2f}')})"

@@ -8,17 +8,16 @@ import viser
 from markupsafe import Markup
 
 from app.i18n.speaking import N_, decimal, tr
-from app.page.panels.distance_rate import pills_html, promise_html
+from app.page.panels.distance_rate import nearest_is_bolted, pills_html, promise_html
 from app.plots.time_series import Swivel
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
 from app.session.frame import Frame
 from app.session.late_law import LateLawStatus
 from app.session.shown import Shown
-from app.stage.contact_view import bodies_of_pair
 from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.text.law_texts import equation_html
-from app.text.lever_texts import NO_LEVER, lever_text
+from app.text.lever_texts import lever_text
 from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
@@ -202,14 +201,6 @@ def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
         reasons.append(authority_text(sample.second, simulation, second=True))
     whys = [reason for reason in dict.fromkeys(reasons) if reason]
     return whys if sample.pair < 0 else [tr("the arm cannot move away: {why}", why=why) for why in whys]
-
-
-def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
-    """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
-    if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
-        return False
-    body, _ = bodies_of_pair(simulation, sample.pair)
-    return simulation.room.geometry.geometryObjects[body].parentJoint == 0
 
 
 def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from app import features
 from app.features import FEATURES
-from tests.test_imports import ROOT
+from tests.test_imports import ROOT, imported
 from tests.test_rooms import arrows
 
 FOLDER = Path(features.__file__).parent
@@ -25,6 +25,20 @@ def test_no_file_of_the_core_imports_a_feature() -> None:
     core = {file: targets for file, targets in arrows().items() if file not in of_features}
     assert {file for file, targets in core.items() if targets & of_features} == COMPOSING
     assert {file for file, targets in core.items() if targets & COMPOSING} == {"app/lwr_duet/__main__.py"}
+
+
+def test_no_test_of_the_core_imports_a_feature() -> None:
+    """The tuple of all features alone, which may be empty."""
+    tests = (path for path in (ROOT / "tests").rglob("*.py") if not {"features", "tools"} & set(path.parts))
+    found = {
+        path.relative_to(ROOT).as_posix(): [
+            name
+            for name in imported(path.read_text(encoding="utf-8"))
+            if name.startswith(("app.features.", "tests.app.features.")) and name != "app.features.FEATURES"
+        ]
+        for path in tests
+    }
+    assert {file: names for file, names in found.items() if names} == {}
 
 
 def test_what_a_folder_holds_it_alone_holds() -> None:

@@ -16,7 +16,6 @@ from jinja2 import Environment, nodes
 
 import app
 from app.features import FEATURES
-from app.features.custom_law.trials import TRIALS, WHY
 from app.i18n.catalogue import FOLDER, catalogues, read_texts
 from app.i18n.client_texts import ALL
 from app.page.panels.controls import TABS
@@ -155,9 +154,8 @@ def _of_the_cores_tables() -> Iterator[str]:
     for texts in LAW_TEXTS.values():
         yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed, *texts.trends)
         yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))
-    for table in (CHARTS, WHY):
-        yield from map(str, table.values())
-    yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
+    yield from map(str, CHARTS.values())
+    yield from (*BODIES, *JOINTS, *OTHERS, *ALL)
 
 
 @cache

@@ -7,19 +7,13 @@ from pathlib import Path
 
 import pytest
 import viser
-from msgspec import msgpack
 
-from app.features.custom_law.law_file import LawFile, Wrong
-from app.features.custom_law.law_limits import problem_of
-from app.features.custom_law.trials import verdict_on
-from app.features.custom_law.wire import Failure, TextParts, decode_reply, encode
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
 from app.recording.outcome import Comparison, Difference
 from app.recording.run_file import Agreement, _words, changed_versions, load_run, saved_bytes
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
-from controllers.laws.unprotected import Unprotected
 from scenes.settings import RunSettings, changed
 from tests.app.i18n.conftest import untranslated
 from tests.app.i18n.helpers import refusal
@@ -64,43 +58,6 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
         said = _words(verdict, other, differs, "m")
         # Columns and programs have names.
         assert {*untranslated(tr(said))} <= {"pair", "Pinocchio", "Python", "numpy"}
-
-
-def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
-    with pytest.raises(Wrong) as caught:
-        LawFile("/my_law.py", b"law = 3", 2**20)
-    assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
-    reply = decode_reply(encode(Failure(TextParts.of(caught.value.text), 3)))
-    assert isinstance(reply, Failure)
-    problem = problem_of("my_law.py", reply.text.text(), reply.line).text
-    assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
-    assert words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
-
-
-@pytest.mark.parametrize(
-    "sent",
-    [
-        b"not msgpack",
-        *map(msgpack.encode, (3, ["Failure", ["a"], 1], ["Failure", ["a", 3], 1])),
-        *(msgpack.encode(["Failure", [text, {"a": ["b", None]}], 1]) for text in ("{a", "{a.b}", "{a:99999999}")),
-        b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
-    ],
-)
-def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
-    with pytest.raises(ValueError):
-        reply = decode_reply(sent)
-        assert isinstance(reply, Failure)
-        reply.text.text()
-
-
-class Still(Unprotected):
-    problem = None
-    seconds = 0.0
-
-
-def test_verdicts_of_the_six_tests_are_said() -> None:
-    verdict = verdict_on(Still(), "bounded where J_d is singular")
-    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
 
 
 def test_the_page_knows_every_language() -> None:

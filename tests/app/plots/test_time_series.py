@@ -2,7 +2,6 @@
 
 import math
 import re
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.features.custom_law.custom_law import CustomLaw
 from app.plots.bins import AT_HIGH, HIGH, LAST, LOW, POINTS, WINDOW, Bins, bin_numbers, polyline
 from app.plots.plot_choice import cells, first_plots, is_chart, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of
@@ -21,7 +19,7 @@ from scenes.history import COLUMN
 from scenes.settings import RobotName, RunSettings
 from scenes.simulation import Simulation
 from scenes.two_arms import Autopilot
-from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, played
+from tests.app.plots.helpers import DETAILS, SCENES, played
 
 
 def test_where_no_plot_that_is_asked_for_is_possible_the_first_two_are_shown() -> None:
@@ -60,18 +58,6 @@ def test_a_plot_has_the_same_lines_in_every_experiment() -> None:
     simulations = [Simulation(s) for s in settings]
     for name in ("distance", "error", "joints", "rates", "follow"):
         assert len({tuple(line.column for line in time_plot_of(name, one).lines) for one in simulations}) == 1, name
-
-
-def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
-    path = tmp_path / "my_law.py"
-    path.write_text("def law(s):\n    return s.nominal", encoding="utf-8")
-    shown = ShownPanel("hold")
-    assert len(shown.show(0.5)[0].data[3]) and shown.says("d*")
-    with CustomLaw(path) as law:
-        shown.session.simulation.use(law)
-        shown.session.reset()
-        shown.show(0.5)
-    assert not len(shown.gui.plots[0].data[3]) and not shown.says("d*")
 
 
 def test_a_column_for_every_plot() -> None:

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 import pytest
 
-from app.features.custom_law.commands import NewLaw, new_law
+from app.__main__ import run_command as main
 from app.runtime.terminal import INTERRUPTED
 from tests.app.runtime.processes import PATIENCE, gone, until
 
@@ -155,7 +155,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
 @pytest.mark.parametrize("case", INTERRUPTIONS)
 def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_path: Path) -> None:
     command, moment = INTERRUPTIONS[case]
-    new_law(NewLaw(tmp_path / "law.py"))
+    assert main(["new-law", str(tmp_path / "law.py")]) == 0
     with (tmp_path / "law.py").open("a", encoding="utf-8") as law:
         law.write(MARK)
     with started([part.replace("{}", str(tmp_path)) for part in command], tmp_path) as (process, said):

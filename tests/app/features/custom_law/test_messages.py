@@ -1,0 +1,49 @@
+"""Messages about a custom law in other languages, also those that come from its process."""
+
+import pytest
+from msgspec import msgpack
+
+from app.features.custom_law.law_file import LawFile, Wrong
+from app.features.custom_law.law_limits import problem_of
+from app.features.custom_law.trials import verdict_on
+from app.features.custom_law.wire import Failure, TextParts, decode_reply, encode
+from app.i18n.catalogue import words_of
+from controllers.errors import LazyText
+from controllers.laws.unprotected import Unprotected
+
+
+def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
+    with pytest.raises(Wrong) as caught:
+        LawFile("/my_law.py", b"law = 3", 2**20)
+    assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
+    reply = decode_reply(encode(Failure(TextParts.of(caught.value.text), 3)))
+    assert isinstance(reply, Failure)
+    problem = problem_of("my_law.py", reply.text.text(), reply.line).text
+    assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
+    assert words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        b"not msgpack",
+        *map(msgpack.encode, (3, ["Failure", ["a"], 1], ["Failure", ["a", 3], 1])),
+        *(msgpack.encode(["Failure", [text, {"a": ["b", None]}], 1]) for text in ("{a", "{a.b}", "{a:99999999}")),
+        b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
+    ],
+)
+def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
+    with pytest.raises(ValueError):
+        reply = decode_reply(sent)
+        assert isinstance(reply, Failure)
+        reply.text.text()
+
+
+class Still(Unprotected):
+    problem = None
+    seconds = 0.0
+
+
+def test_verdicts_of_the_six_tests_are_said() -> None:
+    verdict = verdict_on(Still(), "bounded where J_d is singular")
+    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
