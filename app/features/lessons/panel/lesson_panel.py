@@ -149,7 +149,8 @@ class LessonPanel:
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
         hidden = hidden_beside(view)
         self._style.content = self._sheet() + panel_style(self._widen(self.edits and run.own_tests is not None), hidden)
-        self._fold(not asks_for_settings(view))
+        flashes = view.contrast is not None and bool(view.contrast.keys) and not self._narrow
+        self._fold(not (flashes or asks_for_settings(view)))
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
             law = frame.live.law_status

@@ -16,7 +16,7 @@ from app.start import App
 from scenes.history import COLUMN
 from scenes.settings import changed
 from tests.app.conftest import HAND, OpenHouse, ask, visitor_of
-from tests.app.features.lessons.helpers import lessons_of
+from tests.app.features.lessons.helpers import lessons_of, unfold_controls
 from tests.app.page.by_hand import visit
 from tests.app.recording.runs import piece
 from tests.browser import PageAt, screenshot, until, wait_frames, wait_ready, world_position
@@ -186,6 +186,8 @@ def report(page: Page, opened: App) -> None:
         page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()
     page.locator("textarea:visible").fill(written)
     until(page, lambda: lessons_of(visitor_of(opened)).walk.done.words == written, "it has arrived")
+    unfold_controls(page)
+    page.get_by_text("Keep and replay", exact=True).click()
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
     page.reload()

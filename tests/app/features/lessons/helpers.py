@@ -5,6 +5,8 @@ from functools import cache
 from pathlib import Path
 from typing import Protocol
 
+from playwright.sync_api import Page
+
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.lesson import Lesson, LessonBook
 from app.features.lessons.loading import load_lessons
@@ -18,6 +20,12 @@ from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import LazyText
+
+
+def unfold_controls(page: Page) -> None:
+    """Unfold the panel at the right, which folds while a lesson is open."""
+    page.locator("[data-dock-region=right] [data-dock-minimize-all][aria-expanded=false]").click()
+
 
 # "nobody" is what files of earlier versions say for "none".
 SMALL = """# A small lesson

@@ -3,8 +3,9 @@
 import pytest
 
 from app.features.lessons.bookmark import Phase
-from app.features.lessons.session.lesson_actions import Choose
+from app.features.lessons.session.lesson_actions import Choose, Press
 from tests.app.conftest import OpenHouse, ask
+from tests.app.features.lessons.helpers import unfold_controls
 from tests.browser import PageAt, screenshot, until
 from tests.tools.lesson_walker import enter, shown_step
 
@@ -46,8 +47,10 @@ def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(
     until(page, lambda: page.locator("#duet-contact .d.duet-lit").count() > 0, "d in the card")
     page.mouse.move(640, 300)
     ask(session, lambda _: run.act(Choose(0)))
-    until(page, lambda: {LAW[1], LAW[3], LAW[4]} <= set(seen()), "the law, now that the prediction is given")
+    ask(session, lambda _: run.act(Press("run")))
+    until(page, lambda: {LAW[1], LAW[3], LAW[4]} <= set(seen()), "the law, now that the prediction is given and it runs")
     page.locator("#duet-contact .curve").wait_for()
+    unfold_controls(page)
     pill.first.wait_for()
     ask(session, lambda _: setattr(run.walk, "phase", Phase.EXPLAIN))
     hits = page.locator(".duet-l-explain .hit[data-symbol=d]")

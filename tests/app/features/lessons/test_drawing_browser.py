@@ -77,7 +77,7 @@ def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house
     (session,) = live_sessions(opened).values()
     ask(session, lambda s: s.change("speed", 0.25))
     page.get_by_role("button", name="Run", exact=True).click()
-    page.locator(".duet-l-verdict figure").wait_for()
+    page.locator(".duet-l-said figure").wait_for()
     page.locator(".duet-draw").wait_for(state="detached")
     page.get_by_role("button", name="Skip the run").click()
     verdict = page.locator(".duet-l-verdict")

@@ -14,7 +14,7 @@ from app.features.custom_law.trials import TRIALS
 from app.features.lessons.bookmark import Phase
 from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, visitor_of
-from tests.app.features.lessons.helpers import lessons_of
+from tests.app.features.lessons.helpers import lessons_of, unfold_controls
 from tests.app.inline import Inline
 from tests.browser import PageAt, close_software_note, until
 
@@ -93,6 +93,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     page.keyboard.press("Escape")
     area.blur()
 
+    unfold_controls(page)
     page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
 
     # The six tests come one by one, in words, and pass the challenge.
