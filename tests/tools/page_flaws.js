@@ -13,7 +13,6 @@
         if (overflow === "auto" || overflow === "scroll") box.scrolls = true;
         for (const side of ["left", "top"]) box[side] = Math.max(box[side], edge[side]);
         for (const side of ["right", "bottom"]) box[side] = Math.min(box[side], edge[side]);
-        if (box.scrolls) return box;
       }
       if (style.position === "fixed") break;
     }

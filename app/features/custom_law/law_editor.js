@@ -99,7 +99,7 @@
     const words = state.words;
     [keep.textContent, take.textContent, run.textContent] = [words.keep, words.take, words.run];
     editor.querySelector(".do span").textContent = words.how;
-    area.setAttribute("aria-label", `${state.file}. ${words.how}`);
+    area.setAttribute("aria-label", `${state.title}. ${words.how}`);
     const answer = state.number === sent.number ? state.said : "";
     if (base === null) {
       area.rows = state.rows;

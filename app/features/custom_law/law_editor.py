@@ -92,6 +92,10 @@ class LawText:
         """True while it may be edited."""
         return True
 
+    def title(self) -> str:
+        """What a screen reader calls the editor."""
+        return self.name
+
     def place(self) -> Markup:
         """Heading over the editor, with the place of the script's."""
         raise NotImplementedError
@@ -236,6 +240,7 @@ class LawEditor(PagePanel):
         told = {
             "box": self._box,
             "file": self._text.name,
+            "title": self._text.title(),
             "rows": self._text.rows,
             "text": self._version.text,
             "sha": self._version.sha256,

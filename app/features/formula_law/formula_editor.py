@@ -51,6 +51,9 @@ class FormulaText(LawText):
     def offered(self) -> bool:
         return self._formula.possible
 
+    def title(self) -> str:
+        return tr("formula")
+
     def place(self) -> Markup:
         return macros("features/formula_law/formula.html").place(COMMANDS)
 

@@ -155,7 +155,7 @@ def test_nothing_is_queued_but_values() -> None:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("post", "put"):
                 posted += node.args
-    assert len(posted) > 30
+    assert len(posted) > 10
     assert not [ast.unparse(one) for one in posted if isinstance(one, ast.Lambda) or "partial(" in ast.unparse(one)]
 
 

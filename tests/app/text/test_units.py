@@ -3,7 +3,7 @@
 import pytest
 
 from app.text.lesson_text import inline_html, lesson_html
-from app.text.templates import element, macros, tr_html
+from app.text.templates import element, tr_html
 from app.text.units import unbroken
 
 NO_BREAK = "\u00a0"
@@ -25,8 +25,6 @@ def test_it_holds_in_all_that_makes_html() -> None:
     assert f"12{NO_BREAK}mm" in element("p", "12 mm")
     assert f"8.7{NO_BREAK}mm" in lesson_html("It rests 8.7 mm away.\n\n| d |\n|---|\n| 8.7 mm |")
     assert f"5{NO_BREAK}ms" in inline_html("dt = 5 ms")
-    lines = macros("features/lessons/panel/lesson.html").paragraphs(["Smallest d: 14 mm; with n = 1: 30 mm."])
-    assert f"14{NO_BREAK}mm" in lines and f"30{NO_BREAK}mm" in lines
 
 
 def test_code_and_formulas_stay_as_they_are() -> None:

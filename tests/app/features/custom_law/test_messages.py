@@ -10,6 +10,7 @@ from app.features.custom_law.wire import Failure, TextParts, decode_reply, encod
 from app.i18n.catalogue import words_of
 from controllers.errors import LazyText
 from controllers.laws.unprotected import Unprotected
+from tests.app.i18n.messages import on_the_page
 
 
 def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
@@ -47,3 +48,7 @@ class Still(Unprotected):
 def test_verdicts_of_the_six_tests_are_said() -> None:
     verdict = verdict_on(Still(), "bounded where J_d is singular")
     assert words_of("de")(verdict.reason) == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
+
+
+def test_errors_of_a_law_s_file_are_texts_of_the_page() -> None:
+    assert "law_file.py" in {path.name for path in on_the_page()}

@@ -12,10 +12,12 @@ from app.features.lessons.panel.lesson_visit import open_link, step_of
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.lessons.walkthrough import Walkthrough
 from app.features.person_files.bvh import read_bvh
+from app.i18n.catalogue import words_of
 from app.i18n.speaking import set_language, tr
 from app.recording.run_file import load_run
 from app.session.session import Session
 from app.settings import Settings, from_query
+from app.text.templates import macros
 from controllers.errors import LazyText
 from scenes.inputs_file import recorded_from
 from scenes.person.clips import Clip
@@ -24,6 +26,7 @@ from scenes.settings import RunSettings, changed
 from tests.app.features.lessons.helpers import our_book
 from tests.app.features.person_files.bvh_text import MIXAMO, write_bvh
 from tests.app.i18n.conftest import untranslated
+from tests.app.i18n.messages import messages
 from tests.app.i18n.test_messages import RUN, refusal
 
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
@@ -93,3 +96,14 @@ def test_links_are_answered_in_the_page_s_language() -> None:
     said = ("dm = '9' liegt außerhalb", "Es gibt keine Einstellung", "Es gibt keine Lektion 99", "Es gibt keine Lektion 🦆;")
     said += ("step = 2 hat nur zusammen", "step = 🦆 ist keine Zahl", "🦆.py läuft in einem eigenen")
     assert all(tr(problem).startswith(begin) for problem, begin in zip(problems, said, strict=True))
+
+
+def test_the_lessons_labels_are_texts_of_the_page() -> None:
+    assert "Predict first" in set(messages())
+    # In lessons another word stands on the button than elsewhere.
+    assert words_of("sl")("lesson\x04Run") == "Zaženi" and words_of("en")("lesson\x04Run") == "Run"
+
+
+def test_a_number_keeps_its_unit_in_the_boxes_of_a_lesson() -> None:
+    lines = macros("features/lessons/panel/lesson.html").paragraphs(["Smallest d: 14 mm; with n = 1: 30 mm."])
+    assert "14\u00a0mm" in lines and "30\u00a0mm" in lines
