@@ -2,26 +2,37 @@
 
 A figure for a person to read, not a test: it says what this machine does at this moment. In a small window, the hand's handle is
 pulled by single moves of the mouse while everything else stands still; each is timed from the pointer's event to the first drawn
-frame in which a link of the guided arm has turned. Beside it stands viser's own floor: the same on a plain viser server, on which
-a handle turns one frame and nothing is computed.
+frame in which a link of the guided arm has turned. Beside it stand two floors, measured in turns with it: a plain viser server on
+which a handle turns one frame, and one that draws the same room and arms and turns one of them; neither computes anything. Of Duet's
+own time, the server's part is given: from the handle's message to the end of the frame that answers it.
 """
 
 import multiprocessing
 import statistics
+import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
-from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import viser
 from playwright.sync_api import Browser, Page
 
 from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
+from app.session.actions import Action, Drag
+from app.session.session import Session
+from app.settings import PageSettings
+from app.stage.arms import ArmView
+from app.stage.stage import light_room
 from app.start import start_app
 from controllers.kinematics import Array
+from scenes.room_shells import furniture_glb
+from scenes.settings import RunSettings, changed
+from scenes.simulation import Simulation
 from tests.app.page.by_hand import visit
 from tests.browser import (
     WELCOMED,
@@ -37,12 +48,16 @@ from tests.browser import (
 )
 
 MOVES = 60
+TURNS = 3
+"""How often each is measured, one after the other."""
+
 HANDLE = 0.22
 GRIP = 0.9 * HANDLE
 """Length of the handle's arrows, and how far out on one it is taken [m]."""
 
 LINKS = ["/arms/right/base" + "".join(f"/j{j}" for j in range(1, i + 1)) for i in range(1, 8)]
 FLOOR = "/turned"
+ROOM, POINTER, SERVER = "the same room and arms on plain viser", "pointer to picture", "of it on the server"
 
 _WATCH = """links => {
   const pose = () => links.flatMap(name => __viserMutable.nodeRefFromName[name].quaternion.toArray());
@@ -93,39 +108,72 @@ def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object],
     return page.evaluate("latency.seen")
 
 
-def of_duet(browser: Browser) -> list[float]:
-    """Return the delays in Duet [ms]."""
+def of_duet(browser: Browser) -> dict[str, list[float]]:
+    """Return the delays in Duet, and the server's part of them [ms]."""
     house = start_app(ServeOptions(), features=FEATURES)
     try:
         page = browser.new_page(viewport={"width": 700, "height": 500})
         # The welcome would lie over the handle.
         page.add_init_script(WELCOMED)
         session = visit(page, house, "autopilot=0&gizmo=1")
+        served = watch_server(session)
         pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
-        delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.held is not None, LINKS)
+        delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.hand.held is not None, LINKS)
         page.close()
-        return delays
+        return {POINTER: delays, SERVER: served}
     finally:
         house.close()
 
 
-def of_viser(browser: Browser) -> list[float]:
-    """Return the delays of a plain viser server [ms]."""
-    with plain_viser() as (url, held):
+def watch_server(session: Session) -> list[float]:
+    """Return a list that grows by the time from each move of a handle to the end of the frame that answers it [ms]."""
+    times: list[float] = []
+    came: list[float] = []
+    post, advance = session.post, session.advance
+
+    def posted(action: Action) -> None:
+        if isinstance(action, Drag) and not came:
+            came.append(time.perf_counter())
+        post(action)
+
+    def advanced(elapsed: float) -> object:
+        answered = came.copy()
+        result = advance(elapsed)
+        if answered:
+            came.clear()
+            times.append(1e3 * (time.perf_counter() - answered[0]))
+        return result
+
+    vars(session).update(post=posted, advance=advanced)
+    return times
+
+
+def of_viser(browser: Browser) -> dict[str, list[float]]:
+    """Return the delays of a plain viser server that turns one frame [ms]."""
+    return {"viser's own floor": _of_plain(browser, arms=False, links=[FLOOR])}
+
+
+def of_room(browser: Browser) -> dict[str, list[float]]:
+    """Return the delays of a plain viser server with the room and arms of Duet [ms]."""
+    return {ROOM: _of_plain(browser, arms=True, links=LINKS)}
+
+
+def _of_plain(browser: Browser, arms: bool, links: list[str]) -> list[float]:
+    with plain_viser(arms) as (url, held):
         page = browser.new_page(viewport={"width": 700, "height": 500})
         page.goto(url)
-        wait_ready(page, FLOOR)
-        delays = measure(page, np.zeros(3), np.eye(3), held.is_set, [FLOOR])
+        wait_ready(page, links[-1])
+        delays = measure(page, np.zeros(3), np.eye(3), held.is_set, links)
         page.close()
         return delays
 
 
 @contextmanager
-def plain_viser() -> Iterator[tuple[str, Event]]:
+def plain_viser(arms: bool) -> Iterator[tuple[str, Event]]:
     """A plain viser server in a process of its own, as Duet adapts viser in this one; gives its address, and whether its handle is held."""
     context = multiprocessing.get_context("spawn")
     held, (ours, theirs) = context.Event(), context.Pipe()
-    process = context.Process(target=_serve_plain, args=(theirs, held), daemon=True)
+    process = context.Process(target=_serve_plain, args=(theirs, held, arms), daemon=True)
     process.start()
     try:
         yield f"http://127.0.0.1:{ours.recv()}", held
@@ -134,22 +182,46 @@ def plain_viser() -> Iterator[tuple[str, Event]]:
         process.join()
 
 
-def _serve_plain(parent: Connection, held: Event) -> None:
+def _serve_plain(parent: Connection, held: Event, arms: bool) -> None:
     server = viser.ViserServer("127.0.0.1", free_port(), verbose=False)
     server.initial_camera.position = (1.0, 0.8, 0.6)
     server.initial_camera.look_at = (0.0, 0.0, 0.0)
-    turned = server.scene.add_frame(FLOOR, axes_length=0.1, axes_radius=0.005)
+    turn = _add_room(server) if arms else _add_frame(server)
     handle = server.scene.add_transform_controls("/handle", scale=HANDLE, disable_rotations=True)
 
     @handle.on_update
     async def _(event: viser.TransformControlsEvent) -> None:
         held.set()
-        angle = float(np.sum(event.target.position))
-        turned.wxyz = (np.cos(angle), np.sin(angle), 0.0, 0.0)
+        turn(float(np.sum(event.target.position)))
         server.flush()
 
     parent.send(server.get_port())
     parent.poll(None)
+
+
+def _add_frame(server: viser.ViserServer) -> Callable[[float], None]:
+    turned = server.scene.add_frame(FLOOR, axes_length=0.1, axes_radius=0.005)
+
+    def turn(angle: float) -> None:
+        turned.wxyz = (np.cos(angle), np.sin(angle), 0.0, 0.0)
+
+    return turn
+
+
+def _add_room(server: viser.ViserServer) -> Callable[[float], None]:
+    """Draw the room and both arms as Duet does for a browser without a graphics card, and return what turns one arm."""
+    simulation = Simulation(RunSettings())
+    room, views = simulation.room, dict[str, ArmView]()
+    light_room(server.scene, changed(PageSettings(), "picture", "fast"))
+    # The handle stands at the origin, and the arms before it.
+    server.scene.add_glb("/room", furniture_glb(room.rig, coarse=True), position=(0.0, 0.0, -1.0))
+    for arm, base, made in zip(room.arms, room.rig.bases, room.robots, strict=True):
+        lower = pin.SE3(base.rotation, base.translation - np.array([0.0, 0.0, 1.0]))
+        palette = "orange" if arm is simulation.guided else "silver"
+        views[arm.name] = ArmView(server.scene, f"/arms/{arm.name}", lower, palette, False, made.key)
+        views[arm.name].show(simulation.positions[arm.joints])
+    start = simulation.positions[simulation.guided.joints].copy()
+    return lambda angle: views[simulation.guided.name].show(start + angle)
 
 
 def figure(delays: list[float]) -> str:
@@ -160,13 +232,20 @@ def figure(delays: list[float]) -> str:
 
 
 def main() -> None:
-    """Measure and print."""
-    measures: dict[str, Callable[[Any], list[float]]] = {"viser's own floor": of_viser, "pointer to picture": of_duet}
+    """Measure in turns, and print."""
+    delays: defaultdict[str, list[float]] = defaultdict(list)
     with started_playwright() as playwright:
         browser = launch(playwright)
-        for name, delays_of in measures.items():
-            print(f"{name}, {figure(delays_of(browser))}")
+        for measured in (of_viser, of_room, of_duet) * TURNS:
+            for name, some in measured(browser).items():
+                delays[name] += some
         browser.close()
+    for name, some in delays.items():
+        print(f"{name}, {figure(some)}")
+    ratios = [
+        part(delays[POINTER]) / part(delays[ROOM]) for part in (statistics.median, lambda some: float(np.percentile(some, 90)))
+    ]
+    print("pointer to picture beside the same on plain viser: median × {:.2f}, p90 × {:.2f}".format(*ratios))
 
 
 if __name__ == "__main__":
