@@ -193,7 +193,8 @@ class LessonPanel:
 def hidden_beside(view: StepView) -> str:
     """Selectors of what is not shown beside a step: its equation comes after the experience, and plots only where something runs."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if view.step.concept else "")
+    rests = view.step.concept or view.phase is Phase.PREDICT
+    return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if rests else "")
 
 
 def asks_for_settings(view: StepView) -> bool:
