@@ -62,7 +62,10 @@ def test_the_controls_stay_folded_where_the_lesson_has_them_itself() -> None:
 def test_nothing_is_plotted_where_nothing_runs() -> None:
     beliefs = Walkthrough(load_lessons(BELIEFS))
     assert beliefs.step.concept and PLOTS in hidden_beside(beliefs.view())
-    assert PLOTS not in hidden_beside(Walkthrough(BOOK).view())
+    walk = Walkthrough(BOOK)
+    assert walk.phase is Phase.PREDICT and PLOTS in hidden_beside(walk.view())
+    walk.phase = Phase.DO
+    assert PLOTS not in hidden_beside(walk.view())
 
 
 def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_run() -> None:
