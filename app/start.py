@@ -40,7 +40,7 @@ class App:
 
     Args:
         host: what the server shows.
-        preparation: of what is slow the first time; None for none.
+        preparation: of what is slow the first time; None if nothing is prepared.
 
     Attributes:
         server, url: the context's server, and the address of the page.

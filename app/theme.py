@@ -149,7 +149,7 @@ def blend(a: str, b: str, share: float) -> Rgb:
 
 
 def scale(profile: Profile) -> float:
-    """Return how much larger text and lines are drawn."""
+    """Scale of text and lines."""
     return 1.3 if profile == "projector" else 1.0
 
 

@@ -85,7 +85,7 @@ def fill_bounds(
 
 @loop("boolean(float64[:], float64[:], float64[:])")
 def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
-    """Return whether velocities (n,) are within their bounds."""
+    """True if velocities (n,) are within their bounds."""
     for i in range(len(velocities)):  # noqa: SIM110 (no generators in a loop)
         if not lower[i] <= velocities[i] <= upper[i]:
             return False
@@ -136,11 +136,11 @@ class VelocityBox:
         return share, joint
 
     def contains(self, velocities: Array) -> bool:
-        """Return whether velocities (n,) lie in the box."""
+        """True if velocities (n,) lie in the box."""
         return is_inside(velocities, self.lower, self.upper)
 
     def lost_speed(self, direction: Array) -> Array:
-        """Return how much of its top speed each joint has lost to a stop (n,) [rad/s], in the direction of the signs given (n,)."""
+        """Share of its top speed that each joint has lost to a stop (n,) [rad/s], in the direction of the signs given (n,)."""
         return np.where(direction > 0.0, self._top_speed - self.upper, self._top_speed + self.lower)
 
 

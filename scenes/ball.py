@@ -52,7 +52,7 @@ SWING: Final = 0.25
 
 
 def path(time: float, home: Array) -> tuple[Array, Array]:
-    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s]: a quintic from A, its home (3,), to B, a rest, and back."""
+    """Desired place (3,) [m] and velocity (3,) [m/s] of the hand: a quintic from A, its home (3,), to B, a rest, and back."""
     period = TRAVEL + REST
     leg, t = divmod(max(time - REST, 0.0), period)
     share, rate = quintic(min(t / TRAVEL, 1.0))
@@ -87,7 +87,7 @@ def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Ro
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
-    """Return where the ball lies at first (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
+    """Start of the ball (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
     data = model.createData()
     aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
     q = np.concatenate([start, np.zeros(3)])
@@ -127,7 +127,7 @@ class BallInTheWay(Scenario):
 
 
 def ball_swing(middle: Array, seed: int) -> Scripted:
-    """Return who carries the ball across the path and back, at a pace that the seed chooses.
+    """Scripted target that carries the ball across the path and back; `seed` sets the period.
 
     Args:
         middle: of its way (3,) [m].

@@ -56,7 +56,7 @@ class Sensing:
         self._held = np.empty(0)
 
     def proximity(self, settings: RunSettings, actual: Proximity, time: float, step: int) -> Proximity:
-        """Return what the law acts on, and distance, pair and row of the closest pair as they are.
+        """Input of the law, and distance, pair and row of the closest pair as they really are.
 
         Between two frames d and J_d, of every pair, stay those of the frame. The same step may be looked at several times.
 

@@ -69,7 +69,7 @@ class Sample(ArmSample):
 
 
 _FIRST_ROWS: Final = 256
-"""Room for so many steps to begin with; most runs are short, and a visitor's whole memory would be 8 MB."""
+"""Initial capacity [steps]; most runs are short, and a visitor's whole memory would be 8 MB."""
 
 
 class History:

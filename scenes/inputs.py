@@ -18,19 +18,19 @@ from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
 
 KEEP: Final = 600.0
-"""Simulated time that a log keeps [s] …"""
+"""Simulated time that a log keeps [s]."""
 
 MOST_BYTES: Final = 16_000_000
-"""… unless it grows larger than this."""
+"""Largest size of a log; above it, less time is kept."""
 
 CHAPTER: Final = 1.0
 """Simulated time from one snapshot to the next [s]."""
 
 _STRETCH_BYTES: Final = 1_000
-"""Memory of a stretch besides its numbers [B], and …"""
+"""Memory of a stretch besides its numbers [B]."""
 
 _CHAPTER_BYTES: Final = 3_000
-"""… of a snapshot."""
+"""Memory of a snapshot [B]."""
 
 _OPEN_BYTES: Final = 120
 """Memory of a target that is not packed yet [B]."""
@@ -107,7 +107,11 @@ class Recorded:
         return _CHAPTER_BYTES + sum(stretch.nbytes for stretch in self.stretches)
 
     def targets(self, simulation: Simulation | None = None) -> Iterator[Target | None]:
-        """Yield the target of every step. `simulation`: takes on the settings of each step before its target is given; None for none."""
+        """Yield the target of every step.
+
+        Args:
+            simulation: takes on the settings of each step before its target is given; None to yield targets alone.
+        """
         for stretch in self.stretches:
             if simulation is not None:
                 simulation.apply(stretch.settings)
@@ -173,11 +177,11 @@ class InputsLog:
         self._expected = self._turn = -1
         """Steps made before the next note, and before the next chapter."""
         self._snapshot: Snapshot | None = None
-        """Beginning of the newest chapter, which is still open, …"""
+        """Beginning of the newest chapter, which is still open."""
         self._wanted: list[_Wanted] = []
-        """… what was wanted in it, and …"""
+        """Targets of the newest chapter."""
         self._answers: list[bytes] = []
-        """… what the law of a file answered, step by step."""
+        """Answers of a file's law in the newest chapter, step by step."""
 
     @property
     def nbytes(self) -> int:
@@ -212,7 +216,7 @@ class InputsLog:
             self._answers.append(np.hstack(simulation.answers).tobytes())
 
     def _leads_to(self, simulation: Simulation) -> bool:
-        """Return whether what is noted ends where a simulation is now."""
+        """True if what is noted ends where a simulation is now."""
         same_run = simulation.roles is self._roles and law_of_file(simulation) is self._law
         return same_run and simulation.steps == self._expected
 

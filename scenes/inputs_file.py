@@ -93,7 +93,7 @@ def read_recorded(path: Path) -> Recorded:
 
 
 def read_person(path: Path, settings: RunSettings) -> TargetSource:
-    """Return who moves what can be moved as a file says: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
+    """Sources of the inputs that a file names: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
 
     Args:
         settings: of the run that is to be made with it.
@@ -125,7 +125,7 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
 
 
 def _joint_counts(settings: RunSettings) -> list[int]:
-    """Return how many joints each arm has, the guided one first."""
+    """Number of joints of each arm, the guided one first."""
     arms = room_of(settings).arms
     return [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)]
 
@@ -342,7 +342,7 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
 
 
 def _is_robot(robot: tuple[Array, ...], nv: int) -> bool:
-    """Return whether these can be the commands on their way, the last frame and q̇, see `scenes.hardware`."""
+    """True if these can be the commands on their way, the last frame and q̇, see `scenes.hardware`."""
     times, commands, held, frame, end = robot
     typed = times.dtype == commands.dtype == held.dtype == end.dtype == np.float64 and frame.dtype == np.int64
     shaped = times.ndim == 1 and commands.shape == (len(times), nv) and frame.shape == ()

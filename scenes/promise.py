@@ -95,7 +95,7 @@ def broken_by(settings: RunSettings, table: Array) -> float:
 
 
 def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
-    """Return how far a distance fell from d_m or above to below it in one stretch of steps that are all `kept` (rows,) [m].
+    """Largest fall of a distance from d_m, or from above to below it, in one stretch of steps that are all `kept` (rows,) [m].
 
     Args:
         margins: the distance − d_m in every step (rows,) [m].

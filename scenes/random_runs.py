@@ -155,7 +155,7 @@ def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, .
 
 
 def explained(excesses: tuple[float, ...]) -> bool:
-    """Return whether a time step explains excesses [m] at dt, dt/2, dt/4, …: from the worst on they vanish in proportion to dt.
+    """True if a time step explains excesses [m] at dt, dt/2, dt/4, …: from the worst on they vanish in proportion to dt.
 
     The worst need not be the first: a smooth minimum with weights that change within a step (β times the speeds along the pairs times dt of
     order 1) chatters like the closest pair does, differently at every dt.

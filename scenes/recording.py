@@ -43,7 +43,7 @@ class Recording:
         self._rotations = None if quaternions is None else [pin.Quaternion(w, x, y, z) for w, x, y, z in quaternions]
 
     def target(self, time: float) -> HandTarget:
-        """Return where the hand should be at a time [s]."""
+        """Desired place of the hand at a time [s]."""
         i, j, part = between(self.times, time)
         position = self.positions[i] + (self.positions[j] - self.positions[i]) * part
         if self._rotations is None:

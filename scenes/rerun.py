@@ -131,7 +131,7 @@ def rerun(recorded: Recorded, overrides: Mapping[str, object] | None = None, sub
 
 
 def newest_steps(recorded: Recorded, seconds: float) -> int:
-    """Return how many steps the last so many seconds of a piece are, at least one."""
+    """Number of steps in the last `seconds` of a piece, at least one."""
     kept, left = 0, seconds
     for settings, targets, _ in reversed(recorded.stretches):
         steps = min(targets.steps, int(left / settings.dt + 1e-6)) if math.isfinite(left) else targets.steps
@@ -142,7 +142,7 @@ def newest_steps(recorded: Recorded, seconds: float) -> int:
 
 
 def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
-    """Return the last so many seconds of a piece, to the step, as a piece of its own; for its first state, what is before it is made.
+    """The last `seconds` of a piece, to the step, as a piece of its own; for its first state, what is before it is made.
 
     Raises:
         Stopped: see `rerun`.
@@ -162,7 +162,7 @@ def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
 
 
 def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary) -> WhatIf:
-    """Return how a recorded piece of a run would have gone.
+    """Run a recorded piece again under other settings.
 
     Args:
         recorded, overrides: as in `rerun`.

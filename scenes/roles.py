@@ -56,7 +56,7 @@ class Scripted:
     motion: Callable[[float], Target | None]
 
     def target(self, time: float) -> Target | None:
-        """Return what is wanted at a time [s]."""
+        """Target at a time [s]."""
         return self.motion(time)
 
 
@@ -65,7 +65,7 @@ NO_TARGETS: Final = Scripted(lambda _: None)
 
 
 def paced(source: TargetSource, factor: float) -> Scripted:
-    """Return a person who does the same as another one, but faster. `factor`: so many times."""
+    """Person who does the same as another one, but `factor` times as fast."""
     return Scripted(lambda time: source.target(factor * time))
 
 

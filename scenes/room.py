@@ -75,7 +75,7 @@ class Room:
         return largest_bend(arm_reach(made), made.model.nv)
 
     def task(self, settings: RunSettings) -> HandTask:
-        """Return what a hand keeps: without six joints its place alone, whatever the settings ask for."""
+        """Task of a hand: without six joints its place alone, whatever the settings ask for."""
         return settings.task if self._hands_turn else "position"
 
     @cached_property

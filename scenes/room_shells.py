@@ -165,7 +165,7 @@ def _key(*more: object) -> str:
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:
-    """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
+    """Furniture of a rig as GLB; coarse for a browser without a graphics card."""
     if rig.name == "torso":
         return torso_glb(coarse)
     if rig.name == "table":

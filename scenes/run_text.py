@@ -23,10 +23,10 @@ LONGEST: Final = 60.0
 """Of a run in a text [s]."""
 
 GRID: Final = 2.0**-13
-"""Places that are meant for a text are multiples of this, 0.12 mm [m]: most of the bits of their numbers are 0 …"""
+"""Places that are meant for a text are multiples of this, 0.12 mm [m]: most of the bits of their numbers are 0."""
 
 MOST_BYTES: Final = 200_000
-"""… and a text unpacks to no more than this."""
+"""Largest size of an unpacked text."""
 
 _HEAD: Final = struct.Struct("<BHH")
 _VERSION: Final = 1
@@ -111,12 +111,12 @@ def _unpacked(data: bytes) -> Recorded:
 
 
 def _places(codes: np.ndarray) -> list[np.ndarray]:
-    """Return where the targets of each kind that has numbers are."""
+    """Places of the targets of each kind that has numbers."""
     return [np.flatnonzero(codes == code) for code in np.unique(codes).tolist() if WIDTH[code]]
 
 
 def _numbers(targets: PackedTargets, places: np.ndarray) -> np.ndarray:
-    """Return where the numbers of targets of one kind are (k, width)."""
+    """Places of the numbers of one kind of targets (k, width)."""
     return targets.offsets[places][:, None] + np.arange(int(WIDTH[targets.codes[places[0]]]))
 
 

@@ -101,7 +101,7 @@ class Spec:
         return tuple(self.options())
 
     def title(self, say: Callable[[str], str] = str) -> str:
-        """Return what stands before its control, words first: "critical distance d_m [mm]". `say`: translates words and label."""
+        """Label in front of the control, words first: "critical distance d_m [mm]". `say`: translates words and label."""
         unit = f"[{self.page_unit}]" if self.page_unit else ""
         return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
 
@@ -242,7 +242,7 @@ def with_added(spec: Spec) -> Spec:
 
 
 def start_remedy(value: str) -> LazyText | None:
-    """Return how to start Duet so that a value is possible that another start had; None if it never is."""
+    """How Duet must be started so that a value of another start is possible here; None if it never is."""
     for make in makes(value):
         if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
             return LazyText(

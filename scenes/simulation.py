@@ -89,7 +89,7 @@ class Simulation:
         self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
         self.avoiding: Arm = self.roles.avoiding
-        """The arm with the task that is shown: the one that keeps its place and keeps clear, the slave, …"""
+        """The arm with the task that is shown: the one that keeps its place and keeps clear, or the slave."""
         self._followers = [task for task in self.roles.tasks if task.desired is not None]
         self._desired[:] = np.nan
         self._form()

@@ -33,7 +33,7 @@ ALONE_NAME: Final = "arm"
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
-    """Return where the hand should be (3,) [m] and its velocity (3,) [m/s] on an upright circle that begins at home (3,)."""
+    """Desired place (3,) [m] and velocity (3,) [m/s] of the hand on an upright circle that begins at home (3,)."""
     phase, rate = 2.0 * np.pi * time / LAP, 2.0 * np.pi / LAP
     s, c = np.sin(phase), np.cos(phase)
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
@@ -75,7 +75,7 @@ class Solo(Scenario):
 
 
 def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
-    """Return what asks for the elbow turned by an angle [rad] about the line from shoulder to wrist, while the hand stays where it is.
+    """Target that turns the elbow by an angle [rad] about the line from shoulder to wrist, while the hand stays where it is.
 
     Args:
         kinematics: of the posture from which the angle counts.
@@ -88,7 +88,7 @@ def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
 
 
 def elbow_sway(world: World, seed: int) -> Scripted:
-    """Return who swings the elbow to and fro, while the hand stays.
+    """Scripted target that swings the elbow to and fro, while the hand stays.
 
     Args:
         world: a room with one arm, as it stands now.
@@ -110,7 +110,7 @@ PUT_BACK: Final = 1e-3
 
 
 def has_null_motions(arm: Arm) -> bool:
-    """Return whether an arm has four of them: the elbow's, and one for each axis about which the hand turns."""
+    """True if an arm has four of them: the elbow's, and one for each axis about which the hand turns."""
     return arm.joints.stop - arm.joints.start == MOTIONS + 3
 
 

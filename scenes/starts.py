@@ -42,7 +42,7 @@ def read_start(path: Path, room: Room) -> Array:
     names = [column.format("q") for column in room.columns]
     lines = [_without_empty_end(row.cells) for row in table.rows]
     if table.separator == "," and len(lines) == len(names) > 1 and all(len(line) <= 2 for line in lines):
-        # One column in which the comma is the decimal sign: nothing else has so many lines.
+        # One column in which the comma is the decimal sign: nothing else has this number of lines.
         lines = [[",".join(line)] for line in lines]
     if lines and set(lines[0]) & set(names):
         lines = [_named(path, names, lines)]

@@ -184,7 +184,7 @@ def skin(
         columns: rays of a ring, an even number.
         reach: length of the rays [m].
         first: angle of the first column, on a plane of symmetry of the form: the crowding is made symmetric about it [rad].
-        dome: close the last ring, a horizontal one, with so many strips: its first half (from `first` = the +y axis) turned about
+        dome: close the last ring, a horizontal one, with this number of strips: its first half (from `first` = the +y axis) turned about
             the y axis until it lies on its second half. An edge about the y axis then runs on along one column, without a pole.
     """
     angle = _crowded(form, spine, lift, columns, reach, first)

@@ -103,7 +103,7 @@ def _rehearse(grid: Grid) -> None:
 
 
 def is_scale(axis: Axis) -> bool:
-    """Return whether the axis is a scale, rather than a few choices."""
+    """True if the axis is a scale, rather than a few choices."""
     return not isinstance(axis.values[0], (str, bool))
 
 

@@ -116,7 +116,7 @@ class Waypoints:
         self._moves, self._points = moves, points
 
     def target(self, time: float) -> Target:
-        """Return what is wanted at a time [s]."""
+        """Target at a time [s]."""
         i, j, share = between(self._times, time)
         point = self._points[i] + (self._points[j] - self._points[i]) * share
         if self._moves == "person":

@@ -90,7 +90,7 @@ class Autopilot:
         self._end = 0.0
 
     def target(self, time: float) -> HandTarget:
-        """Return where the hand should be at a time ≥ 0 [s]. Times may be asked for in any order."""
+        """Desired place of the hand at a time ≥ 0 [s]. Times may be asked for in any order."""
         while self._end <= time:
             self._plan_move()
         move = self._moves[-1]

@@ -61,7 +61,7 @@ class BlockingClient:
     """An `OperatingClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
     Args:
-        origin: what to send as Origin; None for none, as programs do.
+        origin: what to send as Origin; None to send no Origin, as programs do.
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.

@@ -377,7 +377,7 @@ def _settled(page: Page, look: Callable[[], Any], frames: int, what: str) -> np.
 
 
 def settled_view(page: Page, frames: int = 20) -> np.ndarray:
-    """The camera, once it has been put right for the page's layout and has stayed where it is, for so many drawn frames, too."""
+    """The camera, once it has been put right for the page's layout and has stayed where it is, for `frames` drawn frames, too."""
     return _settled(page, lambda: page.evaluate(CAMERA), frames, "a view that stays")
 
 

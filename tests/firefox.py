@@ -87,7 +87,7 @@ class Firefox:
         self._tab = self._send("browsingContext.getTree", root=self._tab)["contexts"][0]["children"][0]["context"]
 
     def value(self, script: str) -> Any:
-        """Return what an expression gives, a number, a text or true or false."""
+        """Value of an expression, a number, a text or true or false."""
         answer = self._send("script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True)
         if answer["type"] == "exception":
             raise RuntimeError(answer["exceptionDetails"]["text"])

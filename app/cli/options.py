@@ -145,7 +145,7 @@ def _say_guesses(robot: str) -> None:
 
 
 def _is_file(text: str) -> bool:
-    """Return whether an option names a file, not a robot."""
+    """True if an option names a file, not a robot."""
     return reads_robots() and ("/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml")))
 
 

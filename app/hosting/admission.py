@@ -59,7 +59,7 @@ class Admission:
         self._waiting.append(client)
 
     def send_on(self, count: int, may_go: Callable[[viser.ClientHandle], bool]) -> list[viser.ClientHandle]:
-        """Drop as many clients as wait and may go elsewhere, at most so many, those first that came last; return them."""
+        """Drop waiting clients that may go elsewhere, at most `count`, the newest first; return them."""
         found = [client for client in reversed(self._waiting) if may_go(client)][: max(count, 0)]
         for client in found:
             self._waiting.remove(client)

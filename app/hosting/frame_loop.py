@@ -54,8 +54,8 @@ class FrameLoop:
         return self._clock() - self._began < STUCK
 
     def hangs(self) -> bool:
-        """Return whether a frame comes to no end, however slow the machine is: it neither works nor waits for a processor, or works too
-        long. To be asked every few seconds."""
+        """True if the current frame is stuck, not merely slow: it neither works nor waits for a processor, or works too long. Ask
+        every few seconds."""
         worked, seen = _processor_time(self._thread), self._seen
         self._seen = worked
         if self.is_at_work():
@@ -93,7 +93,7 @@ class FrameLoop:
 
 
 def _processor_time(thread: threading.Thread) -> float:
-    """Return how long a thread has had a processor, or the whole process where the system does not tell [s]."""
+    """Processor time of a thread, or of the whole process where the system does not tell [s]."""
     if thread.ident is None or not hasattr(time, "pthread_getcpuclockid"):
         return time.process_time()
     return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
@@ -118,7 +118,7 @@ class Attention:
         self._state: object = None
 
     def due(self, now: float, hidden: bool, paused: bool, stirred: bool) -> bool:
-        """Return whether a page has a frame in this round.
+        """True if a page gets a frame in this round.
 
         Args:
             hidden: whether its tab is out of sight.
@@ -140,5 +140,5 @@ class Attention:
             self._lively_until, self._state = now + LIVELY, state
 
     def rests(self, now: float) -> bool:
-        """Return whether nothing has happened for a while."""
+        """True if nothing has happened for a while."""
         return now >= self._lively_until

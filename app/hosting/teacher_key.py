@@ -56,7 +56,7 @@ class Guesses:
         self._wrong: dict[str, Allowance] = {}
 
     def delay(self, address: str, query: Mapping[str, str]) -> float:
-        """Return how long a request waits for its answer [s]."""
+        """Time that a request waits for its answer [s]."""
         if not is_mistaken(self._key, query):
             return 0.0
         answers = self._wrong.get(address) or Allowance(1.0 / PERIOD, 0.0)
@@ -65,10 +65,10 @@ class Guesses:
 
 
 def is_teacher(key: str | None, query: Mapping[str, str]) -> bool:
-    """Return whether a link carries the key; none does where there is no key."""
+    """True if a link carries the key; none does where there is no key."""
     return key is not None and secrets.compare_digest(query.get("key", "").encode(), key.encode())
 
 
 def is_mistaken(key: str | None, query: Mapping[str, str]) -> bool:
-    """Return whether a link carries a wrong key."""
+    """True if a link carries a wrong key."""
     return key is not None and bool(query.get("key")) and not is_teacher(key, query)

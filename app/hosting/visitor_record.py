@@ -29,7 +29,7 @@ def tab_id(query: Mapping[str, str]) -> str | None:
 
 
 def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """Return whether two queries come from the same tab with the same link."""
+    """True if two queries come from the same tab with the same link."""
     return tab_id(query) is not None and tab_id(query) == tab_id(other) and link_of(query) == link_of(other)
 
 

@@ -109,5 +109,5 @@ def places(step: float, loops: int = 1) -> int:
 
 
 def affordable(session: float) -> int:
-    """Return how many sessions fit into one frame loop, at least one. `session`: what each takes of a round [s]."""
+    """Number of sessions that fit into one frame loop, at least one. `session`: share of a round that each takes [s]."""
     return max(int(SLOWEST / max(session, 1e-9)), 1)

@@ -10,15 +10,15 @@ from app.i18n.speaking import N_
 from app.settings import TRANSLATIONS
 
 LOST: Final = N_("Connection lost – trying again…")
-"""Shown by `connection.js` when the server is gone, …"""
+"""Shown by `connection.js` when the server is gone."""
 SILENT: Final = N_("The server does not answer – waiting…")
-"""… when it is silent, …"""
+"""Shown when the server is silent."""
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
-"""… when it refuses the page's address, …"""
+"""Shown when the server refuses the page's address."""
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
-"""… when one tab was duplicated too often, …"""
+"""Shown when one tab was duplicated too often."""
 OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to go on in this one.")
-"""… and when a student has opened another tab."""
+"""Shown when a student has opened another tab."""
 
 NO_PICTURE: Final = N_("No picture: WebGL is switched off in this browser")
 WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow.")

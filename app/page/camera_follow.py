@@ -24,13 +24,13 @@ LOOK_EVERY: Final = 0.2
 """Time between two looks where the hands are, and whether everything is in the free part [s of wall time]."""
 
 RECENT: Final = 25
-"""So many of the places where the hands were count for the view."""
+"""Number of the newest places of the hands that count for the view."""
 
 NEAR_EDGE: Final = 0.04
-"""Share of the free part, at its edge, at which the camera begins to follow …"""
+"""Share of the free part, at its edge, at which the camera begins to follow."""
 
 ROOM: Final = 0.12
-"""… and that it then leaves free, so that it need not follow soon again."""
+"""Share of the free part that is free at its edge after the camera has followed, so that it need not follow soon again."""
 
 SETTLING: Final = 6.0
 """How long a newcomer's camera is corrected at once when the picture changes its shape [s of wall time]."""
@@ -126,9 +126,9 @@ class CameraFollow:
             self._glide = now, self._pose, self._fitted(simulation)
 
     def _moved_by_visitor(self) -> bool:
-        """Return whether the browser says a camera that it was never sent.
+        """True if the browser reports a camera that it was never sent.
 
-        It says places in the order in which they were sent, however late. Place and aim are compared one by one: it may say the place of
+        It reports places in the order in which they were sent, however late. Place and aim are compared one by one: it may say the place of
         before with the aim of now.
         """
         said = np.asarray(self._camera.position), np.asarray(self._camera.look_at)

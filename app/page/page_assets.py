@@ -25,7 +25,7 @@ from scenes.laws import LAWS
 
 
 def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
-    """Return what every page runs before viser's client.
+    """Scripts that every page runs before viser's client.
 
     Args:
         page: theme and language, where the link asks for none.
@@ -57,7 +57,7 @@ def _files(names: str, kind: str) -> tuple[Path, ...]:
 
 
 def loading_html() -> str:
-    """Return what the page's body begins with: our name, and one line until viser's client is there."""
+    """First part of the page's body: our name, and one line until viser's client is there."""
     return (STATIC / "loading.html").read_text(encoding="utf-8").replace("__MARK__", MARK)
 
 

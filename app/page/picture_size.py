@@ -62,14 +62,13 @@ class PictureReport:
             self._size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """Return whether the picture has another size since the last call, or a card now; one that has more to say moves nothing by
-        itself."""
+        """True if the picture's size changed or the card appeared since the last call; a card that only grows does not count."""
         before, size = self._taken, self._size
         self._taken = self._client.camera.aspect if size is None else (*size[:4], size.card_bottom > 0.0)
         return before != self._taken
 
     def free(self) -> "FreePicture":
-        """Return what is free of the picture, by the page's usual layout until the page has said its size."""
+        """Free part of the picture, by the page's usual layout until the page has sent its size."""
         (profile, bare), size = self._page(), self._size
         if size is not None:
             return free_picture((size.window, size.height), size.width, profile, bare, size.covered, size[4:])
@@ -91,10 +90,10 @@ def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
 
 
 CARD: Final = (330.0, 190.0)
-"""Width and height of the card over the picture's top left corner [CSS px], times the profile's scale …"""
+"""Width and height of the card over the picture's top left corner [CSS px], times the profile's scale."""
 
 PHONE_CARD: Final = 120.0
-"""… and its height on a phone, where it is as wide as the picture [CSS px]."""
+"""Height of the card on a phone, where it is as wide as the picture [CSS px]."""
 
 CARD_MARGIN: Final = 14.0
 """Around the card [CSS px]."""
@@ -153,7 +152,7 @@ class FreePicture(NamedTuple):
     free: tuple[Rectangle, ...]
 
     def contains(self, x: float, y: float, share: float = 0.0) -> bool:
-        """Return whether a point is free. `share`: of the margin, see `Rectangle.inset`."""
+        """True if a point is free. `share`: of the margin, see `Rectangle.inset`."""
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
@@ -165,7 +164,7 @@ def free_picture(
     plots_cover: float | None = None,
     card: tuple[float, float] | None = None,
 ) -> FreePicture:
-    """Return what is free of a picture.
+    """Free part of a picture.
 
     Args:
         window: width and height of the window below the title bar [CSS px].

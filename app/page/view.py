@@ -215,5 +215,5 @@ class View:
 
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
-    """Return what a view of the stage depends on."""
+    """Values on which the drawn stage depends."""
     return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)

@@ -27,7 +27,7 @@ _EXTREMES: Final = slice(LOW, HIGH + 1)
 _SIGNS: Final = np.array([[1.0], [-1.0]])
 
 STEEP: Final = 3.0
-"""A step is one, and no motion, if it is more than so many times what the signal does in a step on average."""
+"""A difference is a jump, not a motion, if it is larger than this many average differences."""
 
 _SPANS: Final = (1, 2, 4)
 """Half of how many bins a straight piece may lie over, in the order in which it grows."""
@@ -103,7 +103,7 @@ class Bins:
         return self._ends[numbers % POINTS]
 
     def at(self, numbers: np.ndarray, columns: list[int], leader: Array | None = None) -> Array:
-        """Return what is kept of some signals in bins (what is kept, signals, bins); nan where there is nothing.
+        """Statistics of some signals in bins (statistics, signals, bins); nan where a bin is empty.
 
         Args:
             leader: what stands before the first bin, of the same shape; None for nan.

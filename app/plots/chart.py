@@ -35,11 +35,11 @@ class ChartAxes:
     y_ticks: tuple[tuple[float, str], ...]
 
     def across(self, value: float) -> float:
-        """Return where an x is, as a share of the width."""
+        """Place of an x, as a share of the width."""
         return (value - self.x[0]) / (self.x[1] - self.x[0])
 
     def down(self, value: float) -> float:
-        """Return where a y is, as a share of the height, from the top."""
+        """Place of a y, as a share of the height, from the top."""
         return (self.y[1] - value) / (self.y[1] - self.y[0])
 
 

@@ -55,7 +55,7 @@ class CurveAxis:
         return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
 
     def fraction(self, value: float) -> float:
-        """Return where a value lies: 0 at the lower end, 1 at the upper one."""
+        """Place of a value: 0 at the lower end, 1 at the upper one."""
         return (value - self.low) / (self.high - self.low)
 
     def value(self, fraction: float) -> float:

@@ -18,10 +18,10 @@ SHOWN = 2
 """Whole laps that are drawn, the newest."""
 
 COARSE = 80
-"""Steps of a lap that are drawn; around the ends of the laps …"""
+"""Number of steps that are drawn of a lap."""
 
 NEAR = 0.15
-"""… all of them within this time [s]."""
+"""Time around the end of a lap in which all steps are drawn [s]."""
 
 BESIDE = 30
 """By so much a chart is higher than its axis is wide [CSS px]."""

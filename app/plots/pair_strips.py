@@ -44,7 +44,7 @@ def pair_name(simulation: Simulation, pair: int) -> str:
 
 
 def arm_colour(arm: str, yours: str) -> str:
-    """Return what colour an arm has on the stage, in the current language. `yours`: name of the arm that the visitor moves."""
+    """Name of an arm's colour, in the current language. `yours`: name of the arm that the visitor moves."""
     return tr("orange") if arm == yours else tr("silver")
 
 

@@ -92,7 +92,7 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
 
 
 def makes_room(shown: tuple[str, ...]) -> bool:
-    """Return whether the squared error is left out on a narrow screen."""
+    """True if the squared error is left out on a narrow screen."""
     return "error" in shown and (len(shown) > 3 or any(is_chart(name) for name in shown))
 
 

@@ -115,7 +115,7 @@ def _trend(rate: float) -> str:
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:
-    """Return a number with so many digits and the language's decimal sign, without the minus of a rounded zero, and with a true minus."""
+    """Text of a number with `digits` digits and the language's decimal sign, without the minus of a rounded zero, and with a true minus."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞" if value > 0.0 else "−∞"
     text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
@@ -157,7 +157,7 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
 
 
 def keeps_its_task_clear(simulation: Simulation) -> bool:
-    """Return whether the first arm that keeps clear is the one with the task that is shown."""
+    """True if the first arm that keeps clear is the one with the task that is shown."""
     return simulation.roles.avoiders(simulation.settings.avoid)[0] is simulation.roles.task
 
 
@@ -175,7 +175,7 @@ def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | N
 
 
 def error_rate(simulation: Simulation) -> float:
-    """Return how fast |e| has changed lately [m/s or rad/s]; nan before the second step."""
+    """Recent rate of |e| [m/s or rad/s]; nan before the second step."""
     table = simulation.history.table(round(SPAN / simulation.settings.dt) + 1)
     if len(table) < 2:
         return float("nan")

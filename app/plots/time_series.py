@@ -197,7 +197,7 @@ class RollingSeries:
         self.bins.take(table[:, COLUMN["t"]], self._signals(simulation, table))
 
     def _signals(self, simulation: Simulation, table: Array) -> Array:
-        """Return all columns (rows, columns) of so many steps."""
+        """All columns (rows, columns) of a table of samples."""
         found, c = signals(simulation, simulation.settings, table), COLUMNS
         pairs = found[:, c["pair"]]
         before = np.concatenate([[self._last_pair if self._last_pair >= 0.0 else pairs[0]], pairs[:-1]])

@@ -123,7 +123,7 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
 
 
 def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
-    """Return how a run made again, (steps ≥ 1, columns), differs from what came out then."""
+    """Differences of a repeated run, (steps ≥ 1, columns), from the recorded one."""
     table = _plain(table)
     steps = len(table)
     if columns == outcome.columns and steps == outcome.steps and hashlib.sha256(table.tobytes()).hexdigest() == outcome.digest:

@@ -32,7 +32,7 @@ _code = INTERRUPTED
 
 
 def terminated() -> bool:
-    """Return whether SIGTERM ends this process: then it may be started again and go on."""
+    """True if SIGTERM ends this process: then it may be started again and go on."""
     return _code == TERMINATED
 
 

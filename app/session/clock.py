@@ -44,7 +44,7 @@ class Pace:
 
 
 def budget_of(sessions: int, drawing: float = 0.0) -> float:
-    """Return the wall time that each of so many sessions may use for its steps in one frame [s].
+    """Wall time that each of `sessions` sessions may use for its steps in one frame [s].
 
     Args:
         drawing: wall time of everything else in a frame of them all [s].
@@ -75,7 +75,7 @@ class Clock:
         self._debt = 0.0
 
     def due(self, elapsed: float, dt: float, speed: float) -> int:
-        """Return how many steps of `dt` [s] are to be made when `elapsed` [s] of wall time have gone by."""
+        """Number of steps of `dt` [s] to make after `elapsed` [s] of wall time."""
         self._debt += min(elapsed, LONGEST_GAP) * speed
         return int(self._debt / dt + 1e-9)
 
@@ -90,7 +90,7 @@ class Clock:
             self._slowed = self._slowness > (OVER if self._slowed else SLOW)
 
     def pace(self, paused: bool) -> Pace:
-        """Return how the clock runs."""
+        """State of the clock."""
         return Pace(paused, 0.0 if paused else self._rate, self._slowed and not paused)
 
 

@@ -68,7 +68,7 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
 P = TypeVar("P", bound=SessionPart)
 
 LATEST: Final = 3.0
-"""Panels wait so many times their period at most."""
+"""Longest wait of a panel, in periods."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ class InputSource:
         return self._active.target(simulation.time - self._begin)
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
-        """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
+        """Coming places of the hand, or of the ball, in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
         is the source, where the experiment's own one would; (0, 3) if that is not known."""
         # A person's angles are not known in advance, and say nothing of a place.
         if self.held is not None or simulation.settings.experiment.moves == "person":
@@ -81,7 +81,7 @@ class InputSource:
 
 
 def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) -> Target | None:
-    """Return what the visitor holds after a nudge of the hand, or of the ball; None where there is neither.
+    """What the visitor holds after a nudge of the hand, or of the ball; None if the experiment has neither.
 
     Args:
         simulation: the run.
@@ -103,7 +103,7 @@ def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) ->
 
 
 def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: float) -> JointTarget | None:
-    """Return what the visitor holds after a move of one joint of the guided arm; None where no slave follows its joints.
+    """What the visitor holds after a move of one joint of the guided arm; None where no slave follows its joints.
 
     Args:
         simulation: the run.

@@ -36,7 +36,7 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
 
 
 def matters(key: str, settings: Settings) -> bool:
-    """Return whether a setting, named by its key, has any effect now."""
+    """True if a setting, named by its key, has any effect now."""
     run, experiment = settings.run, settings.run.experiment
     if key not in experiment.reads and any(key in other.reads for other in EXPERIMENTS.values()):
         return False
@@ -48,7 +48,7 @@ def matters(key: str, settings: Settings) -> bool:
 
 
 def built_of(settings: Settings) -> tuple[object, ...]:
-    """Return what room, arms, handles and page are made of: where another one is chosen, something of them is built again."""
+    """Settings of which room, arms, handles and page are made: a change of one builds something again."""
     run, page = settings.run, settings.page
     return (
         *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start),

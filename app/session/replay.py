@@ -24,10 +24,10 @@ from scenes.targets import Target
 from scenes.wanted import while_wanted
 
 SPACING: Final = 25
-"""Steps from one snapshot to the next …"""
+"""Steps from one snapshot to the next."""
 
 MOST_STATES: Final = 4_000
-"""… unless that would make more states than this."""
+"""Largest number of snapshots; in a long run they are further apart."""
 
 PERIOD: Final = 1.0 / 32.0
 """Simulated time of which one row is stored for the curves [s], the one with the smallest distance, so that no dip is lost. Four of them
@@ -124,7 +124,7 @@ class Replay:
         for stretch in recorded.stretches:
             moments.append(moments[-1][-1] + np.arange(1, stretch.targets.steps + 1) * stretch.settings.dt)
         self._moments = np.concatenate(moments)
-        """Time after so many steps, from none on [s]."""
+        """Time after each number of steps, from 0 on [s]."""
         self._ends = list(itertools.accumulate(stretch.targets.steps for stretch in recorded.stretches))
         """Number of steps to the end of each stretch."""
         self._person = RecordedPerson(recorded)
@@ -175,7 +175,7 @@ class Replay:
         return self.moment(int(self._film.row_steps[d.argmin()]) + 1) if np.isfinite(d).all() else None
 
     def moment(self, step: int) -> float:
-        """Return the time after so many steps [s]."""
+        """Time after `step` steps [s]."""
         return float(self._moments[step])
 
     def nearest(self, time: float) -> int:
@@ -190,7 +190,7 @@ class Replay:
         self.seek_step(self.nearest(time))
 
     def seek_step(self, step: int) -> None:
-        """Go to the moment after so many steps, or to the nearest end."""
+        """Show the moment after `step` steps, or the nearest end."""
         self._debt = 0.0
         self._go(max(1, min(step, self.steps)))
 

@@ -38,7 +38,7 @@ class SessionState:
     Attributes:
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
         halted: why the run stands still, if it does.
-        source: when the source of targets began [s], and where q (nv,) was then; None for none.
+        source: when the source of targets began [s], and where q (nv,) was then; None without a source.
     """
 
     run: RunState

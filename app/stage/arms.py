@@ -67,10 +67,10 @@ class ArmView:
 
 
 DIFFERENT: Final = 0.02
-"""A ghost is shown from this difference of any joint on … [rad]"""
+"""Least difference of any joint from which a ghost is shown [rad]."""
 
 SAME: Final = 0.008
-"""… and hidden below this one."""
+"""Difference of all joints below which a ghost is hidden [rad]."""
 
 
 class TranslucentArms(StagePart):

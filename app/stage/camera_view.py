@@ -91,7 +91,7 @@ def pose_of(camera: Camera, aspect: float) -> Pose:
 
 
 def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
-    """Return where points (k, 3) [m] are seen (k, 2) [px], from the picture's top left corner; nan behind the eye.
+    """Pixels at which points (k, 3) [m] are seen (k, 2) [px], from the picture's top left corner; nan behind the eye.
 
     Args:
         size: width and height of the picture [px].

@@ -94,7 +94,7 @@ RINGS: Final = 8
 
 
 def contact_assets() -> PageAssets:
-    """Return what a page needs to draw skins as rims, the line of contact through everything, and the tint."""
+    """Scripts that a page needs to draw skins as rims, the line of contact through everything, and the tint."""
     return PageAssets((Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation})
 
 

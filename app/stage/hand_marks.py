@@ -19,10 +19,10 @@ AWAY: Final = 0.004
 """From this distance on the line to the hand is drawn [m]."""
 
 RADIUS: Final = 0.085
-"""Of the ring [m]: the hand of each of our robots fits through it …"""
+"""Radius of the ring [m]: the hand of each of our robots fits through it."""
 
 TUBE: Final = 0.006
-"""… and this is half its thickness [m]."""
+"""Half the thickness of the ring [m]."""
 
 
 class TargetPlace(StagePart):
@@ -152,10 +152,10 @@ class PathLine(StagePart):
 
 
 STAY: Final = (60, 0.08)
-"""Points that the trace of a hand about its place has, and simulated time between two of them [s]; …"""
+"""Points that the trace of a hand about its place has, and simulated time between two of them [s]."""
 
 TRAVEL: Final = (140, 0.12)
-"""… and of a hand on a long way: two laps, or there and back."""
+"""The same for a hand on a long way: two laps, or there and back."""
 
 
 class Trace(StagePart):

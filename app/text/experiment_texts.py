@@ -71,7 +71,7 @@ def _imitation(run: RunSettings, itself: bool) -> ExperimentTexts:
 
 
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
-    """Return who keeps clear. `free`, `guided`: what is said where it is one of them alone."""
+    """Name of the arm that keeps clear. `free`, `guided`: the text where it is one of them alone."""
     return tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
 
 

@@ -87,7 +87,7 @@ def _plain(root: ET.Element) -> str:
 
 
 def _may_act(key: str, value: str) -> bool:
-    """Return whether an attribute runs or loads something, or reaches beyond its element."""
+    """True if an attribute runs or loads something, or reaches beyond its element."""
     return key.startswith(("on", "{")) or key in ("id", "style", "href") or "url(" in value
 
 

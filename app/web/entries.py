@@ -24,7 +24,7 @@ _present: ContextVar[_Entry | None] = ContextVar("entry", default=None)
 
 
 def claim_entry() -> Callable[[], None]:
-    """Return what ends the entry that is being dealt with, if any; the caller calls it when it acts upon the entry, or drops it."""
+    """Callback that ends the present entry, if any; the caller calls it when it acts upon the entry, or drops it."""
     entry = _present.get()
     if entry is None:
         return lambda: None
@@ -72,6 +72,6 @@ class Entries:
                 settle()
 
     def dealt_before(self, control: str) -> int | None:
-        """Return how many messages have been dealt with before what is written into a control now; None while an entry waits there."""
+        """Number of messages handled before what is written into a control now; None while an entry waits there."""
         with self._lock:
             return None if control in self._waiting else self._dealt

@@ -19,7 +19,7 @@ class PortInUse(DuetError):
 
 
 def port_answers(host: str, port: int) -> bool:
-    """Return whether a program accepts connections on a port."""
+    """True if a program accepts connections on a port."""
     with contextlib.suppress(OSError), socket.create_connection((host, port), timeout=0.25):
         return True
     return False

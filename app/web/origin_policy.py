@@ -64,7 +64,7 @@ def check_origin(address: str, what: str = "allowed origin") -> None:
 
 
 def _may_name_us(name: str) -> bool:
-    """Return whether `name` can only mean a machine nearby, so that DNS rebinding cannot use it."""
+    """True if `name` can only mean a machine nearby, so that DNS rebinding cannot use it."""
     if name in LOOPBACK_NAMES or "." not in name or name.endswith(".local") or name == socket.gethostname().lower():
         return True
     try:
@@ -75,7 +75,7 @@ def _may_name_us(name: str) -> bool:
 
 
 def is_loopback(name: str) -> bool:
-    """Return whether a name or an address leads from a computer to itself."""
+    """True if a name or an address leads from a computer to itself."""
     return name in LOOPBACK_NAMES or name.startswith("127.")
 
 
@@ -102,17 +102,17 @@ class OriginPolicy:
         return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:
-        """Return how to let a refused page in, for the log; "" if it cannot be."""
+        """Option that lets a refused page in, for the log; "" if none does."""
         if len(origins) != 1 or _parse(origins[0]) is None:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
 
     def is_local(self, peer: str, headers: Iterable[str]) -> bool:
-        """Return whether a program of this computer asks, and no proxy, behind which all have its address. `headers`: their names."""
+        """True if a program of this computer asks, and no proxy, behind which all have its address. `headers`: their names."""
         return _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
 
     def is_owners(self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str) -> bool:
-        """Return whether the person who started this server asks, and no visitor.
+        """True if the person who started this server asks, and no visitor.
 
         Args:
             origins, hosts, peer: see `admits`.

@@ -60,12 +60,12 @@ def _joined(files: tuple[Path, ...]) -> str:
 
 
 def translation() -> PageAssets:
-    """Return what translates the texts that the browser says by itself."""
+    """Script that translates the texts which the browser shows by itself."""
     return PageAssets((STATIC / "translation.js",), constants={"translations": translations()})
 
 
 def software_rendering() -> PageAssets:
-    """Return what says that the browser draws without a graphics card; it needs `translation`, and the window's event `duet-built`."""
+    """Script that says when the browser draws without a graphics card; it needs `translation`, and the window's event `duet-built`."""
     return PageAssets(
         (STATIC / "software_rendering.js",), (STATIC / "software_rendering.css",), constants={"softwareNote": SOFTWARE}
     )

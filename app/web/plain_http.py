@@ -73,7 +73,7 @@ class RequestHead:
 
 
 def _fault_of(head: bytes) -> HTTPStatus | None:
-    """Return what is wrong with a whole head, by the library's own rules and with exactly one Host (RFC 9112, section 3.2)."""
+    """Fault of a whole head, by the library's own rules and with exactly one Host (RFC 9112, section 3.2)."""
     reader = StreamReader()
     reader.feed_data(head)
     try:

@@ -24,7 +24,7 @@ def request_query(client: viser.ClientHandle) -> dict[str, str]:
 
 
 def frames_of(client: viser.ClientHandle) -> bool:
-    """Return whether foreign pages may show this one in a frame."""
+    """True if foreign pages may show this one in a frame."""
     return bool(cast(DuetServer, server_of(client)).embed_origins)
 
 

@@ -223,7 +223,7 @@ class Control:
         scope: "own" if only this browser has it, "shared" if all browsers see the same one.
         value: its present value; a new one must be of the same kind.
         enabled: False while it is greyed out.
-        low, high: bounds, a number for all components or one for each; None for none.
+        low, high: bounds, a number for all components or one for each; None if there are no bounds.
         options: the allowed texts; None for any.
         takes_files: an upload button.
     """

@@ -178,7 +178,7 @@ class DuetServer(viser.ViserServer):
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Return how many browsers have a place, including those with a page that is still being built."""
+        """Number of browsers that have a place, including those with a page that is still being built."""
         return len(self._placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
@@ -193,7 +193,7 @@ class DuetServer(viser.ViserServer):
             asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
 
     def is_owners(self, client_id: int) -> bool:
-        """Return whether a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
+        """True if a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
         page = self.page_of(client_id)
         if page is None or page.request is None or self.embed_origins:
             return False
@@ -352,7 +352,7 @@ class DuetServer(viser.ViserServer):
             self.count_changed(len(self._placed))
 
     async def _has_room_soon(self, path: str) -> bool:
-        """Return whether there is room; a tab that another process lets go may be here before the news of its free place."""
+        """True if there is room; a tab that another process lets go may be here before the news of its free place."""
         until = time.monotonic() + (NEWS if self.elsewhere else 0.0)
         while not self._has_room(path) and time.monotonic() < until:
             await asyncio.sleep(0.02)

@@ -211,7 +211,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> 
 
 
 def _key_of_move(message: Any) -> str:
-    """Return what tells a move of a node from others, as viser does; looking for it takes viser longer than queueing the move."""
+    """Key that tells moves of different nodes apart, as viser does; computing it takes viser longer than queueing the move."""
     return f"scene:{message.name}:update:{type(message).__name__}"
 
 
@@ -272,7 +272,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
 
 
 def _entries_of(gui: Any) -> Entries | None:
-    """Return what the browser of a GUI has entered; None of a GUI that many browsers see."""
+    """Entries of the browser of a GUI; None for a GUI that many browsers see."""
     return getattr(gui._websock_interface.get_message_buffer(), "entries", None)
 
 
@@ -420,7 +420,7 @@ def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
 
 
 def shared_messages(server: viser.ViserServer) -> list[Message]:
-    """Return what every browser of a server is sent at first."""
+    """First messages to every browser of a server."""
     buffer = server._websock_server._broadcast_buffer
     with buffer.buffer_lock:
         return list(buffer.message_from_id.values())

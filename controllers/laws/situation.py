@@ -83,7 +83,7 @@ class Law(Protocol):
 
     @abstractmethod
     def activation(self, distance: float) -> float:
-        """Return how far avoidance has taken over at a distance [m], in [0, 1]; what the page shows as λ.
+        """Activation λ of the avoidance at a distance [m], in [0, 1], as shown on the page.
 
         0 at d = ∞, which is the distance in a room without obstacles.
 

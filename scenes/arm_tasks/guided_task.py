@@ -144,7 +144,7 @@ class GuidedTask(ArmTask):
 
 
 def _reach(robot: Robot) -> Array:
-    """Return how far the arm reaches beyond each joint at most (n,) [m]: the way along the joints to the farthest capsule end."""
+    """Largest reach of the arm beyond each joint (n,) [m]: the way along the joints to the farthest capsule end."""
     model = robot.model
     ways = np.array([float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)])
     reach = np.zeros(model.nv)

@@ -28,7 +28,7 @@ from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
 from scenes.rigs import Rig
 
 DRIVEN: Final = 4
-"""Joints of an arm that the person drives: the first so many."""
+"""Number of an arm's first joints that the person drives."""
 
 LIMIT_MARGIN: Final = float(np.radians(3.0))
 """Desired joints keep so far from their stops [rad]."""

@@ -29,14 +29,14 @@ class PersonTarget:
 
     Args:
         source: of the angles.
-        loop: start again after so many seconds; None for a source that does not end.
+        loop: start again after this time [s]; None for a source that does not end.
     """
 
     def __init__(self, source: PersonSource, loop: float | None = None) -> None:
         self._source, self._loop = source, loop
 
     def target(self, time: float) -> AnglesTarget:
-        """Return how the person's arms are at a time [s]."""
+        """State of the person's arms at a time [s]."""
         return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 

@@ -74,7 +74,7 @@ class JointFrame(NamedTuple):
 
 @functools.cache
 def joint_frames(name: str) -> tuple[JointFrame, ...]:
-    """Return how the links of a robot hang together, from the base outwards.
+    """Frames of a robot's joints, from the base outwards.
 
     Raises:
         BadSetting: as `robot`.
@@ -213,7 +213,7 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
-    """The mesh with about so many triangles, kept where the shape needs them (quadric error metric), its vertices among the original's."""
+    """The mesh with about `count` triangles, kept where the shape needs them (quadric error metric), its vertices among the original's."""
     import fast_simplification
     import trimesh
     from scipy.spatial import KDTree

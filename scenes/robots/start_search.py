@@ -57,7 +57,7 @@ def arm_reach(made: Robot) -> float:
 
 
 def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float, float, float]:
-    """Return where the hand should be, in the world [m]: before an upright arm, on the side towards the other; before a torso's chest."""
+    """Place of the hand in the world [m]: before an upright arm, on the side towards the other; before a torso's chest."""
     reach = arm_reach(made)
     distance = float(np.linalg.norm(away[:2]))
     out = 1.0 if side == "left" else -1.0

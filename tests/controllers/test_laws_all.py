@@ -152,7 +152,7 @@ def test_smooth_in_the_distance(name: str) -> None:
 
 
 def rest(law: Law, pull: float, square: float) -> float:
-    """Return where ḋ = line_rate(d, u) brings the distance from 1 m, after 60 s in steps of 2 ms."""
+    """Distance after 60 s in steps of 2 ms, from 1 m, under ḋ = line_rate(d, u)."""
     d = 1.0
     for _ in range(30_000):
         d += 0.002 * law.line_rate(d, pull, 0.0, square)

@@ -225,7 +225,7 @@ def _add_room(server: viser.ViserServer) -> Callable[[float], None]:
 
 
 def figure(delays: list[float]) -> str:
-    """Return what is printed of some delays [ms]."""
+    """Text of some delays [ms]."""
     if not delays:
         raise SystemExit("no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this")
     return f"{len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"

@@ -9,5 +9,5 @@ _FIND: Final = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 
 def flaws(page: Page) -> list[str]:
-    """Return what is wrong with the texts that a page shows now."""
+    """Faults of the texts that a page shows now."""
     return page.evaluate(_FIND)

@@ -118,7 +118,7 @@ class Ballots:
         self._counts.clear()
 
     def voters_of(self, question: QuestionId) -> VoterCount:
-        """Return where the votes of the newest round come from."""
+        """Source of the votes of the newest round."""
         students = self.rounds_of(question)[-1].keys()
         addresses = {self._addresses[student] for student in students if student in self._addresses}
         return VoterCount(len(students), len(addresses), len(students & self.pageless))
@@ -158,7 +158,7 @@ class Ballots:
         return self.rounds_of(question)[-1].get(student, Ballot())
 
     def first_ballot_of(self, question: QuestionId, student: str) -> Ballot:
-        """Return what a student handed in when the question was asked for the first time, if it was asked again."""
+        """First hand-in of a student to a question that was asked again."""
         first, *later = self.rounds_of(question)
         return first.get(student, Ballot()) if later else Ballot()
 

@@ -1,4 +1,4 @@
-"""Which students have a breakout session: one each while the machine carries so many, and otherwise one for every group."""
+"""Which students have a breakout session: one each while the machine can run them, and otherwise one for every group."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -9,7 +9,7 @@ HOLD: Final = 60.0
 
 
 def group_size(students: int, places: int) -> int:
-    """Return how many students share a breakout session, at least one."""
+    """Number of students who share a breakout session, at least one."""
     return max(-(-students // max(places, 1)), 1)
 
 
@@ -33,7 +33,7 @@ class BreakoutPlaces:
         return Counter(self.groups[student] for student in self._holders)
 
     def holds(self, student: str) -> bool:
-        """Return whether a student has a place; from any thread."""
+        """True if a student has a place; from any thread."""
         return student in self._holders
 
     def members(self, group: str) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ class _Question(PaperStep):
 
     @property
     def counts(self) -> list[str]:
-        """Return how many have answered, a text a round."""
+        """Number of answers, a text a round."""
         rounds = enumerate(self.asked.rounds, 1)
         return [tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one) for i, one in rounds]
 
@@ -112,7 +112,7 @@ class _Question(PaperStep):
 
     @property
     def words(self) -> tuple[str, str]:
-        """Return what is said to a tie, and how many have changed their answer."""
+        """Sentence about a tie, and the number of changed answers."""
         right = None if self.step.question is None else self.step.question.right
         return tie_text(self.asked.rounds[-1]), switches_text(self.asked.switches, right)
 
@@ -148,7 +148,7 @@ def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: 
 
 
 def report_names(reports: Sequence[HandIn]) -> list[str]:
-    """Return what each report is called, each name once: those without one, and those that are there already, have a number."""
+    """Unique names of the reports: unnamed ones and repeated names get a number."""
     names: list[str] = []
     for report in reports:
         base = report.name or tr("without a name")

@@ -29,7 +29,7 @@ class HandIn:
     Attributes:
         name: that the student has typed; "" for none.
         progress: what was done in the lessons, as `app.features.lessons.progress.to_json` writes it.
-        answers: question of the class → the student's answer in every round, None for none.
+        answers: question of the class → the student's answer in every round, None without an answer.
     """
 
     name: str
@@ -69,5 +69,5 @@ class ClassSummary:
 
     @property
     def empty(self) -> bool:
-        """Return whether there is nothing to report."""
+        """True if there is nothing to report."""
         return not (self.asked or self.passed or self.hand_ins or self.paired)

@@ -241,14 +241,14 @@ class Classroom:
             self.work.note(student, progress)
 
     def has_work(self, student: str) -> bool:
-        """Return whether a student has done something that can be handed in."""
+        """True if a student has done something that can be handed in."""
         return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
 
     def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
         """Take a student's report: what was done in the student's own session, and the answers given here; return whether there was any.
 
         Args:
-            walk: the plenary's, for what came of the questions; None for none.
+            walk: the plenary's, for the outcomes of the questions; None without a lesson.
             progress: of the student's own session, as JSON; "" in the plenary.
         """
         if progress:
@@ -269,7 +269,7 @@ class Classroom:
         return True
 
     def summary(self, book: LessonBook, now: float) -> ClassSummary:
-        """Return what the class leaves behind. `now`: [s since 1970]."""
+        """Report of the class. `now`: [s since 1970]."""
         steps = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
         asked = [q for q in self.ballots.questions if q in steps and steps[q].question is not None]
         rounds = {q: tuple(one for one in self.ballots.counted_rounds_of(q) if one) for q in asked}

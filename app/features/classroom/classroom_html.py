@@ -35,7 +35,7 @@ def poll_html(poll: Poll, live: bool = False) -> Markup:
 
 
 def voters_html(voters: VoterCount) -> Markup:
-    """Return where the votes come from, for the teacher; "" before there are any."""
+    """Source of the votes, for the teacher; "" before the first vote."""
     if not voters.votes:
         return Markup()
     pills = [("", tr("votes: {count}", count=voters.votes)), ("", tr("addresses: {count}", count=voters.addresses))]
@@ -45,7 +45,7 @@ def voters_html(voters: VoterCount) -> Markup:
 
 
 def _tie(poll: Poll) -> str:
-    """Return what is said to a tie, after the reveal with the answer that the run is compared with."""
+    """Sentence about a tie, after the reveal with the answer that the run is compared with."""
     text = tie_text(poll.tally)
     if not text or not poll.revealed or not poll.staged or not poll.runs:
         return text
@@ -64,14 +64,14 @@ def tied_html(poll: Poll) -> Markup:
 
 
 def _near(poll: Poll, curve: Curve) -> Markup:
-    """Return how near a curve came; "" for no curve."""
+    """Distance of a curve from the run; "" without a curve."""
     if poll.drawing is None or not curve:
         return Markup()
     return macros("features/lessons/panel/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
-    """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where it is not known."""
+    """Number of students, what they do, and the server's load. `expected`: students; 0 where it is not known."""
     present, exploring = classroom.heads
     students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]

@@ -70,7 +70,7 @@ class StudentWork:
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
-    """Return a name, or another text of at most so many characters, on one line, without characters that are not seen."""
+    """Return a name, or another text of at most `longest` characters, on one line, without characters that are not seen."""
     line = " ".join(text.split())
     return "".join(character for character in line if character.isprintable())[:longest].strip()
 
@@ -82,7 +82,7 @@ NAMES: Final = tuple(
     "Lovelace Madhava Menger Mirzakhani Möbius Napier Newton Noether Pascal Peano Plemelj Poincaré Ptolemy Pythagoras Ramanujan Riemann "
     "Robinson Seki Somerville Stokes Sylvester Thales Turing Vega Viète Weierstrass Wronski Zu".split()
 )
-"""Mathematicians, so many that a lecture hall needs no number behind a name."""
+"""Mathematicians: enough of them that names in a lecture hall need no numbers."""
 
 STUCK: Final = 180.0
 """Time in one place of one step, from which a student is stuck there [s]."""
@@ -128,7 +128,7 @@ class ProgressBoard:
         return self.names[student]
 
     def student_of(self, name: str) -> str | None:
-        """Return the student with an invented name; None for none."""
+        """Student with an invented name; None if there is no such student."""
         return next((student for student, own in self.names.items() if own == name), None)
 
     # ---- progress ----------------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
 
 
 def drawn_too(tally: Tally) -> str:
-    """Return how many have chosen an answer and how many have drawn, to follow how many have done either; "" where there is no drawing."""
+    """Number of students who chose an answer and who drew, to follow the number who did either; "" without a drawing."""
     return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
 
 
@@ -43,7 +43,7 @@ def tie_text(tally: Tally) -> str:
 
 
 def switches_text(switches: Sequence[Switch], right: int | None) -> str:
-    """Return how many have changed their answer, to which, and from and to the right one once it is known; "" if none answered twice."""
+    """Changed answers: how many, to which, and from and to the right one once it is known; "" if no student answered twice."""
     both = sum(one.students for one in switches)
     moved = [one for one in switches if one.before != one.after]
     if not both:

@@ -149,7 +149,7 @@ class CustomLaw(LawOfFile):
         return np.zeros(len(situation.nominal)) if velocities is None else velocities.copy()
 
     def activation(self, distance: float) -> float:
-        """Return what the file's `activation(distance)` says, in [0, 1]; 0 if it has none, or has failed.
+        """Value of the file's `activation(distance)`, in [0, 1]; 0 if it has none, or has failed.
 
         Raises:
             Unanswered: there is no answer yet.
@@ -177,7 +177,7 @@ class CustomLaw(LawOfFile):
         return self._curve(RatesQuestion(distances.tobytes(), pull, approach, square), len(distances))
 
     def refresh(self) -> bool:
-        """Return whether the file has changed, and if so load it. It looks no more often than every 0.5 s, so call it every frame."""
+        """Load the file if it has changed; true if so. It is read at most every 0.5 s, so call it every frame."""
         now = monotonic()
         if self._closed:
             return False
@@ -222,7 +222,7 @@ class CustomLaw(LawOfFile):
             self._since = None
 
     def load(self) -> bool:
-        """Return whether the file could be loaded; waits for it, whatever `waits` is."""
+        """True if the file could be loaded; waits for it, whatever `waits` is."""
         return self._ready(True) is not None
 
     def restart(self) -> None:

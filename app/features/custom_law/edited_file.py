@@ -36,13 +36,13 @@ class ChangedMeanwhile(Exception):
 
 
 def first_text(path: Path) -> str:
-    """Return what a new file holds: the paper's law."""
+    """Content of a new file: the paper's law."""
     template = Path(__file__).with_name("template.py").read_text(encoding="utf-8")
     return template.replace("my_law.py", shlex.quote(readable(path.name)))
 
 
 def read_version(path: Path) -> Version:
-    """Return what a file holds; of one that is not there, what it is begun with.
+    """Content of a file; of a missing one, the text that it is begun with.
 
     Raises:
         BadInputFile: it cannot be read, or not be edited.

@@ -263,7 +263,7 @@ class LawEditor(PagePanel):
 
 
 def _lamp(tests: ExaminationProgress, place: int, name: str) -> tuple[str, str]:
-    """Return how the lamp of a test looks, and what it is called."""
+    """State of a test's lamp, and its name."""
     if place < len(tests.verdicts):
         verdict = tests.verdicts[place]
         return "ok" if verdict.passed else "no", f"{tr(name)}: {tr(verdict.reason)}"

@@ -271,6 +271,6 @@ def quoted(text: bytes, line: int | None) -> str:
 
 
 def _line_of(function: object) -> int | None:
-    """Return where a function of the file begins; None if it is not of the file."""
+    """First line of a function of the file; None if it is not of the file."""
     code: CodeType | None = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
     return code.co_firstlineno if code is not None and code.co_filename == FILENAME else None

@@ -79,7 +79,7 @@ class Patience:
 
 
 def without_core(process: int) -> float:
-    """Return how long the first thread of a process has waited for a core so far [s]; 0 if the system does not say."""
+    """Time that the first thread of a process has waited for a core so far [s]; 0 if the system does not say."""
     try:
         with open(f"/proc/{process}/schedstat", encoding="ascii") as file:
             return int(file.read().split()[1]) * 1e-9
@@ -99,7 +99,7 @@ def processor_time(process: int) -> float | None:
 
 
 def _wants_a_core(process: int) -> bool:
-    """Return whether a process runs, or would if it were given a core."""
+    """True if a process runs, or would if it were given a core."""
     try:
         with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()[0] == "R"

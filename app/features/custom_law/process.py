@@ -148,7 +148,7 @@ class LawProcess:
         self._called: set[type[LawQuestion]] = set()
 
     def ready(self, wait: bool) -> bool:
-        """Return whether it can be asked.
+        """True if it can be asked.
 
         Args:
             wait: until it can.
@@ -317,7 +317,7 @@ class LawProcess:
         return code, trace.decode(errors="replace").strip(), _line_in(trace)
 
     def _alive(self) -> bool:
-        """Return whether it runs; where the system can tell, without releasing its id."""
+        """True if it runs; where the system can tell, without releasing its id."""
         if not hasattr(os, "waitid"):
             return self._process.poll() is None
         return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None

@@ -214,7 +214,7 @@ TRY: Final[dict[str, tuple[str, int]]] = {
 
 
 def advice(name: str) -> LazyText:
-    """Return what to try after a failure of a test, and the lesson to read."""
+    """Advice after a failed test, and the lesson to read."""
     what, lesson = TRY[name]
     return LazyText("{what} Lesson {lesson} shows it.", what=LazyText(what), lesson=lesson)
 

@@ -156,7 +156,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
 
 
 def _kind(what: str, values: list[Any]) -> str:
-    """Return how a track's values are written, "" for JSON."""
+    """Format of a track's values, "" for JSON."""
     first = values[0]
     if not isinstance(first, np.ndarray) or any(v.shape != first.shape for v in values):
         return ""

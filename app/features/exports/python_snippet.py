@@ -138,7 +138,7 @@ def _plot(settings: RunSettings, name: str, d_m: str) -> str:
 
 
 def is_fresh(recorded: Recorded) -> bool:
-    """Return whether a piece is a whole run, from its start, of constant settings, in which the autopilot did everything."""
+    """True if a piece is a whole run, from its start, of constant settings, in which the autopilot did everything."""
     if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)

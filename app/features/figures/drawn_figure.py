@@ -169,7 +169,7 @@ class Plan:
 
 
 def summary_of(settings: RunSettings, seconds: float) -> Summary:
-    """Return what a run with the settings' own person comes to."""
+    """Figures of a run with the settings' own person."""
     return run(settings, seconds).summary
 
 

@@ -143,7 +143,7 @@ def _span(curves: list[KnobCurve]) -> tuple[float, float]:
 
 
 def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Price | None:
-    """Return what the law costs where it keeps d_m on average; None where no value of the knob does, or for few persons."""
+    """Cost of the law where it keeps d_m on average; None where no value of the knob does, or for few persons."""
     d_m = base.law.critical_distance
     value, e2 = curve.value_at(d_m), curve.at(d_m)
     if np.isnan(value) or np.isnan(e2).mean() > 0.5:
@@ -192,7 +192,7 @@ def common(prices: list[Price]) -> NDArray[np.bool_]:
 
 
 def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
-    """Return how near to d_m a law comes that no value of its knob brings there, and its error against the paper's law at that distance."""
+    """Least distance from d_m of a law that no value of its knob brings there, and its error against the paper's law at that distance."""
     d_min = curve.d_min.mean(0)
     nearest = int(np.abs(d_min - d_m).argmin())
     there = _between(float(d_min[nearest]), paper.d_min.mean(0), paper.e2.mean(0))
@@ -207,7 +207,7 @@ def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
 
 
 def _verdict(paper: Price, other: Price) -> str:
-    """Return whether another law is better than the paper's at the same distance, for how many persons, and its price."""
+    """Sentence that compares another law with the paper's at the same distance: for how many persons it is better, and its price."""
     both = ~np.isnan(paper.e2) & ~np.isnan(other.e2)
     if not both.any():
         return f"{other.curve.label}: there is no person for whom both laws keep d_m."

@@ -57,7 +57,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
-    """Return where the hand was (k, 3), where it should have been (k, 3), and the ball's middle (3,) [m]."""
+    """Places of the hand (k, 3), its desired places (k, 3), and the ball's middle (3,) [m]."""
     room, kinematics = run.simulation.room, run.simulation.kinematics
     kinematics.update(room.start)
     home = kinematics.hand_pose(room.arms[0]).translation.copy()

@@ -61,7 +61,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def kept(run: Run) -> str:
-    """Return whether the distance stayed above d_m, and how near it came."""
+    """Sentence that says if the distance stayed above d_m, and its minimum."""
     critical = run.simulation.settings.law.critical_distance
     word = "never passes" if run.summary.d_min >= critical else "**passes**"
     return (
@@ -71,12 +71,12 @@ def kept(run: Run) -> str:
 
 
 def switches(run: Run) -> int:
-    """Return how often another pair became the closest where it mattered: far away the pairs of two shoulders may well take turns."""
+    """Number of changes of the closest pair where it mattered: far away the pairs of two shoulders may well take turns."""
     pair, lam = run.table[:, COLUMN["pair"]], run.table[:, COLUMN["lambda"]]
     return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
 
 
 def approach(run: Run) -> float:
-    """Return how fast the other arm came at most, where it mattered [m/s]."""
+    """Top speed of the other arm's approach, where it mattered [m/s]."""
     near = run.table[:, COLUMN["lambda"]] > 0.5
     return float(run.table[near, COLUMN["w"]].max()) if near.any() else 0.0

@@ -25,7 +25,7 @@ from scenes.targets import AnglesTarget
 
 FRAMES: Final = 8
 STRIDE: Final = 10
-"""Every so many steps a posture is looked at."""
+"""Number of steps between two postures that are looked at."""
 
 FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
 """Robots to the left, the person whom they imitate beside them."""
@@ -85,7 +85,7 @@ def _moments(run: Run) -> list[int]:
 
 
 def _places(run: Run, table: Array) -> Array:
-    """Return where elbow, wrist and hand of both arms are (rows, 18) [m]."""
+    """Places of elbow, wrist and hand of both arms (rows, 18) [m]."""
     kinematics, room, found = run.simulation.kinematics, run.simulation.room, list[Array]()
     for positions in run.simulation.history.positions(table):
         kinematics.update(np.ascontiguousarray(positions))

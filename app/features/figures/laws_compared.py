@@ -24,7 +24,7 @@ JUMPS: Final = 0.4
 """If the largest q̈ grows faster than dt to the power of minus this, something jumps; a jump of q̇ makes it 1, a continuous q̇ 0."""
 
 FAST: Final = 10.0
-"""A law whose q̈ is so many times the paper's law's changes fast, even if nothing jumps."""
+"""A law changes fast, even if nothing jumps, if its q̈ is this many times the paper's law's."""
 
 SLIDE: Final = 0.01
 """Closest points that move farther than this in a step have slid along their bodies [m]: no arm is that fast."""
@@ -169,7 +169,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _style(i: int) -> dict[str, Any]:
-    """Return how the i-th law is drawn."""
+    """Line style of the i-th law."""
     return {
         "marker": MARKERS[i % len(MARKERS)],
         "color": SERIES[i % len(SERIES)],

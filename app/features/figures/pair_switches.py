@@ -14,10 +14,10 @@ LOOKS: Final[dict[Treatment, dict[str, Any]]] = {
     "single": {"marker": "o", "color": COLOURS.approach, "linestyle": DASHES[0], "label": "closest pair (paper)"},
     "soft": {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "smooth minimum (ours)"},
 }
-"""How each is drawn, …"""
+"""Line style of each run."""
 
 MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
-"""… and what both have in common."""
+"""Line style that both runs share."""
 
 
 def draw(plan: Plan) -> Drawn:

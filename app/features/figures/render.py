@@ -146,7 +146,7 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samp
 
 
 def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
-    """Return the share (k,) of the first light that reaches points (k, 3), by so many rays to each."""
+    """Return the share (k,) of the first light that reaches points (k, 3), by `rays` rays to each."""
     side = np.cross([0.0, 0.0, 1.0], KEY) / np.linalg.norm(KEY[:2])
     angles = np.arange(rays) * 2.39996  # The golden angle spreads the samples evenly.
     radii = LIGHT_RADIUS * np.sqrt((np.arange(rays) + 0.5) / rays)
@@ -249,7 +249,7 @@ def links(palette: str, robot: str) -> tuple[tuple[Mesh, ...], ...]:
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
-    """Return what the arms stand on."""
+    """Furniture on which the arms stand."""
     return _furniture(furniture_glb(room.rig, coarse=False))
 
 

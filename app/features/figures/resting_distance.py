@@ -87,7 +87,7 @@ def closed_form(n: float, v: float, w: float) -> float:
 
 
 def settled(n: float, v: float, w: float) -> float:
-    """Return where d of the whole loop settles [m]; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
+    """Resting d of the whole loop [m]; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
     contact = ContactRun(SmoothPriority(CRITICAL_DISTANCE, n, v))
     contact.start_at(closed_form(n, v, w) + 0.015)
     return contact.run(min(5.0 * budget.settling_time(CRITICAL_DISTANCE, n, v, PULL, w), 10.0), w)

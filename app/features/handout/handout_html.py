@@ -35,7 +35,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
 
 
 def told(step: Step) -> StepOutcome:
-    """Return what comes out of a step's run, without the note that it is the reference run."""
+    """Outcome of a step's run, without the note that it is the reference run."""
     return replace(reference(step, step.setup), reference=False)
 
 
@@ -84,7 +84,7 @@ class PaperStep:
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Return what was measured; without an outcome the names alone."""
+        """Measured values; without an outcome the names alone."""
         if self.outcome is not None:
             return self.outcome.lines(self.step, self.lesson.language)
         return tuple(label_of(m, self.lesson.language) for m in self.step.measurements if not m.text_only)

@@ -15,7 +15,7 @@ ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
 
 
 def tile() -> dict[str, Any]:
-    """Return how jupyter-server-proxy starts Duet, and how it shows it."""
+    """Entry for jupyter-server-proxy that starts and shows Duet."""
     made = proxied((*IN_MEMORY, *ONE_PROCESS, "--edit-law"))
     # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
     secret = secrets.token_urlsafe(32)
@@ -25,7 +25,7 @@ def tile() -> dict[str, Any]:
 
 
 def proxied(options: Sequence[str]) -> dict[str, Any]:
-    """Return how jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
+    """Command with which jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
     return {
         # Without -P a folder named `app` in the notebook's folder would be started.
         "command": [sys.executable, "-P", "-m", "app", "serve", "--no-open", "--port", "{port}", *options],

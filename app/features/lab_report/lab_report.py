@@ -83,7 +83,7 @@ class ReportEntry:
 
     @property
     def passed(self) -> bool | None:
-        """Return whether the challenge was ever passed; None if there is none."""
+        """True if the challenge was ever passed; None if the step has no challenge."""
         return None if self.view.step.challenge is None else self.view.done.passed
 
     @property
@@ -187,7 +187,7 @@ def rich_html(text: str) -> Markup:
 
 
 def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> ReportEntry:
-    """Return what is reported on a step.
+    """Report on a step.
 
     Args:
         recorded: the run whose settings and plot are shown; None to leave them out.

@@ -40,7 +40,7 @@ class StepRecord:
 
     Attributes:
         lesson, step: by name.
-        prediction: number of the answer that was chosen, from 1; None for none.
+        prediction: number of the answer that was chosen, from 1; None without an answer.
         right: whether it was right; None if the outcome was not seen.
         passed: whether the challenge was passed; None if there is none.
         attempts: at the challenge.

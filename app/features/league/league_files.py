@@ -72,7 +72,7 @@ class LeagueFiles:
         return [self._known[key] for key in keys if key in self._known]
 
     def missing(self, seconds: float) -> list[tuple[Entrant, Event]]:
-        """Return what is still to be played; what was given up is, where it now has longer. `seconds`: how long a file has [s]."""
+        """Runs still to be played, and those given up that have more time now. `seconds`: allowed for a file [s]."""
         done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
         return [(one, event) for one in self.entrants for event in events() if (one.name, one.sha256, event) not in done]
 

@@ -23,10 +23,10 @@ MOST_SCREENS: Final = 4
 """Audiences of projectors besides."""
 
 SCREEN: Final = "screen"
-"""Key of a projector's link …"""
+"""Key of a projector's link."""
 
 SMALL: Final = "small"
-"""… and its value for the picture of it on a teacher's page, which is no projector that counts."""
+"""Value of that key for its picture on a teacher's page, which does not count as a projector."""
 
 
 class Audience(ServerView):
@@ -106,5 +106,5 @@ class Audiences:
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:
-    """Return how much two looks have in common, the language first."""
+    """Likeness of two looks, the language first."""
     return one.language == other.language, sum(a == b for a, b in zip(one, other, strict=True))

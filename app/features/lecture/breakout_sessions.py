@@ -106,12 +106,12 @@ class BreakoutSessions:
         self._coming: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
-        """Return whether the browser that connects with a query gets a breakout session; from any thread."""
+        """True if the browser that connects with a query gets a breakout session; from any thread."""
         tab = None if self._workers is not None else tab_id(query)
         return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
 
     def load(self, here: ServerLoad) -> ServerLoad:
-        """Return how busy all processes are. `here`: how busy this one is."""
+        """Load of all processes. `here`: load of this one."""
         return here if self._workers is None else self._workers.load(here)
 
     def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:

@@ -17,7 +17,7 @@ class Exploring(NamedTuple):
     Attributes:
         begin: where a student begins who has left nothing in the store.
         worked: whether the student has done something that can be handed in.
-        report: that is handed in; None for none.
+        report: handed in; None if there is no report.
         name: the invented one.
         group: that has the session.
     """

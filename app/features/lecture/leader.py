@@ -24,7 +24,7 @@ class Leader:
     student comes to lead by waiting. `admits` and `gone` belong to the network's thread.
 
     Args:
-        key: the teacher's; None for none.
+        key: the teacher's; None if the server has no key.
         record: of the class, which goes on from there as if the tab that leads had just disconnected.
         clock: returns the time [s].
     """
@@ -36,7 +36,7 @@ class Leader:
         self._students: deque[str | None] = deque(record.students, maxlen=MOST)
 
     def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
-        """Return whether a browser that connects with a query may lead."""
+        """True if a browser that connects with a query may lead."""
         tab = tab_id(query)
         name = tab or f"tab {client_id}"
         if SCREEN in query:
@@ -63,5 +63,5 @@ class Leader:
             self._since = self._clock()
 
     def holds(self, client_id: int) -> bool:
-        """Return whether a connected browser may lead; from any thread."""
+        """True if a connected browser may lead; from any thread."""
         return client_id in self._client_ids

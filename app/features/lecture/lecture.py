@@ -148,7 +148,7 @@ class LectureHost:
         self._told = operation, trouble
 
     def _stirred(self) -> bool:
-        """Return whether anything has come for the plenary, or from any browser, since the last frame."""
+        """True if anything has arrived for the shared session, or from any browser, since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
         return self.session.stirred or heard != self._heard
@@ -180,7 +180,7 @@ class LectureHost:
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
-        """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
+        """Report of this class so far, and of the one before; a teacher without a key gets only the first."""
         last = None if self._context.options.key is None else self._recorder.last_class
         return self.classroom.summary(self._book, time()), last
 

@@ -42,7 +42,7 @@ class LectureRecorder:
 
     @property
     def last_class(self) -> ClassSummary | None:
-        """Return what the class before this one has left behind, for as long as records are kept."""
+        """Report of the class before this one, for as long as records are kept."""
         last = self._last_class
         return None if last is None or abs(time() - last.saved) > self._store.keep else last
 

@@ -114,7 +114,7 @@ def screen_html(
     quotes: Collection[str] = (),
     record: float | None = None,
 ) -> Markup:
-    """Return what lies over the scene on a projector; the script `presenter.js` shows it.
+    """Overlay of the scene on a projector; the script `presenter.js` shows it.
 
     Args:
         view: of the step; None while no lesson is open.
@@ -122,7 +122,7 @@ def screen_html(
         left: seconds of the timer; None without one.
         panels: whether the projector shows them beside the scene.
         quotes: reasons of students for their answers.
-        record: the smallest d less d_m of the class in the step's duel [m]; None for none.
+        record: the smallest d less d_m of the class in the step's duel [m]; None without one.
     """
     made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
     if view is not None and station not in CAPTIONS:
@@ -137,7 +137,7 @@ def screen_html(
 
 
 def work_html(work: ShownWork, book: LessonBook) -> Markup:
-    """Return what one student has done, over the scene; of a run what step it belongs to, below the scene. `book`: of the projector."""
+    """Work of one student, over the scene; of a run the step it belongs to, below the scene. `book`: of the projector."""
     at = Bookmark(book).of(*work.step)
     lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
     place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done
@@ -179,7 +179,7 @@ def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collecti
 
 
 def _meter(poll: Poll | None, left: int | None) -> Markup:
-    """Return how many have answered, and the timer; "" where there is nothing to count."""
+    """Number of answers, and the timer; "" where nothing is counted."""
     if poll is None or not (poll.open or poll.revealed) or poll.outcome:
         return Markup()
     here = poll.tally.handed_in + poll.tally.waiting

@@ -111,7 +111,7 @@ class Participant:
         """Update what a student's page has beside the plenary.
 
         Args:
-            poll: the question in the plenary; None for none, and in a breakout session.
+            poll: the question in the shared session; None without one, and in a breakout session.
             view: of the plenary, or of the breakout session.
         """
         seen = view.part(LessonView)

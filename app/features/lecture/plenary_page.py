@@ -65,7 +65,7 @@ class PlenaryPage:
         frozen keeps its picture, and only what covers it changes.
 
         Args:
-            address: that a projector shows; None for none.
+            address: that a projector shows; None without a projector.
         """
         set_language(self.language)
         presenter = self._control.presenter

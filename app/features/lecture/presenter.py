@@ -103,7 +103,7 @@ class Presenter:
         inviting: which pages show the address.
         expected: how many students are expected; 0 for no number.
         quotes: reasons that students give, as the teacher has picked them.
-        work: what one student has done, in place of the station; None for none.
+        work: what one student has done, in place of the station; None to show the station.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -180,7 +180,7 @@ class Presenter:
     # ---- the timer ---------------------------------------------------------------------------------------------------------
 
     def start_timer(self, seconds: int) -> None:
-        """Give the class so many seconds from now to answer; 0 ends the timer."""
+        """Set the class's timer for answers, from now on; 0 ends it."""
         self._ends_at = self._clock() + seconds if seconds else None
 
     @property

@@ -73,14 +73,14 @@ class ScreenPanel:
 
 
 def next_station_label(presenter: Presenter, following: Station | None) -> str:
-    """Return what Page ↓ does. `following`: the next station of the step; None if the next step comes next."""
+    """Effect of Page ↓. `following`: the next station of the step; None if the next step comes next."""
     if presenter.covered:
         return tr("Next: the picture again")
     return tr("Next step") if following is None else tr("Next: {what}", what=tr(STATION_NAMES[following]))
 
 
 def covers_html(presenter: Presenter) -> Markup:
-    """Return what a teacher must not forget: a covered picture, the time; "" for nothing."""
+    """Reminder for the teacher: a covered picture, the time; "" if nothing is due."""
     pills: list[tuple[str, str]] = []
     if presenter.blank:
         pills.append(("halt", tr("the screen is black")))

@@ -221,7 +221,7 @@ class HandInBox:
 
         Args:
             offered: whether there is anything to hand in.
-            report: that is handed in; None for none.
+            report: handed in; None if there is no report.
             tab: of the lesson, in place of folded controls.
         """
         in_lesson = tab is not None

@@ -55,7 +55,7 @@ def attempted(
     finished: bool,
     mixed: bool,
 ) -> Attempt:
-    """Return how a run stands up to a challenge; it does not count if settings were mixed in it, or before its end.
+    """Result of a run in a challenge; it does not count if settings were changed in it, or before its end.
 
     Args:
         said: the student's forecasts, where the challenge asks for any.
@@ -103,7 +103,7 @@ class StandIn:
 
 
 def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
-    """Return how a controller did; a test that fails says why it is asked for."""
+    """Result of a controller; a test that fails says why it is asked for."""
     judgements: list[Judgement] = []
     for verdict in verdicts:
         why = () if verdict.passed else (LazyText(WHY[verdict.name]),)

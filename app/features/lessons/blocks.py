@@ -50,7 +50,7 @@ class Table:
         return Fault(self.line_of(key), message)
 
     def has(self, key: str) -> bool:
-        """Return whether a key is there and not yet taken."""
+        """True if a key is there and not yet taken."""
         return key in self._data
 
     def any(self, key: str, default: Any = None) -> Any:
@@ -187,7 +187,7 @@ class Table:
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value of TOML or JSON is a number that a float can hold, and not nan."""
+    """True if a value of TOML or JSON is a number that a float can hold, and not nan."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return abs(value) <= sys.float_info.max or (isinstance(value, float) and math.isinf(value))

@@ -97,13 +97,13 @@ def phases_of(step: Step) -> tuple[Phase, ...]:
 
 
 def first_phase(step: Step, done: StepProgress) -> Phase:
-    """Return where a student who comes from the step before begins."""
+    """First phase of a step for a student who comes from the step before."""
     phases = phases_of(step)
     return Phase.DO if phases[0] is Phase.PREDICT and done.predicted and not step.concept else phases[0]
 
 
 def is_finished(step: Step, done: StepProgress) -> bool:
-    """Return whether a step is finished: its challenge is passed, or without one its outcome has been seen."""
+    """True if a step is finished: its challenge is passed, or without one its outcome has been seen."""
     if step.challenge is not None or step.asked == "first":
         return done.passed if step.challenge is not None else done.predicted
     return done.outcome is not None or (not step.measurements and not step.concept and not done.untouched)
@@ -147,7 +147,7 @@ class OpenSteps(NamedTuple):
     last: int
 
     def allows(self, lesson: str, step: int) -> bool:
-        """Return whether a step is open."""
+        """True if a step is open."""
         return lesson == self.lesson and self.first <= step <= self.last
 
     def nearest(self, lesson: str, step: int) -> int:

@@ -310,7 +310,7 @@ def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
 
 @cache
 def _verdicts(name: str) -> tuple[TrialResult, ...]:
-    """Return how a law does in the tests of a custom law; "" for the one that a student begins with."""
+    """Result of a law in the tests of a custom law; "" for the law that a student begins with."""
     law = LawSettings(law=name).made() if name else template.law
     return tuple(verdict_on(StandIn(law), test) for test in TRIALS)
 

@@ -74,7 +74,7 @@ def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
 
 
 def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:
-    """Return what a drawing is compared with; None in columns that the run did not come to."""
+    """Curve that a drawing is compared with; nan in columns that the run did not reach."""
     if drawing.formula:
         law = evidence.settings.law
         return tuple(activation(d, law.critical_distance, law.order) for d in drawing.columns)
@@ -111,7 +111,7 @@ def mean_distance(drawn: Curve, truth: Curve) -> float | None:
 
 
 def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Language) -> DrawingVerdict | None:
-    """Return how near a drawing came; None without a drawing or a truth."""
+    """Distance of a drawing from the curve; None without a drawing or a curve."""
     if not drawn or not any(t is not None for t in truth):
         return None
     words, distance = words_of(language), mean_distance(drawn, truth)

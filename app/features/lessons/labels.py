@@ -119,7 +119,7 @@ def _chosen(changes: Pairs, language: Language) -> str:
 
 
 def _done(asked: Setup, beside: Setup, language: Language) -> str:
-    """Return what is done in a run of the same settings."""
+    """Name of what is done in a run of the same settings."""
     given, words = beside.input, words_of(language)
     if given == asked.input:
         seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))

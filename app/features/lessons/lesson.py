@@ -243,7 +243,7 @@ class Step:
 
     @property
     def at_lever(self) -> bool:
-        """Return whether the student is λ in the step's run."""
+        """True if the student is λ in the step's run."""
         return self.setup.run.law.law == LEVER_LAW
 
 
@@ -318,11 +318,11 @@ class LessonBook:
 
     @property
     def first(self) -> int:
-        """Return where a student begins: at the first lesson that is no test."""
+        """First place of a student: the first lesson that is not a test."""
         return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
     def index(self, name: object) -> int:
-        """Return where a lesson stands. `name`: its id, or its number.
+        """Place of a lesson. `name`: its id, or its number.
 
         Raises:
             BadSetting: there is none.

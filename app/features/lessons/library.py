@@ -54,7 +54,7 @@ def notes_of(book: LessonBook) -> dict[str, str]:
 
 
 def _entries_in(text: str, log: FaultLog) -> list[Any]:
-    """Return what a playlist names, whatever its entries are; note keys that it does not have.
+    """Lessons that a playlist names, whatever its entries are; note keys that it does not have.
 
     Raises:
         Fault: it is no playlist.
@@ -110,7 +110,7 @@ class Library:
     """Reads the book, and reads it again when a file has changed. What has become faulty stays as it was.
 
     Args:
-        folder: of lessons beside our own, of which one takes the place of ours with the same name; None for none.
+        folder: of lessons beside our own, of which one takes the place of ours with the same name; None without one.
         playlist: a TOML file that names what is shown, in order; None for everything.
         with_notes: whether the teacher's notes are read, too.
 

@@ -45,7 +45,7 @@ class FaultLog:
         self.found: list[Fault] = []
 
     def take(self, read: Callable[[], T], otherwise: U) -> T | U:
-        """Return what a function returns; where it finds a fault, something else."""
+        """Value of a function, or `otherwise` where it finds a fault."""
         try:
             return read()
         except Fault as fault:
@@ -53,7 +53,7 @@ class FaultLog:
             return otherwise
 
     def all_of(self, reads: Iterable[Callable[[], T]]) -> tuple[T, ...]:
-        """Return what functions return, without those that find a fault."""
+        """Values of functions, without those that find a fault."""
         return tuple(read for read in (self.take(one, None) for one in reads) if read is not None)
 
     def close(self) -> None:

@@ -32,7 +32,7 @@ AT_END: Final = 0.15
 
 
 def asks_for_distance(step: Step) -> bool:
-    """Return whether a step's answers differ by one distance."""
+    """True if a step's answers differ by one distance."""
     question = step.question
     if question is None or question.ratio or step.drawing is not None or not question.expects:
         return False
@@ -67,7 +67,7 @@ class StepOutcome:
     curve: Curve = ()
 
     def answer(self, question: Question) -> Value:
-        """Return what decides on the question; None if the run does not tell."""
+        """Value that decides on the question; None if the run does not give it."""
         return question.answer(self.values[0]) if self.values else None
 
     def known(self, step: Step) -> dict[str, tuple[Value, ...]]:
@@ -203,7 +203,7 @@ class Attempt:
 
 
 def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]) -> Attempt:
-    """Return how a run stands up to a challenge.
+    """Result of a run in a challenge.
 
     Args:
         said: forecasts, in their order; what is missing counts as not given.
@@ -219,7 +219,7 @@ def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]
 
 
 def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
-    """Return whether an inequality holds, and by how much it is missed.
+    """Grade an inequality, with the amount by which it is missed.
 
     Args:
         value: measured, SI.
@@ -266,7 +266,7 @@ def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
 
 
 def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
-    """Return how many digits show a missed value as different from its bound."""
+    """Number of digits that show a missed value as different from its bound."""
     return next((n for n in range(m.digits, 9) if _text(m, value, n) != _text(m, bound, n)), 9)
 
 

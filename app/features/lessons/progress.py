@@ -26,7 +26,7 @@ LONGEST_REASON: Final = 200
 
 
 def kept_reason(typed: str) -> str:
-    """Return what is kept of a reason as it was typed."""
+    """Stored form of a reason, as it was typed."""
     return typed[:LONGEST_REASON].strip()
 
 
@@ -55,7 +55,7 @@ class StepProgress:
     Attributes:
         choice: index of the answer; None before the first.
         drawing: the curve that was drawn; () for none.
-        guess: the distance that was guessed on the line of contact [m]; None for none.
+        guess: the distance that was guessed on the line of contact [m]; None without a guess.
         why: of the run that shows why the answer is wrong.
         hints: how many are open.
         attempts: how often the challenge was tried.
@@ -80,12 +80,12 @@ class StepProgress:
 
     @property
     def predicted(self) -> bool:
-        """Return whether the run may be seen: an answer was chosen, or a curve was drawn."""
+        """True if the run may be seen: an answer was chosen, or a curve was drawn."""
         return self.choice is not None or bool(self.drawing)
 
     @property
     def untouched(self) -> bool:
-        """Return whether nothing was done here."""
+        """True if nothing was done here."""
         return self == StepProgress()
 
     def note(self, attempt: Attempt, again: bool = False) -> None:

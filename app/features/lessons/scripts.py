@@ -171,7 +171,7 @@ class ScriptEntry:
     beside: tuple[Obstacle, ...]
 
     def fits(self, scene: str) -> bool:
-        """Return whether it has something to move in an experiment."""
+        """True if it has something to move in an experiment."""
         experiment = EXPERIMENTS[scene]
         return experiment.moves == self.moves and experiment.obstacle in self.beside
 

@@ -79,7 +79,7 @@ def read_setup(table: Table, base: Setup) -> Setup:
 
 
 def start_of_table(table: Table) -> Start | None:
-    """Return how the run begins."""
+    """Start of the run."""
     given = table.table("start")
     if given is None:
         return None
@@ -103,7 +103,7 @@ def _place(table: Table) -> RoomPlace:
 
 
 def read_input(table: Table, setup: Setup) -> Input:
-    """Return who moves: a word, or a table with `script`, `file` or `kept`."""
+    """Source of the inputs: a word, or a table with `script`, `file` or `kept`."""
     value = table.any("input")
     if value == _FORMERLY:
         value = "none"

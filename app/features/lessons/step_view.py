@@ -18,7 +18,7 @@ from app.i18n.speaking import N_
 _SENTENCE_END: Final = re.compile(r"(?<=[.!?])\s+")
 
 PLOTTED_TRIES: Final = 3
-"""So many tries at a search are plotted."""
+"""Number of tries at a search that are plotted."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def why_of(at: StepPosition) -> Setup | None:
 
 
 def has_curve(at: StepPosition) -> bool:
-    """Return whether the student drew a λ(d) that the arm can obey, and its run may be begun now."""
+    """True if the student drew a λ(d) that the arm can obey, and its run may be begun now."""
     drawn = at.step.drawing is not None and at.step.drawing.formula and len(at.done.drawing) > 0
     return drawn and at.phase in (Phase.OBSERVE, Phase.EXPLAIN)
 

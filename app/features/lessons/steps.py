@@ -34,7 +34,7 @@ USUAL_MINUTES: Final = 10
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
-    """Return what stands under the title: the run that every step changes, the equations of the paper, and the minutes.
+    """Header of a lesson: the run that every step changes, the equations of the paper, and the minutes.
 
     Raises:
         Fault: the block is none, there are several, or the lesson has no goal.
@@ -72,7 +72,7 @@ def formula_faults(chapter: Chapter) -> Iterator[Fault]:
 
 
 def head_texts(head: Chapter) -> tuple[str, ...]:
-    """Return what a lesson promises and what was learned in it, "" for what the file does not say."""
+    """Promise and summary of a lesson, "" for what the file does not say."""
     return tuple(head.sections[name].text if name in head.sections else "" for name in HEAD_SECTIONS)
 
 

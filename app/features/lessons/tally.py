@@ -73,7 +73,7 @@ def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
 
 
 def switches_between(before: Mapping[str, Ballot], after: Mapping[str, Ballot]) -> tuple[Switch, ...]:
-    """Return how often each pair of answers was given in two rounds by one student."""
+    """Count of each pair of answers that one student gave in two rounds."""
     pairs = Counter[tuple[int, int]]()
     for student in before.keys() & after.keys():
         old, new = before[student].choice, after[student].choice

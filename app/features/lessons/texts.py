@@ -40,7 +40,7 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
 
 
 def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[tuple[float, str]]]:
-    """Return what the runs differ in, and of each its place in the table and its name; the run itself is the first."""
+    """Differences of the runs, and for each run its place in the table and its name; the run itself is the first."""
     words = words_of(language)
     keys = {key for compared in m.compare for key, _ in compared.changes}
     others = [compared.setup(setup) for compared in m.compare]

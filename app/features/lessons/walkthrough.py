@@ -118,12 +118,12 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """Return whether a question waits for its answer or its curve: Run is locked, and no page may say what the law does."""
+        """True if a question waits for its answer or its curve: Run is locked, and no page may say what the law does."""
         return self.phase is Phase.PREDICT
 
     @property
     def showing(self) -> bool:
-        """Return whether a run is shown beside the step's own."""
+        """True if a run is shown beside the step's own."""
         return self.beside is not None
 
     @property
@@ -165,7 +165,7 @@ class Walkthrough:
 
     @property
     def guessing(self) -> bool:
-        """Return whether d may be guessed on the line of contact now."""
+        """True if d may be guessed on the line of contact now."""
         return asks_for_distance(self.step) and self._answerable
 
     @property
@@ -259,7 +259,7 @@ class Walkthrough:
 
     @property
     def rival_hidden(self) -> bool:
-        """Return whether the ghost is the law that the student plays against, which is not to be seen before the end."""
+        """True if the ghost is the law that the student plays against, which is not to be seen before the end."""
         return self.phase is Phase.DO and self.step.at_lever
 
     @property
@@ -268,22 +268,22 @@ class Walkthrough:
 
     @property
     def yours(self) -> bool:
-        """Return whether the student moves in the present run."""
+        """True if the student moves in the present run."""
         return self.setup.input.kind == "yours"
 
     @property
     def duel(self) -> bool:
-        """Return whether the step's challenge is a duel."""
+        """True if the step's challenge is a duel."""
         return self.step.challenge is not None and self.step.challenge.best_of > 0
 
     @property
     def pushes(self) -> bool:
-        """Return whether the present run is a push of a duel."""
+        """True if the present run is a push of a duel."""
         return self.duel and self.challenge is not None
 
     @property
     def ends(self) -> bool:
-        """Return whether the present run comes to an end: it is not the student's own, or a push of a duel."""
+        """True if the present run comes to an end: it is not the student's own, or a push of a duel."""
         return not self.yours or self.pushes
 
     @property
@@ -312,7 +312,7 @@ class Walkthrough:
         return asked
 
     def finished(self, simulation: Simulation) -> bool:
-        """Return whether the run is as long as the step asks for."""
+        """True if the run is as long as the step asks for."""
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
     def observe(self, simulation: Simulation) -> StepOutcome:
@@ -428,7 +428,7 @@ class Walkthrough:
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _ahead(self) -> tuple[Bookmark, Phase] | None:
-        """Return where one goes on; None at the end of the book, and while a question waits. From a run beside it is the step's own run."""
+        """Next place; None at the end of the book, and while a question waits. After a run beside it, the step's own run."""
         if self.showing:
             return self._at, self.phase
         if self.locked and not self.done.predicted and self.step.asked != "first":
@@ -440,7 +440,7 @@ class Walkthrough:
         return None if after is None else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
 
     def _behind(self) -> tuple[Bookmark, Phase] | None:
-        """Return where one goes back; None at the beginning. An answer cannot be taken back once the outcome is known."""
+        """Place before this one; None at the beginning. An answer cannot be changed once the outcome is known."""
         if self.showing:
             return self._at, self.phase
         place = self.phases.index(self.phase) - 1

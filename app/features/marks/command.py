@@ -146,7 +146,7 @@ def unpacked(given: Path) -> Iterator[Path]:
 
 
 def handed_in(folder: Path) -> list[Path]:
-    """Return what is to be graded in a folder and below, sorted; links are named, and not followed."""
+    """Files to grade in a folder and below, sorted; links are named, and not followed."""
     found: list[Path] = []
     for where, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name != "__pycache__"]

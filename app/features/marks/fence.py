@@ -83,7 +83,7 @@ def fenced(
 
 
 def isolation_of(limits: FenceLimits) -> str:
-    """Return how well a file would be fenced here: "full", "network" or "none"; "" if no process can be started for it."""
+    """Level of isolation that a file would get here: "full", "network" or "none"; "" if no process can be started for it."""
     levels: list[str] = []
     fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
     return levels[0] if levels else ""
@@ -122,7 +122,7 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
 
 
 def _seen() -> str:
-    """Return what the work reads beside the system: Python, its packages, and our own."""
+    """Folders that the work reads in addition to the system's: Python, its packages, and our own."""
     pythons = {Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)}
     libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
     paths = [

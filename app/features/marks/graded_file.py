@@ -102,7 +102,7 @@ class GradedFile:
 
 
 def weights_of(points: Sequence[float]) -> dict[str, float]:
-    """Return what each test is worth. `points`: in the order of the tests; () for a point each.
+    """Points of each test. `points`: in the order of the tests; () for a point each.
 
     Raises:
         BadSetting: these are no six numbers from 0, or all of them are 0.
@@ -114,7 +114,7 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
 
 
 def student_of(path: Path) -> Student:
-    """Return who handed a file in. `path`: below the folder that is graded; its first folder is the student's, or else the file."""
+    """Student who handed a file in. `path`: below the folder that is graded; its first folder is the student's, or else the file."""
     first = readable(path.parts[0] if len(path.parts) > 1 else path.name)
     if found := _MOODLE.fullmatch(first) or _CANVAS.fullmatch(first):
         return Student(found["name"], found["id"])

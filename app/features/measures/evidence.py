@@ -22,7 +22,7 @@ class Evidence:
 
     Args:
         until: rows from this time on do not count [s].
-        newest: only so many rows, the newest; None for all.
+        newest: number of the newest rows; None for all.
 
     Attributes:
         settings, room: with which the run ended, and where it is.
@@ -44,12 +44,12 @@ class Evidence:
 
     @property
     def whole(self) -> bool:
-        """Return whether the run is here from its first step on."""
+        """True if the run is here from its first step on."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
     @property
     def has_obstacle(self) -> bool:
-        """Return whether there is something to keep clear of, and a step was made."""
+        """True if there is something to keep clear of, and a step was made."""
         return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
 
     def column(self, name: str) -> Array:
@@ -104,11 +104,11 @@ class Evidence:
         return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
-        """Return where the arm's hand was (3,) [m]."""
+        """Place of the arm's hand (3,) [m]."""
         return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
-        """Return where the arm's elbow was (3,) [m]."""
+        """Place of the arm's elbow (3,) [m]."""
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:

@@ -79,7 +79,7 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
 
 
 def start_positions(room: Room, start: Start | None) -> Array | None:
-    """Return where a run begins, q (nv,) [rad, m]; None for the room's own start.
+    """Start q (nv,) of a run [rad, m]; None for the room's own start.
 
     Raises:
         BadSetting: the room has no such place, or no such posture.

@@ -219,7 +219,7 @@ class RecordWriter:
             self.problem = ""
 
     def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
-        """Return what is new of a record, and what the file then holds of it; None for nothing that can be written."""
+        """New parts of a record, and what the file then holds of it; None if nothing can be written."""
         before, now = self._written.get(tab), self._clock()
         if before is None:
             # One that was not written lately: the names of its parts are known.
@@ -271,7 +271,7 @@ class RecordWriter:
             return None
 
     def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Return what the file has of a tab; if it is damaged, what could be read of it."""
+        """Content of the file for a tab; if it is damaged, the parts that could be read."""
         self._unread.add(tab)
         try:
             found = self._opened.read(tab)

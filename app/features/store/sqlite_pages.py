@@ -29,7 +29,7 @@ SqliteValue = float | str | bytes
 
 
 def is_whole(data: bytes) -> bool:
-    """Return whether packed bytes have the check sum that they begin with."""
+    """True if packed bytes have the check sum that they begin with."""
     return zlib.crc32(data[4:]) == _number(data[:4])
 
 

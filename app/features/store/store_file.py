@@ -78,7 +78,7 @@ class Change(NamedTuple):
 
 
 def usual_path() -> Path:
-    """Return where the store is if no other place is chosen."""
+    """Path of the store if no other is chosen."""
     return platformdirs.user_state_path("lwr-duet") / "visitors.sqlite"
 
 
@@ -178,7 +178,7 @@ class StoreFile:
         execute("PRAGMA secure_delete = ON")
 
     def is_replaced(self) -> bool:
-        """Return whether another file has its name now."""
+        """True if another file has its name now."""
         try:
             return os.stat(self._path).st_ino != self._number
         except FileNotFoundError:
@@ -235,7 +235,7 @@ class StoreFile:
 
     @property
     def _used(self) -> int:
-        """Return how many bytes are in use."""
+        """Number of bytes in use."""
         pages, free, size = (self._pragma(name) for name in ("page_count", "freelist_count", "page_size"))
         return (pages - free) * size
 
@@ -251,7 +251,7 @@ def _lock_of(path: Path) -> Path:
 
 
 def is_passing(error: BaseException) -> bool:
-    """Return whether an error may be over at the next try, so that it says nothing about the content of the file."""
+    """True if an error may be over at the next try, so that it says nothing about the content of the file."""
     if isinstance(error, sqlite3.Error):
         code = getattr(error, "sqlite_errorcode", 0)
         return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
@@ -259,12 +259,12 @@ def is_passing(error: BaseException) -> bool:
 
 
 def still_reads(error: BaseException) -> bool:
-    """Return whether a connection that cannot write, for the disk is full or another process writes, still reads."""
+    """True if a connection that cannot write, for the disk is full or another process writes, still reads."""
     return getattr(error, "sqlite_errorcode", 0) in _WRITING
 
 
 def _is_free_or_store(path: Path) -> bool:
-    """Return whether a path is free, or that of a store, whole or damaged."""
+    """True if a path is free, or that of a store, whole or damaged."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return False

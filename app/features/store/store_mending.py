@@ -28,7 +28,7 @@ def mending(path: Path, how: int = fcntl.LOCK_EX) -> Iterator[None]:
 
 
 def is_usable(path: Path, most_bytes: int) -> bool:
-    """Return whether a file can be read and written, or made.
+    """True if a file can be read and written, or made.
 
     Raises:
         sqlite3.Error, OSError: it cannot be opened now.

@@ -52,7 +52,7 @@ class BackgroundParts(Generic[Part, Result]):
         self._jobs: list[Job] = []
 
     def results(self, run: RunSettings) -> dict[Part, Result]:
-        """Return what is there already, part by part."""
+        """Finished results, part by part."""
         of = self._relevant(run)
         if of != self._of:
             self.forget()

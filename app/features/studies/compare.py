@@ -144,7 +144,7 @@ def _in_panel(block: str) -> Markup:
 
 
 def _tip(text: str) -> Markup:
-    """Return what is said in place of numbers; "" for nothing."""
+    """Text in place of numbers; "" if there are numbers."""
     return element("p", text, class_="duet-tip") if text else Markup()
 
 
@@ -158,7 +158,7 @@ def _what_if_block(questions: Studies) -> Markup:
 
 
 def attack_html(search: CounterexampleSearch) -> Markup:
-    """Return what the search has found so far, and what it means."""
+    """Result of the search so far, and its meaning."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
@@ -179,7 +179,7 @@ def attack_html(search: CounterexampleSearch) -> Markup:
 
 
 def what_if_html(answer: WhatIf) -> Markup:
-    """Return how the last seconds were, and how they would have been."""
+    """The last seconds as they were, and as they would have been."""
     joints = answer.settings.experiment.error_unit == "rad²"
     error = (
         (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°")) if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")

@@ -35,9 +35,10 @@ SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
 
 BROKEN: Final = 1e-4
-"""The promise counts as broken from here on [m], at dt and at dt over …"""
+"""Least loss at which the promise counts as broken [m], at dt and at dt / `FINER`."""
 
 FINER: Final = 4
+"""Divisor of dt in the second run of a candidate."""
 
 LEGS: Final = 2
 """Ways of a person, from waypoint to waypoint."""
@@ -49,22 +50,22 @@ CLIMB: Final = 300
 """Postures that are tried to find a start."""
 
 NEAR: Final = 0.03
-"""Length by which distances count while a start is sought [m] …"""
+"""Length by which distances count while a start is sought [m]."""
 
 AHEAD: Final = 0.01
-"""… and how far above d_m the nearest pair is at the start, at best [m]."""
+"""Desired margin of the nearest pair above d_m at the start [m]."""
 
 FIRM: Final = 0.4
 """|J_d| below which a pair is left out there [m/rad]."""
 
 REFINEMENTS: Final = 60
-"""Runs by which the worst way is made worse, if …"""
+"""Refinement runs per candidate."""
 
 INTEREST: Final = 1e-3
-"""… it loses so much [m], or comes from …"""
+"""Refine candidates that lose more than this [m]."""
 
 EVERY: Final = 8
-"""… one start in so many."""
+"""Also refine every n-th start."""
 
 CORNER: Final = 0.05
 """Edge of the first simplex [rad, m, m/s]."""
@@ -185,7 +186,7 @@ class Found:
 
 
 def lasting(lost: float, finer: float) -> float:
-    """Return what is left for any time step of losses at dt and at dt / `FINER` [m]: what shrinks in proportion to dt is the step's own."""
+    """Loss that remains at any time step, of losses at dt and at dt / `FINER` [m]: what shrinks in proportion to dt is the step's own."""
     limit = (FINER * finer - lost) / (FINER - 1)
     return max(min(lost, finer, limit), 0.0)
 
@@ -261,7 +262,7 @@ class _Search:
         return -self._badness(variables)
 
     def _badness(self, variables: Array) -> float:
-        """Return what a run loses [m]; below 0: how far above d_m it stays."""
+        """Loss of a run [m]; below 0: how far above d_m it stays."""
         check_wanted()
         nv = len(self._low)
         # A link says no more digits than these.
@@ -292,7 +293,7 @@ class _Search:
         return best
 
     def _apart(self, posture: Array) -> float:
-        """Return how far a posture is from such a tie."""
+        """Distance of a posture from such a tie."""
         self._world.kinematics.update(posture)
         self._world.detector.detect()
         distances, rows = self._world.detector.distances(), self._world.detector.rows()[:, self._avoiding]
@@ -308,7 +309,7 @@ class _Search:
         return float(tie + (abs(distances[nearest] - first) + distances[nearest] - distances.min()) / NEAR)
 
     def _place(self, start: Array) -> Array:
-        """Return where a person's way begins (size,)."""
+        """Start of a person's way (size,)."""
         if self._settings.experiment.moves == "person":
             return REST.ravel()
         if self._world.room.ball is not None:

@@ -13,10 +13,10 @@ from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 
 SECONDS: Final = 20.0
-"""Wall time of a search [s], unless that is not enough for …"""
+"""Least wall time of a search [s]."""
 
 STARTS: Final = 16
-"""… so many start postures: others may be at work on this machine, too."""
+"""Least number of start postures of a search: on a busy machine it lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
 """Of the replay, in place of a file's name."""

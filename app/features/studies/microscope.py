@@ -86,12 +86,12 @@ class Microscope:
         self._time = time
 
     def move(self, steps: int, dt: float) -> None:
-        """Go so many steps of `dt` [s] on."""
+        """Make `steps` steps of `dt` [s]."""
         if self.span is not None:
             self._time = self.span[2] + steps * dt
 
     def magnify(self, simulation: Simulation) -> Magnified | None:
-        """Return what is seen of the run; None before its second step. Finer steps are asked for while they are shown."""
+        """View of the run; None before its second step. Finer steps are computed while they are shown."""
         self._jobs.collect()
         dt, history = simulation.settings.dt, simulation.history
         times = history.column("t")

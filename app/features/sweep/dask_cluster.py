@@ -72,7 +72,7 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
 
 @cache
 def environment() -> Environment:
-    """Return what the figures that this process finds depend on."""
+    """Versions on which the figures of this process depend."""
     code = hashlib.sha256()
     for folder in (controllers.__path__[0], scenes.__path__[0]):
         for file in sorted(Path(folder).rglob("*.*")):

@@ -122,7 +122,7 @@ class _Plan:
         return f"{value * self.spec(axis).page_scale:g} {unit}".strip()
 
     def places(self, axis: Axis) -> Array:
-        """Return where an axis's values are drawn (k,): to scale in the page's unit, or one after the other."""
+        """Places of an axis's values (k,): to scale in the page's unit, or one after the other."""
         if not is_scale(axis):
             return np.arange(len(axis.values), dtype=float)
         return np.array(axis.values, float) * self.spec(axis).page_scale
@@ -198,7 +198,7 @@ def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
 
 
 def _scale(plan: _Plan, name: str) -> tuple[Any, str]:
-    """Return how a figure becomes a colour: which scale, and which of the palettes that are safe for colour-blind people."""
+    """Colour scale of a figure, from the palettes that are safe for colour-blind people."""
     from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 
     whole = plan.figure(name)

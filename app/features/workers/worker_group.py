@@ -38,10 +38,10 @@ LATE: Final = 1.0
 """A look that is later than this says nothing of the workers: they had no processor either [s]."""
 
 MOST_SILENT, MOST_STOPPING = 3, 12
-"""A worker is ended at the next look after so many silent ones; one that is to stop saves everything meanwhile."""
+"""Number of silent looks after which a worker is ended; one that is to stop saves everything meanwhile."""
 
 MOST_STARTING: Final = 60
-"""A new worker that has not started after so many looks is given up, and the old one goes on; loops may have to be compiled."""
+"""Number of looks after which a worker that has not started is given up, and the old one continues; loops may have to be compiled."""
 
 PATIENCE: Final = 10.0
 """How long the workers may take to end [s]."""

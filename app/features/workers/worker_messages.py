@@ -169,5 +169,5 @@ class WorkerLink:
         self.wake()
 
     def received(self) -> list[Any]:
-        """Return what has arrived since the last call."""
+        """Messages that have arrived since the last call."""
         return [self._arrived.popleft() for _ in range(len(self._arrived))]

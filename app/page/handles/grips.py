@@ -165,7 +165,7 @@ class FigureGrip(Grip):
         self._hand.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:
-        """Return how the figure's arms are, at any time."""
+        """State of the figure's arms, at any time."""
         return AnglesTarget(None if self._figure is None else self._figure.angles(time))
 
     def show(self) -> None:

@@ -68,11 +68,11 @@ class TransformHandle:
         self._handle.visible = visible
 
     def _seat(self) -> tuple[Array, Array]:
-        """Return where it belongs (3,) [m], and how it is turned there (3, 3)."""
+        """Place of the handle (3,) [m] and its orientation (3, 3)."""
         raise NotImplementedError
 
     def _target(self, place: Array, turn: Array) -> Target:
-        """Return what is held with the handle at a place (3,) [m], turned (3, 3)."""
+        """What is held with the handle at a place (3,) [m], turned (3, 3)."""
         raise NotImplementedError
 
     def forget_drag(self) -> None:
@@ -143,7 +143,7 @@ def swing_elbow(holder: Holder, angle: float) -> None:
 
 
 def keeps_place(holder: Holder) -> bool:
-    """Return whether your arm is drawn to its place, so that it is the place that you move."""
+    """True if your arm is drawn to its place, so that it is the place that you move."""
     return holder.arm is holder.simulation.avoiding
 
 
@@ -157,7 +157,7 @@ def _elbow(holder: Holder) -> Array:
 
 
 def wanted_pose(holder: Holder) -> tuple[Array, Array]:
-    """Return where your hand is wanted while it is not moved (3,) [m], and how it is to be turned (3, 3); copies."""
+    """Desired place of your hand while it is not moved (3,) [m], and its desired orientation (3, 3); copies."""
     simulation = holder.simulation
     pose = simulation.kinematics.hand_pose(holder.arm)
     keeper = simulation.keeper

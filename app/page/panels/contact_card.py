@@ -115,7 +115,7 @@ def _legend() -> list[tuple[str, str]]:
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
-    """Return what the card says, and the curve λ(d) [mm, ‰], in the visitor's language."""
+    """Text of the card, and the curve λ(d) [mm, ‰], in the visitor's language."""
     simulation, run = frame.simulation, frame.settings.run
     law, two = run.law, run.both_avoid
     yours, other = ("orange", tr("orange arm")), ("silver", tr("silver arm"))
@@ -192,7 +192,7 @@ def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note
 
 
 def solo_words(run: RunSettings) -> CardWords:
-    """Return what the card says of an arm that stands alone: how its error goes on, step by step."""
+    """Text of the card for an arm that stands alone: how its error develops, step by step."""
     k = run.gain * run.overdrive * run.dt
     return {
         "step": round(1.0 - k, 4),

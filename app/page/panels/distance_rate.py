@@ -27,10 +27,10 @@ MISSED: Final = 0.01
 """A distance rate that differs from the law's by more than this is worth a word [m/s]."""
 
 OPENING: Final = 0.008
-"""From this ḋ on a gap opens [m/s], …"""
+"""Least ḋ of a gap that opens [m/s]."""
 
 HOLDING: Final = 0.003
-"""… and holds again below this one, so that the word does not flicker [m/s]."""
+"""ḋ below which an opening gap holds again, so that the word does not flicker [m/s]."""
 
 
 class Term(NamedTuple):
@@ -111,7 +111,7 @@ def allowed_rate(run: RunSettings, sample: Sample) -> float:
 
 
 def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Return what becomes of it, in a few words, as HTML; "" if the resting distance says it."""
+    """Outcome in a few words, as HTML; "" if the resting distance says it."""
     run = simulation.settings
     law, texts = run.law.entry, LAW_TEXTS[run.law.law]
     if law.rests:
@@ -162,7 +162,7 @@ def missed(simulation: Simulation, sample: Sample) -> str:
 
 
 def error_step(run: RunSettings) -> str:
-    """Return what a step makes of the error of an arm that stands alone, as HTML."""
+    """Effect of a step on the error of an arm that stands alone, as HTML."""
     k = run.gain * run.overdrive * run.dt
     e = _in("e", "e")
     if k == 0.0:
@@ -193,8 +193,8 @@ ACTS: Final = 0.01
 
 
 def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
-    """Return whether d ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
-    keeps clear, as pills; nothing where there is nothing to meet.
+    """Pills that say if d ≥ d_m is promised now or which conditions are missing, and the lever s of every avoiding arm; empty
+    if there is nothing to meet.
 
     Args:
         custom: whether a student's law runs.

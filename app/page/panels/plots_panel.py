@@ -29,10 +29,10 @@ WHAT_IF: Final = ("d", "e2")
 """Columns of "what if"."""
 
 PERIOD: Final = 0.2
-"""Wall time between two refreshes of a plot [s], in which a line over time grows by a few pixels …"""
+"""Wall time between two refreshes of a plot [s], in which a line over time grows by a few pixels."""
 
 MOST_BYTES: Final = 50_000.0
-"""… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
+"""Largest traffic of a plot [B/s]; with many or noisy lines it is refreshed less often."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""

@@ -95,7 +95,7 @@ NEAR: Final = 0.02
 
 
 def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
-    """Return where the moment that is shown, and the one worth a look, are on the axes of the plots over time, and what they are called.
+    """Place of the shown moment, and of the moment worth a look, on the axes of the plots over time, with their names.
 
     Args:
         span: ends of these axes [s]; None while there are none.

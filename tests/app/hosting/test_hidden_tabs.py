@@ -15,7 +15,7 @@ from tests.blocking_client import BlockingClient
 
 
 def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, **kind: bool) -> int:
-    """How many frames a page has in so many seconds, at 32 rounds a second."""
+    """Number of frames of a page in `seconds`, at 32 rounds a second."""
     given = {"hidden": False, "paused": True, "stirred": False} | kind
     count = 0
     for number in range(round(32 * seconds)):
@@ -46,7 +46,7 @@ def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(
 
 
 def drawn(opened: ByHand, seconds: float) -> int:
-    """How many frames the one visitor has in so many seconds."""
+    """Number of frames of the one visitor in `seconds`."""
     count = 0
     for _ in range(round(seconds / FRAME)):
         opened.frame()

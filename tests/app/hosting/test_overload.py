@@ -118,7 +118,7 @@ def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
-    """How many messages of each kind the one visitor is sent in so many frames, `seconds` apart [s]."""
+    """Number of messages of each kind that the one visitor is sent in `rounds` frames, `seconds` apart [s]."""
     (visitor,) = opened.visitors
     before = visitor.received.messages.copy()
     for _ in range(rounds):

@@ -66,7 +66,7 @@ ALLOWED = {"post", "set_source", "parts", "law"}
 
 
 def reads_past_the_frame(source: str) -> list[str]:
-    """Return what the methods that a class's `show` comes to read of a session, with their lines."""
+    """Attributes of a session that a class's `show` and the methods it calls read, with their lines."""
     found: list[str] = []
     for made in ast.walk(ast.parse(source)):
         if not isinstance(made, ast.ClassDef):

@@ -93,7 +93,7 @@ class ShownPanel:
         self.panel = Plots(gui, tab, self.session.settings.page, 150)
 
     def show(self, after: float = 0.0, wait: float = 1.0, **changes: Any) -> list[Any]:
-        """Change settings, simulate for so many seconds, and show a frame a while later; the plots."""
+        """Change settings, simulate for `seconds`, and show a frame a while later; the plots."""
         for key, value in changes.items():
             self.session.change(key, value)
         go_on(self.session, after)

@@ -66,7 +66,7 @@ def sample_file(scene: str = "hold", seconds: float = 1.3) -> tuple[Recorded, by
 
 
 def run_with(*wanted: tuple[Target | None, int]) -> Recorded:
-    """Inputs like the sample's, whose person wants these targets, each for so many steps."""
+    """Inputs like the sample's, whose person wants these targets, each for a number of steps."""
     codes, numbers = zip(*(encoded(target) for target, _ in wanted), strict=True)
     counts = np.array([count for _, count in wanted], np.uint32)
     packed = PackedTargets(np.array(codes, np.uint8), counts, np.frombuffer(b"".join(numbers)))

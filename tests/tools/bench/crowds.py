@@ -98,7 +98,7 @@ async def _crowd(
 
 
 def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
-    """Return what visitors with a session each cost a server that was started by `lwr-duet serve`, with all its processes.
+    """Cost of visitors with a session each to a server that was started by `lwr-duet serve`, with all its processes.
 
     Args:
         sessions: number of visitors at once.
@@ -126,7 +126,7 @@ def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
 
 
 def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
-    """Return what visitors cost a server, what they receive, and what takes the time.
+    """Cost of visitors to a server, what they receive, and what takes the time.
 
     Args:
         visitors: number of visitors at once.

@@ -170,7 +170,7 @@ DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]
 
 
 LEAST_FRAMES: Final = 24.0
-"""A neighbour receives at least so many frames a second …"""
+"""Least number of frames a second that a neighbour receives …"""
 
 LONGEST_GAP: Final = 0.150
 """… and never waits longer for the next one [s]."""

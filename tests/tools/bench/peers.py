@@ -87,7 +87,7 @@ def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
 
 
 def gate(baked: Baked, engines: Mapping[str, Method]) -> dict[str, dict[str, float]]:
-    """Return how well the engines agree with ours.
+    """Agreement of the engines with ours.
 
     Raises:
         DuetError: not well enough; a comparison would mean nothing.

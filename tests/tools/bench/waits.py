@@ -24,7 +24,7 @@ def measure_waits() -> BenchRows:
 
 
 def measure_run() -> dict[str, float]:
-    """Return how long `lwr-duet run` takes for 46 s of the hold experiment, and how much of it is start-up [s]."""
+    """Time of `lwr-duet run` for 46 s of the hold experiment, and the share of start-up [s]."""
     times: list[float] = []
     for seconds in ("46", "0.005"):
         begin = time.perf_counter()

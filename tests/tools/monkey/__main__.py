@@ -17,7 +17,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1])
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--least", type=int, default=0, help="so many actions at least")
+    parser.add_argument("--least", type=int, default=0, help="number of actions at least")
     parser.add_argument("--lecture", action="store_true", help="on the stage of a lecture")
     arguments = parser.parse_args()
     failed = 0

@@ -248,7 +248,7 @@ class Monkey:
 
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
-    """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them."""
+    """Let a visitor (a lecturer, in a lecture) do anything for `seconds`, and at least `least` actions; return them."""
     asked: tuple[FeatureOptions, ...] = ()
     if lecture:
         # The monkey runs without a lecture, too.

@@ -101,7 +101,7 @@ def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
-    """Return what the card shows of a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
+    """Parts of the card for a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
     step asks for no distance, and where the reader operates nothing: in a class the guess on the stage is not the reader's.
 
     Args:

@@ -84,7 +84,7 @@ class Marks:
 
 
 def reaches(step: Step) -> tuple[float, ...]:
-    """Return how near the elbow has to come to each mark of a step [m]: what its challenge says."""
+    """Tolerance of the elbow at each mark of a step [m], as its challenge says."""
     criteria = step.challenge.criteria if step.challenge is not None else ()
     said: dict[object, float] = {}
     for criterion in criteria:

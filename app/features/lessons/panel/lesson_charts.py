@@ -78,7 +78,7 @@ def _bounds(criterion: Criterion) -> list[float]:
 
 
 TRACK_POINTS: Final = 240
-"""Points of a track: the smallest distance in each of so many parts of the run."""
+"""Number of parts of a run; the smallest distance of each is a point of the track."""
 
 
 def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:

@@ -353,7 +353,7 @@ def _offer(
 
 
 def next_label(view: StepView) -> str:
-    """Return what stands on the button that goes on."""
+    """Label of the button that continues."""
     if view.showing:
         return tr("Back to the outcome")
     place = view.phases.index(view.phase)

@@ -134,7 +134,7 @@ def figure_html(view: StepView) -> Markup:
 
 
 def attempt_html(view: StepView) -> Markup:
-    """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
+    """Result of the newest attempt at the challenge: every inequality, the missed ones first."""
     made, attempt, challenge = macros(_TEMPLATE), view.done.last, view.step.challenge
     if view.phase is not Phase.CHALLENGE:
         return _NOTHING
@@ -165,7 +165,7 @@ def duel_html(view: StepView) -> Markup:
 
 
 def record_html(margin: float | None) -> Markup:
-    """Return how near a class has come. `margin`: the smallest d less d_m [m]; None for nothing."""
+    """Best margin of a class. `margin`: the smallest d less d_m [m]; None before the first."""
     return Markup() if margin is None else macros(_DUEL).record(*_with_words(margin))
 
 
@@ -175,7 +175,7 @@ def _with_words(margin: float) -> tuple[float, str]:
 
 
 def learned_html(view: StepView) -> Markup:
-    """Return what was learned in the lesson, once its last step is finished."""
+    """Summary of the lesson, once its last step is finished."""
     if not view.lesson_finished or not view.lesson.learned:
         return _NOTHING
     return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
@@ -187,5 +187,5 @@ def rules_html(css: str) -> Markup:
 
 
 def choice_label(number: int, text: str, chosen: bool) -> str:
-    """Return what stands on the button of an answer; `number` from 1."""
+    """Label of an answer's button; `number` from 1."""
     return f"{'● ' if chosen else ''}{number}   {plain(text)}"

@@ -24,13 +24,13 @@ PERIOD: Final = 0.2
 """Wall time between two refreshes of the numbers [s]."""
 
 WIDTH: Final = 340
-"""Width of the panel [CSS px], and …"""
+"""Width of the panel [CSS px]."""
 
 EDITOR_WIDTH: Final = 520
-"""The same beside an editor, where the window is wide enough, and …"""
+"""Width of the panel with an editor in it, where the window is wide enough [CSS px]."""
 
 NARROW_WIDTH: Final = 300
-"""… on a narrow window."""
+"""Width of the panel in a narrow window [CSS px]."""
 
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
 """Where every block stands among its neighbours, the buttons between them."""

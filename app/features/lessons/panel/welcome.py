@@ -16,7 +16,7 @@ from app.web.viser_internals import uuid_of
 
 
 def is_for_newcomers(query: Mapping[str, str]) -> bool:
-    """Return whether a link asks for the page as it is at first: for no lesson, and for no settings but the look."""
+    """True if a link asks for the page as it is at first: for no lesson, and for no settings but the look."""
     return all(key in LOOKS or (is_foreign(key) and key not in STEP_KEYS and key != WHOLE) for key in query)
 
 

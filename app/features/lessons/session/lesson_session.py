@@ -251,12 +251,12 @@ class LessonSession(SessionPart):
 
     @property
     def hands_off(self) -> bool:
-        """Return whether the lesson moves what the visitor could move."""
+        """True if the lesson moves what the visitor could move."""
         return self.open and not self.walk.yours
 
     @property
     def over(self) -> bool:
-        """Return whether the run has come to its end, so that *Run* begins the next one."""
+        """True if the run has come to its end, so that *Run* begins the next one."""
         walk = self.walk
         if walk.pushes:
             return walk.run_id == self._measured
@@ -264,7 +264,7 @@ class LessonSession(SessionPart):
 
     @property
     def computing(self) -> bool:
-        """Return whether something waits for a further run."""
+        """True if something waits for a further run."""
         return self._waiting is not None
 
     def act(self, action: lesson_actions.LessonAction) -> None:
@@ -464,7 +464,7 @@ class LessonSession(SessionPart):
         self._show_moment()
 
     def _push_goes_on(self) -> bool:
-        """Return whether a push of a duel goes on: its time begins as the hand is taken. A hand that is left alone begins again."""
+        """True if a push of a duel goes on: its time begins as the hand is taken. A hand that is left alone begins again."""
         simulation, seconds = self._session.simulation, self.walk.setup.seconds
         if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
             self._begin(True)
@@ -537,7 +537,7 @@ class LessonSession(SessionPart):
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
-        """Return how far the tests of the custom law are; None where the step does not ask for one."""
+        """Progress of the custom law's tests; None where the step does not ask for one."""
         return tests_of(self._session) if self.open and asks_for_custom_law(self.walk) else None
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:

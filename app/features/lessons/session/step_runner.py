@@ -57,7 +57,7 @@ def with_look(settings: Settings, session: Session) -> Settings:
 
 
 def asks_for_custom_law(walk: Walkthrough) -> bool:
-    """Return whether it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
+    """True if it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
     return walk.challenge is not None and walk.challenge.custom_law
 
 

@@ -85,13 +85,13 @@ def balance(run: RunSettings, inside: float) -> float:
 
 @quantity(N_("d where λv = (1 − λ)K(d − d_goal)"), "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
-    """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
+    """Resting place of a hand that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
     return balance(evidence.settings, gap)
 
 
 @quantity(N_("displacement by λv = (1 − λ)K e"), "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
-    """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
+    """Resting distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
     return balance(evidence.settings, gap) - gap
 
 

@@ -64,7 +64,7 @@ def approach_now(evidence: Evidence) -> Value:
 
 @quantity(N_("changes of the closest pair"), "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
-    """Return how often another pair of bodies became the closest."""
+    """Number of times that another pair of bodies became the closest."""
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 

@@ -73,7 +73,7 @@ def hand_turned(evidence: Evidence) -> Value:
 
 @quantity(N_("elbow's smallest distance from the mark at {angle}"), "mm", 0)
 def mark_miss(evidence: Evidence, angle: float) -> Value:
-    """Return how near the elbow came to the mark at an angle about the line from shoulder to wrist [m]."""
+    """Least distance of the elbow from the mark at an angle about the line from shoulder to wrist [m]."""
     (mark,) = mark_places(evidence.room, (angle,))
     return float(np.sqrt(((evidence.along(evidence.elbow) - mark) ** 2).sum(axis=1).min()))
 

@@ -53,7 +53,7 @@ def speed_share(evidence: Evidence) -> Reading:
 
 @quantity(N_("time without authority"), "s", 2)
 def time_without_authority(evidence: Evidence) -> Value:
-    """Return how long the arm could not do what the law asked for [s]."""
+    """Time in which the arm could not do what the law asked for [s]."""
     return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
 
 

@@ -189,7 +189,7 @@ def shown_value(value: Value, unit: str, digits: int) -> str:
 
 
 def significant_digits(value: Value, unit: str, digits: int) -> int:
-    """Return how many digits after the point show two significant ones: at most one more than usual, and none of a whole number."""
+    """Digits after the point that show two significant ones: at most one more than usual, and 0 of a whole number."""
     if not digits or value is None or not math.isfinite(value) or value == 0.0:
         return digits
     exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])

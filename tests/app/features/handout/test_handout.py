@@ -53,7 +53,7 @@ def words(page: str) -> str:
 
 
 def outcome_texts(lesson: Lesson, step: Step) -> list[str]:
-    """Return what only the teacher's copy may say of a step: replies, and the first measurement with its value."""
+    """Texts of a step that only the teacher's copy may have: replies, and the first measurement with its value."""
     outcome = reference(step, step.setup)
     replies = [fill(step, choice.reply, outcome, lesson.language) for choice in (step.question.choices if step.question else ())]
     texts = [words(lesson_html(reply, step.setup.folder)) for reply in replies]

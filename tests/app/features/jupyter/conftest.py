@@ -81,7 +81,7 @@ def environment(home: Path) -> dict[str, str]:
 
 
 def goes_on(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process still runs a moment from now."""
+    """True if a process still runs a moment from now."""
     with suppress(subprocess.TimeoutExpired):
         process.wait(0.1)
     return process.returncode is None

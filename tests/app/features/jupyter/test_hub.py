@@ -106,7 +106,7 @@ class Hub:
         )
 
     def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
-        """Return what a page is sent first by its websocket."""
+        """First message to a page by its websocket."""
         with self.websocket(visitor, path, origin) as connection:
             return connection.recv(60.0)
 

@@ -75,7 +75,7 @@ def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not
 
 
 def first_message(jupyter: JupyterServer, origin: str, cookies: str) -> bytes | str:
-    """Return what a browser is sent first that opens the tile's websocket under the hub's name."""
+    """First message to a browser that opens the tile's websocket under the hub's name."""
     with connect(
         f"{jupyter.origin.replace('http', 'ws')}{jupyter.folder}duet/",
         sock=socket.create_connection(("127.0.0.1", jupyter.port)),

@@ -243,7 +243,7 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     for one in (english, screen):
         one.close()
     bo.wait_for(lambda _: len(host.shared.pages) == 2, WAIT)
-    # So many looks are drawn; more of them join the one that is most like theirs, in their language.
+    # Only this number of looks is drawn; more of them join the one that is most like theirs, in their language.
     every = itertools.product(("sl", "en"), ("light", "dark"), ("desk", "projector"))
     more = [f"lang={lang}&theme={theme}&profile={size}" for lang, theme, size in every]
     # Each is a tab of its own, as without an id one address has few connections.

@@ -33,7 +33,7 @@ def searching(desk: Inline, **settings: object) -> tuple[Session, Counterexample
 @pytest.mark.thorough
 @pytest.mark.parametrize("in_time", [3, 5])
 def test_it_goes_from_start_to_start_and_ends(desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
-    """After so many starts as are made in time, but not before a fourth one."""
+    """After the starts that are made in time, but not before a fourth one."""
     monkeypatch.setattr(counterexample_search, "STARTS", 4)
     session, search = searching(desk, seed=7)
     for done in range(1, (starts := max(in_time, 4)) + 1):

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 
 
 def interrupted(compute: Callable[..., Iterator[Any]], after: int) -> Callable[..., Iterator[Any]]:
-    """The same, but that Ctrl+C comes once so many of its computations are done."""
+    """The same, except that Ctrl+C comes after `after` of its computations."""
 
     def some(*arguments: Any) -> Iterator[Any]:
         for done, found in enumerate(compute(*arguments)):

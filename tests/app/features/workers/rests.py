@@ -109,7 +109,7 @@ class RestingVisitor:
         await self.client.pull(node, "end", PLACE, PLACE)
 
     def is_in(self, saved: float, record: VisitorRecord) -> bool:
-        """Return whether a record has what the visitor has done. `saved`: when it was written [s since 1970]."""
+        """True if a record has what the visitor has done. `saved`: when it was written [s since 1970]."""
         if self.kind == "pull":
             return saved >= self.acted and record.state is not None and record.state.run.snapshot.steps > 0
         progress = progress_in(record)

@@ -3,7 +3,7 @@ after a loss.
 
 Visitors in private sessions pull the arm and change the experiment while each worker is killed once, all workers are renewed, lines
 break off in the middle of a pull, and many tabs come and go. With `--kills 200` they rest instead, do one thing, and all workers are
-killed two seconds later or more, until so many are.
+killed two seconds later or more, until that number is open.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tests.blocking_client import OperatingClient
 EXPERIMENTS: Final = ("master_slave", "hold", "ball", "imitation", "solo")
 PLACE: Final = (0.3, 0.0, 1.0)
 ACTIVE: Final = 3
-"""One visitor in so many acts; the others watch their autopilot, and their messages are not decoded."""
+"""One visitor in this number acts; the others watch their autopilot, and their messages are not decoded."""
 
 
 def memory(served: Served) -> float:
@@ -105,7 +105,7 @@ class Tab:
 
 
 async def come_and_go(url: str, times: int) -> int:
-    """Open and close so many tabs, ten at a time; return how many have seen the page."""
+    """Open and close tabs, ten at a time; the number that have seen the page."""
     seen = 0
     for first in range(0, times, 10):
         tabs = [
