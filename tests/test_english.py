@@ -31,13 +31,9 @@ def test_no_file_has_the_habit(habit: str) -> None:
     assert found == []
 
 
-@pytest.mark.parametrize(
-    ("habit", "text"),
-    zip(
-        HABITS,
-        ('"""Return whether it runs."""', "a law; None for none.", "after so many steps", '\n"""… and this."""'),
-        strict=True,
-    ),
-)
+EXAMPLES = ('"""Return whether it runs."""', "a law; None for none.", "after so many steps", '\n"""… and this."""')
+
+
+@pytest.mark.parametrize(("habit", "text"), list(zip(HABITS, EXAMPLES, strict=True)))
 def test_the_habits_are_found(habit: str, text: str) -> None:
     assert HABITS[habit].search(text)
