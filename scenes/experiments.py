@@ -46,7 +46,7 @@ class Experiment:
 
     @property
     def error_unit(self) -> str:
-        """Of the squared error that is recorded."""
+        """Unit of the squared error that is recorded."""
         return "m²" if self.follows == "nothing" else "rad²"
 
 

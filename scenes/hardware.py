@@ -91,7 +91,7 @@ LONGEST: Final = specs(HardwareSettings)["dead"].high
 """Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds what was commanded then."""
 
 SLACK: Final = 1e-9
-"""Of a comparison of times, which are sums of many time steps [s]."""
+"""Tolerance of a comparison of times, which are sums of many time steps [s]."""
 
 
 class Actuation:

@@ -26,7 +26,7 @@ from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
 
 VERSION: Final = 2
-"""Of a file with the answers of a law; any other is of version 1, for older programs."""
+"""Version of a file with the answers of a law; every other file has version 1, for older programs."""
 FORMAT: Final = "duet inputs"
 
 LARGEST_FILE: Final = 64_000_000

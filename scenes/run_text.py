@@ -20,7 +20,7 @@ LONGEST_TEXT: Final = 3000
 """Characters of a text: a longer link is cut off by many programs."""
 
 LONGEST: Final = 60.0
-"""Of a run in a text [s]."""
+"""Longest run in a text [s]."""
 
 GRID: Final = 2.0**-13
 """Places that are meant for a text are multiples of this, 0.12 mm [m]: most of the bits of their numbers are 0."""

@@ -194,11 +194,11 @@ PAIR: Final = "_"
 """Between the names of two makes, left first, in one value of the setting `robot`."""
 
 FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
-"""Of a robot from a file: the file's own name and the beginning of the hash of its content."""
+"""Name of a robot from a file: the file's own name and the beginning of the hash of its content."""
 
 _NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
 BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
-"""Of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
+"""Name of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
 
 _ADDED: Final[dict[str, dict[str, str]]] = {}
 """Key → value → label of the choices that were given at the start of this process."""

@@ -20,13 +20,13 @@ from scenes.settings import RunSettings
 from scenes.targets import HandTarget
 
 RADIUS: Final = 0.10
-"""Of the circle [m]."""
+"""Radius of the circle [m]."""
 
 LAP: Final = 8.0
 """Time of a lap [s]."""
 
 POINTS: Final = 96
-"""Of the circle as it is drawn."""
+"""Number of points of the circle as it is drawn."""
 
 ALONE_NAME: Final = "arm"
 """Name of an arm that stands alone."""

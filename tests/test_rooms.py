@@ -21,10 +21,10 @@ FLOORS = 15
 """The longest way down through the rooms has no more than these."""
 
 INSIDE = re.compile(r"viser\._|viser\.infra|_websock_server|_live_connections|\b_impl\b|_viser_server")
-"""Names of viser's private side …"""
+"""Names of viser's private side."""
 
 DOOR = "app/web/viser_internals.py"
-"""… and the one file that may say them."""
+"""The one file that may use viser's private names."""
 
 FLOORS_OF_CODE = ("app", "scenes", "controllers")
 PRODUCT = sorted(path.relative_to(ROOT).as_posix() for floor in FLOORS_OF_CODE for path in (ROOT / floor).rglob("*.py"))

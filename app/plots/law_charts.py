@@ -29,7 +29,7 @@ DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in r
 """Its ticks, every other one with a number."""
 
 ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
-"""Of the paper's Fig. 2 → the activation at which the curve has its name: so far apart that no name is beside another one."""
+"""Orders of the paper's Fig. 2 → the activation at which the curve has its name: so far apart that no name is beside another one."""
 
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 

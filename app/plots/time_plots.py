@@ -37,7 +37,7 @@ _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
 _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 _GHOST_JOINT: Final = (8.0, 2.5, 2.0, 2.5)
-"""Of a ghost's joints: the other dashes are those of the joints."""
+"""Dashes of a ghost's joints; the joints themselves have the others."""
 
 _RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
 """Run beside the visitor's own → its name in a legend."""

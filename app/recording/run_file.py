@@ -24,7 +24,7 @@ LONGEST_ENTRY: Final = 40
 """Characters of one entry of a provenance at most."""
 
 SHOWN_DIGITS: Final = 12
-"""Of a file's hash."""
+"""Digits of a file's hash that are shown."""
 
 NAMES: Final[dict[str, str]] = {
     "duet": "Duet",
@@ -77,10 +77,10 @@ def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyTex
 
 
 SUFFIX: Final = ".duet.npz"
-"""Of a file's name."""
+"""Ending of a file's name."""
 
 LONGEST: Final = 660.0
-"""Of a run in a file [s]: a little more than a session keeps."""
+"""Longest run in a file [s]: a little more than a session keeps."""
 
 MADE: Final = "made"
 """Name of the part that says what made the file."""

@@ -20,7 +20,7 @@ NEAREST: Final = 0.3
 
 
 class Pose(NamedTuple):
-    """Of a camera that stands upright: eye and the point that it looks at (3,) [m], and the vertical angle of view [rad]."""
+    """Pose of an upright camera: eye and the point that it looks at (3,) [m], and the vertical angle of view [rad]."""
 
     eye: Array
     look_at: Array

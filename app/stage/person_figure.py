@@ -16,7 +16,7 @@ from scenes.person.source import MissingPackage
 from scenes.targets import AnglesTarget
 
 SCALE: Final = 0.92 / SHOULDER_HEIGHT
-"""Of the figure: its shoulders are as high as the robots' [m/m]."""
+"""Scale of the figure: its shoulders are as high as the robots' [m/m]."""
 
 STAND: Final = np.array([-0.60, -1.05, 0.0])
 """Where it stands (3,) [m]: on its right of the robots, a step behind, where their arms don't reach."""

@@ -14,10 +14,10 @@ from app.theme import PALETTES, SYMBOL_COLOURS
 log = logging.getLogger("duet.lessons")
 
 SIZE: Final = 16.0
-"""Of a formula's letters [CSS px]."""
+"""Size of a formula's letters [CSS px]."""
 
 SMALLEST: Final = 14.0
-"""Of the letters of a formula that is too wide for its panel, as large as those of the text [CSS px]."""
+"""Size of the letters of a formula that is too wide for its panel, as large as those of the text [CSS px]."""
 
 _COLOURS: Final = {name: getattr(PALETTES["light"], field) for name, field in SYMBOL_COLOURS.items()}
 """Class of the style sheet → colour that stands for it while a formula is drawn."""

@@ -38,7 +38,7 @@ SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 SHOULDER_WIDTH: Final = 0.42
 UPPER_ARM: Final = 0.276
 FOREARM: Final = 0.287
-"""Of the human model that is drawn, a man of 1.8 m: from shoulder to shoulder, from shoulder to elbow, and on to the wrist [m]."""
+"""Lengths of the human model that is drawn, a man of 1.8 m: from shoulder to shoulder, from shoulder to elbow, and on to the wrist [m]."""
 
 
 class BodyPoints(NamedTuple):

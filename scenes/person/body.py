@@ -29,10 +29,10 @@ MATERIAL: Final = glb.Material("#8394a6", 0.7)
 """A blue-grey that is neither robot's."""
 
 SHARE: Final = 0.16
-"""Of the model's triangles that are kept."""
+"""Share of the model's triangles that are kept."""
 
 SHOULDER_HEIGHT: Final = 1.380
-"""Of the model's shoulders above its soles [m]: where the body node's origin stands above the floor."""
+"""Height of the model's shoulders above its soles [m]: where the body node's origin stands above the floor."""
 
 TORSO_FROM_MODEL: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     import trimesh
 
 TRIANGLES: Final = 30_000
-"""Of a whole fine robot."""
+"""Number of triangles of a whole fine robot."""
 
 COARSE_TRIANGLES: Final = 4_200
-"""Of one for a browser without a graphics card."""
+"""Number of triangles of a robot for a browser without a graphics card."""
 
 CREASE: Final = float(np.radians(35))
 """Faces that meet at more have an edge between them."""

@@ -16,7 +16,7 @@ from scenes.settings import RobotName
 PACKAGE: Final = "example-robot-data"
 
 COLUMN_RADIUS: Final = 0.075
-"""Of the foot of a column [m]."""
+"""Radius of the foot of a column [m]."""
 
 
 @dataclass(frozen=True)

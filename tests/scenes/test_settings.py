@@ -35,7 +35,7 @@ def bounds(spec: Spec) -> tuple[str, str]:
 
 
 def test_a_choice_has_one_label_a_value() -> None:
-    """Of a page with a label too few or too many no control could be built."""
+    """With a label too few or too many no control could be built."""
     for labels in ((), ("Left",), ("Left", "Right", "Both")):
         with pytest.raises(ValueError, match="argument"):
             Tab("Arms").choice("left", ArmName, "guided", "your arm", "The arm that you move.", *labels)

@@ -28,16 +28,16 @@ from tests.browser import launch, settled_view, started_playwright, wait_frames,
 
 SIZE: Final = (1180, 740)
 WIDTH: Final = 885
-"""Of the picture [px]."""
+"""Width of the picture [px]."""
 
 LARGEST: Final = 3_000_000
 """[B]"""
 
 FRAME: Final = 0.025
-"""Wall time that the page takes to have gone by from one of its frames to the next [s] …"""
+"""Wall time that the page takes to have gone by from one of its frames to the next [s]."""
 
 FRAMES: Final = 4
-"""… and frames from one picture to the next."""
+"""Number of frames from one picture to the next."""
 
 PATIENT: Final = 60.0
 """Wall time that a frame may really take [s]."""

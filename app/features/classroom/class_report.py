@@ -180,7 +180,7 @@ COLUMNS: Final = (
     *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
     *("right_answer", "right", "passed", "before", "after", "gain"),
 )
-"""Of every row; after them stands a column for each report."""
+"""Columns of every row; a column for each report follows."""
 
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:

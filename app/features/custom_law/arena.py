@@ -21,7 +21,7 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
 PIECES: Final = 48
-"""Of a run, in each of which a curve has its worst value."""
+"""Number of pieces of a run; a curve has the worst value of each."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class TrialCurve:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """Of one test.
+    """Result of one test.
 
     Attributes:
         reason: which one, and by how much it holds or fails; a `Message`.
@@ -111,7 +111,7 @@ LENGTHS: Final = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-6, 0.0)
 """|J_d| of the situations in which the arm has less and less of a lever [m/rad]."""
 
 TOP_SPEED: Final = 1.92
-"""Of the joints in these situations [rad/s], the LWR's slowest."""
+"""Top speed of the joints in these situations [rad/s], the LWR's slowest."""
 
 PATIENCE: Final = 10.0
 """Time that all calls of one run may take together [s]."""

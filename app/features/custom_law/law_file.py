@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 """As in `controllers.kinematics`; the law's process does without the libraries of that."""
 
 JOINTS = 7
-"""Of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
+"""Number of joints of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
 
 LOOSE = 100.0
 """Bounds in `one_joint` [rad/s]: none that anything would meet."""

@@ -16,7 +16,7 @@ from scenes.simulation import Simulation
 from scenes.wanted import check_wanted
 
 LARGEST: Final = 16_000_000
-"""Of a table that is not compressed [B]: two minutes at the usual time step."""
+"""Largest size of a table that is not compressed [B]: two minutes at the usual time step."""
 
 
 def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:

@@ -32,7 +32,7 @@ from scenes.wanted import while_wanted
 
 WIDTH: Final = 7.2
 HEIGHT: Final = 1.85
-"""Of a picture, and of each of its panels [inch]."""
+"""Height of a picture, and of each of its panels [inch]."""
 
 MOST_MARKS: Final = 40
 """Changes of the settings that are marked; more of them would be a grey wall."""

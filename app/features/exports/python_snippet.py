@@ -13,7 +13,7 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 MOST_CHARACTERS: Final = 40_000
-"""Of recorded inputs in the text; more than that are read from a file."""
+"""Largest size of recorded inputs in the text; more than that are read from a file."""
 
 
 class Snippet(NamedTuple):

@@ -95,7 +95,7 @@ class Curves:
         self._simulation = begun(recorded)
         self._simulation.apply(self.settings)
         self.table, ends = thinned_table(table)
-        """Of at most `POINTS` rows."""
+        """History of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
         bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
         places = np.searchsorted(bounds, self._steps, side="right")
@@ -106,7 +106,7 @@ class Curves:
 
     @property
     def times(self) -> Array:
-        """Of every point (k,) [s]."""
+        """Time of every point (k,) [s]."""
         return self.table[:, COLUMN["t"]]
 
     @property
@@ -196,7 +196,7 @@ def without_tags(html: str) -> str:
 # ---- a long run in few rows: steps of the run itself, chosen so that every dip, every peak and every jump is among them --------
 
 POINTS: Final = 3_200
-"""Of a line at most; each of them is a step of the run."""
+"""Largest number of points of a line; each of them is a step of the run."""
 
 BINS: Final = 400
 """Pieces of a longer run of which the same number of points is kept: the ends, and the steps that lie off a line between them."""

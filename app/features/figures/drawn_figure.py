@@ -26,7 +26,7 @@ FAINT: Final = COLOURS.line
 PALE: Final = COLOURS.panel
 
 WIDTH: Final = 5.2
-"""Of a figure [inch]; at half the width of a page its type is as large as the paper's."""
+"""Width of a figure [inch]; at half the width of a page its type is as large as the paper's."""
 
 DPI: Final = 200
 
@@ -44,7 +44,7 @@ DASHES: Final[tuple[Any, ...]] = (
     (0, (9, 1.5, 1.2, 1.5)),
     (0, (4, 1, 1, 1, 1, 1, 1, 1)),
 )
-"""Of the first line of a panel, the second, and so on."""
+"""Dashes of the first line of a panel, the second, and so on."""
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 

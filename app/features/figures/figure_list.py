@@ -38,12 +38,12 @@ class FigureEntry:
 
     @property
     def stem(self) -> str:
-        """Of its file names."""
+        """First part of the figure's file names."""
         return f"fig{self.number}_{self.name}" if self.number else self.name
 
     @property
     def heading(self) -> str:
-        """Of its section in the report."""
+        """Heading of the figure's section in the report."""
         return f"Fig. {self.number}: {self.title}" if self.number else self.title
 
 

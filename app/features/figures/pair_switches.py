@@ -67,7 +67,7 @@ def _sentence(pairs: Treatment, steps: tuple[float, ...], runs: list[Summary]) -
 
 
 SLIDE_SEED: Final = 396
-"""Of the person who moves the guided arm onto the tie, from the start `between`."""
+"""Seed of the person who moves the guided arm onto the tie, from the start `between`."""
 
 SLIDE_SECONDS: Final = 12.0
 """Length of a run [s]; nothing is lost afterwards."""

@@ -43,7 +43,7 @@ GROUND: Final = np.array([0.17, 0.165, 0.16])
 """Colours of the lights, of the half of the room above, and of the half below; linear."""
 
 BACKGROUND: Final = (np.array(theme.PALETTES["light"].background) / 255.0) ** 2.2
-"""Of the room, far away and near the eye (2, 3); linear, near enough."""
+"""Colours of the room, far away and near the eye (2, 3); linear, near enough."""
 
 FLOOR_CELL: Final = 0.5
 FLOOR_END: Final = 3.4
@@ -53,7 +53,7 @@ SHADOW_LIFT: Final = 0.003
 """A shadow ray starts so far above its surface, so that it does not hit it [m]."""
 
 LIGHT_RADIUS: Final = 0.025
-"""Of the first light as seen from the scene, which makes the edges of shadows soft [rad]."""
+"""Radius of the first light as seen from the scene, which makes the edges of shadows soft [rad]."""
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ SCALARS: Final = Operations(
     },
     _chosen,
 )
-"""Of floats; raises ArithmeticError or ValueError where a value is not defined."""
+"""Operations on floats; each raises ArithmeticError or ValueError where a value is not defined."""
 
 
 def _least(*values: Any) -> Any:
@@ -114,4 +114,4 @@ ARRAYS: Final = Operations(
     },
     _each_chosen,
 )
-"""Of arrays; gives nan or inf where a value is not defined."""
+"""Operations on arrays; each gives nan or inf where a value is not defined."""

@@ -29,7 +29,7 @@ for _rule, _marks in {"formula": ("\\(", "\\)"), "formula_display": ("\\[", "\\]
 _READER.add_render_rule("picture", lambda _, tokens, at, *__: element("p", tokens[at].content))
 
 NO_UNITS: Final = "3"
-"""Of a numerical question: the answer is a bare number, and its unit stands in the question."""
+"""Unit handling of a numerical question: the answer is a bare number, and its unit stands in the question."""
 
 
 NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -49,7 +49,7 @@ def cell_html(server: NotebookRun, height: int) -> str:
 __all__ = ["close", "law", "show"]
 
 HEIGHT: Final = 720
-"""Of the page in a cell [px]."""
+"""Height of the page in a cell [px]."""
 
 _running: NotebookRun | None = None
 

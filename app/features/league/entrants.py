@@ -41,7 +41,7 @@ class Entrant(msgspec.Struct, frozen=True):
 
     @property
     def sha256(self) -> str:
-        """Of a file, in hexadecimal digits; "" for a built-in law."""
+        """Hash of the law's file, in hexadecimal digits; "" for a built-in law."""
         return "" if self.text is None else hashlib.sha256(self.text).hexdigest()
 
     @property

@@ -19,7 +19,7 @@ from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
 
 EDITION: Final = "2026"
-"""Of the runs; another one where anything below changes, or a default, so that figures of two editions are not compared."""
+"""Edition of the runs; it changes with anything below, or a default, so that figures of two editions are not compared."""
 
 SCENES: Final = (HOLD, BALL, MASTER_SLAVE)
 RobotKind = Literal["ideal", "delayed"]
@@ -139,7 +139,7 @@ class LeagueRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of an event for one entrant.
+    """Outcome of an event for one entrant.
 
     Attributes:
         value: of its knob, SI; None if it ran with its own settings, or if no value keeps the distance.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 ENDINGS: Final = (".py", ".html", ".htm")
-"""Of what is graded."""
+"""Endings of the files that are graded."""
 
 MOST_PARTS: Final = 2000
 MOST_BYTES: Final = 2**29

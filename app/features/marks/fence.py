@@ -33,7 +33,7 @@ _MOST: Final = 2**20
 _TOKEN: Final = "DUET_FENCE"
 """Name in the environment by which everything that a file has started is found."""
 _KEPT: Final = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
-"""Of the environment."""
+"""Variables of the environment that a fenced process keeps."""
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,14 @@ PROCESSES: Final = 48
 FILE: Final = 16 * 2**20
 """Largest file [bytes]."""
 ROOM: Final = 64 * 2**20
-"""Of the folder in memory [bytes]."""
+"""Size of the folder in memory [bytes]."""
 DESCRIPTORS: Final = 64
 """Each may be a file in memory."""
 SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
     *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
 )
-"""Of the system, what Python and its libraries may need."""
+"""Folders of the system that Python and its libraries may need."""
 
 UNAVAILABLE: Final = 96
 """Exit code of a try for which the system gives no permission."""
@@ -40,7 +40,7 @@ _SET_ATTRIBUTES: Final = 442
 _RECURSIVE, _READ_ONLY, _HERE = 0x8000, 1, -100
 """`AT_RECURSIVE`, `MOUNT_ATTR_RDONLY`, `AT_FDCWD`."""
 _DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
-"""Of <sys/prctl.h>."""
+"""Constants of <sys/prctl.h>."""
 
 
 def main() -> None:

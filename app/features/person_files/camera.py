@@ -18,7 +18,7 @@ STALE: Final = 0.5
 """A person seen longer ago than this is lost [s]."""
 
 LONGEST_VIDEO: Final = 1800.0
-"""Of a video that is read as a whole [s]."""
+"""Longest video that is read as a whole [s]."""
 
 
 class CameraSource:

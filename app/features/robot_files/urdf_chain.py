@@ -24,13 +24,13 @@ FASTEST: Final = 10.0
 """Greatest top speed that is taken as it is [rad/s]."""
 
 USUAL_SPEED: Final = 2.0
-"""Of a joint without a speed limit [rad/s]."""
+"""Speed limit of a joint without one in its file [rad/s]."""
 
 TURN: Final = 2.0 * np.pi
 """How far a joint without stops may turn to either side [rad]."""
 
 SHOULDER_HEIGHT: Final = 0.31
-"""Of the shoulder above the foot [m], as of the LWR; a lower one gets a column under its foot."""
+"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column under its foot."""
 
 SHORTEST: Final = 0.1
 LONGEST: Final = 10.0

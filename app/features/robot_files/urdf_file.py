@@ -19,7 +19,7 @@ from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 
 MOST_TRIANGLES: Final = 1_500_000
-"""Of all meshes of a robot together."""
+"""Largest number of triangles in all meshes of a robot together."""
 
 
 @dataclass(frozen=True)

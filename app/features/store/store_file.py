@@ -17,7 +17,7 @@ APPLICATION: Final = 0x44754574
 """SQLite's application id of our files."""
 
 VERSION: Final = 1
-"""Of the tables and of what is in them; a file of another one is set aside."""
+"""Version of the tables and of their content; a file of another version is set aside."""
 
 _TABLES: Final = """
 CREATE TABLE tabs (tab TEXT PRIMARY KEY, saved REAL NOT NULL, head BLOB NOT NULL);

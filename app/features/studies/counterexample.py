@@ -71,7 +71,7 @@ CORNER: Final = 0.05
 """Edge of the first simplex [rad, m, m/s]."""
 
 DIGITS: Final = 4
-"""Of start and way: a tenth of a millirad and of a millimetre."""
+"""Digits of start and way: a tenth of a millirad and of a millimetre."""
 
 FARTHEST: Final = 10.0
 """Largest number of a start or a way that is believed [rad, m]."""

@@ -19,7 +19,7 @@ STARTS: Final = 16
 """Least number of start postures of a search: on a busy machine it lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
-"""Of the replay, in place of a file's name."""
+"""Name of the replay, in place of a file's name."""
 
 
 class CounterexampleSearch:

@@ -45,7 +45,7 @@ MOST_RERUNS: Final = 24
 """Runs that a search may make."""
 
 _FIRST_LOOK: Final = 7
-"""Of these, values spread over the whole range of the knob."""
+"""Number of the first values, which are spread over the whole range of the knob."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ class Hunt:
     runs: int = 1500
     """How many."""
     seed: int = 1
-    """Of the settings and start postures: the same seed draws the same runs."""
+    """Seed of the settings and start postures: the same seed draws the same runs."""
     seconds: float = 6.0
     """Simulated time of each run [s]."""
     out: Path = Path(".")
@@ -102,7 +102,7 @@ def _repeating(command: Hunt, index: int, random: RandomRun) -> str:
 
 
 LONGEST: Final = 86_400.0
-"""Of a search [s]."""
+"""Longest search [s]."""
 
 FASTEST: Final = 20
 """Starts that a process searches in a second at most; more are never drawn up."""

@@ -28,7 +28,7 @@ class Sweep:
     out: Path = Path("sweep")
     """Folder for the table and the maps."""
     format: Literal["csv", "parquet"] = "csv"
-    """Of the table; parquet needs pyarrow."""
+    """Format of the table; parquet needs pyarrow."""
     workers: int = 0
     """Processes; 0 takes one a core. The figures do not depend on it."""
     scheduler: str | None = None

@@ -67,7 +67,7 @@ FORMULAS: Final = {
     *("K", "v", "n", "g", "β", "γ", "η", "q̇", "a²", "ε", "dt", "d_m", "d_0", "k_r", "w_max", "λ(d)", "e²(d)", "q₁–q₄"),
     *("d ≥ d<sub>m</sub>", "u v w", "n, v"),
 }
-"""Labels that are symbols, …"""
+"""Labels that are symbols."""
 
 NAMES: Final = {
     *("Duet", "CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].options().values(), *LANGUAGES.values()),
@@ -81,14 +81,14 @@ NAMES: Final = {
     ),
     *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016", "Mansard, Khatib & Kheddar 2009"),
 }
-"""… and names: the same in every language."""
+"""Names, which are the same in every language."""
 
 
 BODIES: Final = (
     *("upper arm", "elbow", "forearm", "wrist", "hand"),
     *("pedestal", "ball", "link", "outer link", "outer upper arm"),
 )
-"""Of which the pairs are, as `app.plots.pair_strips` names them."""
+"""Bodies of the pairs, as `app.plots.pair_strips` names them."""
 
 JOINTS: Final = (
     *("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),

@@ -161,7 +161,7 @@ def test_nothing_is_queued_but_values() -> None:
 
 def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest.LogCaptureFixture) -> None:
     class Unknown(Action):
-        """Of no room."""
+        """An action that has no handler."""
 
     session.post(Unknown())
     with caplog.at_level(logging.ERROR, "duet.session"):

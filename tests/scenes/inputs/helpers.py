@@ -31,7 +31,7 @@ def targets(places: Arrays, rotations: Arrays, joints: Arrays, angles: Arrays) -
 
 ROTATIONS = arrays(9).map(lambda a: a.reshape(3, 3))
 TARGETS = targets(arrays(3), ROTATIONS, st.integers(1, 14).flatmap(arrays), arrays(8))
-"""Of any size."""
+"""Targets of any size."""
 
 
 def same(a: Target | None, b: Target | None) -> bool:

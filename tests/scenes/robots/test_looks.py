@@ -93,7 +93,7 @@ def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
 @pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
-    """Of our own arm without any slack: its shells are made so."""
+    """Our own arm has no slack: its shells are made so."""
     arm = robot(name)
     data = arm.model.createData()
     for q in postures(arm.model, 5):

@@ -170,10 +170,10 @@ DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]
 
 
 LEAST_FRAMES: Final = 24.0
-"""Least number of frames a second that a neighbour receives …"""
+"""Least number of frames a second that a neighbour receives."""
 
 LONGEST_GAP: Final = 0.150
-"""… and never waits longer for the next one [s]."""
+"""Longest wait of a neighbour for its next frame [s]."""
 
 SETTLED: Final = 10
 """Frames that the other visitor receives before the disturbance, once the page is built."""

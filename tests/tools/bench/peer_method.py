@@ -18,7 +18,7 @@ PEER_GAIN: Final = 10.0
 """How fast the peers let the distance above d_m be used up [1/s]."""
 
 SOLVER: Final = "daqp"
-"""Of the peers' quadratic programs."""
+"""Solver of the peers' quadratic programs."""
 
 PairDistances = dict[tuple[str, str], float]
 """Pair of bodies, left body first → distance [m]."""

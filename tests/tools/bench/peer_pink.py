@@ -19,7 +19,7 @@ from controllers.kinematics import Array
 from tests.tools.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
 
 UNBOUNDED: Final = 1e30
-"""Of a joint without stops [rad]; pink takes more than 1e20 as none."""
+"""Stop of a joint without stops [rad]; for pink, more than 1e20 is no stop."""
 
 
 class PinkGivenMotion(GivenMotion, Task):

@@ -18,7 +18,7 @@ from app.theme import PALETTES, rgb, scale
 from scenes.simulation import Simulation
 
 RADIUS: Final = 0.03
-"""Of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
+"""Radius of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
 
 USUAL_REACH: Final = 0.015
 """How near the elbow has to come where no challenge says it [m]."""

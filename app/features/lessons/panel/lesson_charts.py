@@ -27,7 +27,7 @@ BOTTOM: Final = 132.0
 """Edges of the plot [px]."""
 
 MARGIN: Final = 0.12
-"""Of the axes beyond what has to be shown, as a share of it."""
+"""Margin of the axes, as a share of the range that has to be shown."""
 
 
 def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language) -> Markup:

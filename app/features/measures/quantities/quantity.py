@@ -15,7 +15,7 @@ Value = float | None
 """None: this run does not tell, or not yet."""
 
 Row = int | None
-"""Of `Evidence.table`; None: this run does not tell."""
+"""Row of `Evidence.table`; None if the run has no such row."""
 
 
 class At(NamedTuple):

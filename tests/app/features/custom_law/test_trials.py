@@ -63,7 +63,7 @@ def from_text(text: str) -> Candidate:
 
 @cache
 def verdicts_of(name: str) -> dict[str, TrialResult]:
-    """Of a built-in law; to be read only."""
+    """Verdicts on a built-in law; to be read only."""
     law = built_in(name)
     return {test: verdict_on(law, test) for test in TRIALS}
 

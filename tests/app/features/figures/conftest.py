@@ -17,7 +17,7 @@ from app.features.studies.law_knobs import knobs
 from controllers.kinematics import Array
 
 KNOBS = tuple(knob for knob in knobs() if knob.law in ("smooth_priority", "barrier_qp", "intermediate_value"))
-"""Of the figure at equal safety, which would take half of the time for all figures with the knobs of all laws."""
+"""Knobs of the figure at equal safety, which would take half of the time for all figures with the knobs of all laws."""
 
 
 def entry(name: str) -> FigureEntry:

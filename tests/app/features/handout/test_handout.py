@@ -29,7 +29,7 @@ NOTES = notes_of(BOOK)
 PAPERS = {"A4": (210, 297), "Letter": (216, 279)}
 """Width and height [mm]."""
 MARGINS = 2 * 12, 2 * 11
-"""Of a page, across and down [mm], as in handout.css."""
+"""Margins of a page, across and down [mm], as in handout.css."""
 
 UNFIT = """([width, height]) => [...document.body.querySelectorAll(':not(svg *)')].flatMap((element) => {
   const box = element.getBoundingClientRect();

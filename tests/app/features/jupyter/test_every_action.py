@@ -71,13 +71,13 @@ PAGE = SESSION | {
     "MoveInNullSpace": ("NullMotionSliders",),
     **dict.fromkeys(LESSON_ACTIONS, ("LessonControls",)),
 }
-"""Of a page on which a lesson was open."""
+"""Actions of a page on which a lesson was open."""
 
 OWNER = PAGE | {"Invite": ("InviteBox",), "RunLaw": ("LawEditor",)}
 """The page of the person who has started the server."""
 
 FORMULA = {"RunLaw": ("LawEditor",), "StopFormula": ("FormulaEditor",)}
-"""Of a page on which a law is written as a formula, not in a file."""
+"""Actions of a page on which a law is written as a formula, not in a file."""
 
 LECTURE_ONLY = {"Teach": ("TeacherControl",)}
 

@@ -25,10 +25,10 @@ from importlib.metadata import entry_points
 assert entry.load()()["command"]
 print(*({name.partition(".")[0] for name in sys.modules} & {"viser", "numpy", "tornado", "jupyter_server", "IPython", "traitlets"}))
 """
-"""What the tile brings into a Jupyter server, …"""
+"""Prints the packages that the tile brings into a Jupyter server."""
 
 START = "import sys, app.start, app.cli.main; print(*({'IPython', 'jupyter_server', 'tornado', 'traitlets'} & set(sys.modules)))"
-"""… and Jupyter into Duet."""
+"""Prints the packages of Jupyter that Duet's start imports."""
 
 
 @pytest.mark.parametrize("code", [LOAD, START])

@@ -45,7 +45,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def one_robot(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """… and what holds for every robot with the ideal one."""
+    """Make the runs short, and use the ideal robot alone."""
     for module in (league, league_page):
         monkeypatch.setattr(module, "ROBOTS", {"ideal": ROBOTS["ideal"]})
 
