@@ -36,7 +36,7 @@ USUAL_PORT: Final = 8080
 
 @dataclass(frozen=True)
 class Serve:
-    """Open the page: two arms in the browser, one is yours, the other keeps clear."""
+    """Open the page: you move one arm, the other keeps clear."""
 
     host: str = ServeOptions.host
     """Address to listen on; 0.0.0.0 lets the whole network in."""

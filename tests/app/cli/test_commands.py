@@ -18,7 +18,6 @@ import pinocchio as pin
 import pytest
 
 from app.__main__ import run_command as main
-from app.cli.main import commands_with
 from app.cli.main import main as command_line
 from app.cli.options import PLACES, RunOptions, all_options, settings_of_options
 from app.cli.serve import Serve
@@ -230,7 +229,6 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 SERVE = ["--host", "--port", "--no-open", "--sessions", "--key", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
 HELP = {
-    "": [*commands_with(FEATURES), "--help"],
     "serve": SERVE,
     "run": RUN,
 }
