@@ -46,6 +46,7 @@ class Command:
             command's line in the help of `lwr-duet`.
         run: does it, and returns the exit code.
         group: which group of that help names it.
+        brief: makes the options that `--help` shows if `--help-all` shows the rest; None if `--help` shows all.
 
     Raises:
         ValueError: unknown group.
@@ -54,6 +55,7 @@ class Command:
     options: type
     run: Callable[[Any], int]
     group: Group
+    brief: Callable[[], type] | None = None
 
     def __post_init__(self) -> None:
         if self.group not in GROUPS:

@@ -1,13 +1,18 @@
-"""The help of `lwr-duet`: three groups, with a line for each command."""
+"""The help of `lwr-duet`, three groups with a line for each command, and of each command."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from inspect import getdoc
-from typing import Final
+from typing import Any, Final
+
+import tyro
 
 from app.feature import GROUPS, Command, Group
 
 HELP: Final = ("-h", "--help")
 """Options that ask for help."""
+
+HELP_ALL: Final = "--help-all"
+"""Option that asks for the help of every option of a command."""
 
 _TOP: Final = """\
 usage: lwr-duet [COMMAND] [OPTIONS]
@@ -40,3 +45,35 @@ def top_help(commands: Mapping[str, Command]) -> str:
 def summary(command: Command) -> str:
     """First line of the command's help."""
     return (getdoc(command.options) or "").partition("\n")[0]
+
+
+def print_help(commands: Mapping[str, Command], name: str, is_all: bool) -> None:
+    """Print the help of one command.
+
+    Args:
+        is_all: also show the options that are not in its brief help.
+
+    Raises:
+        SystemExit: always, with code 0, as tyro does after a help.
+    """
+    brief = None if is_all else commands[name].brief
+    options = {one: command.options for one, command in commands.items()}
+    if brief is not None:
+        options[name] = brief()
+    try:
+        parse(options, [name, HELP[-1]])
+    finally:
+        if brief is not None:
+            print(f"\nAll options: lwr-duet {name} {HELP_ALL}")
+
+
+def parse(options: Mapping[str, type], arguments: Sequence[str]) -> Any:
+    """Options that the arguments of the command line give.
+
+    Args:
+        options: command → dataclass of its options.
+
+    Raises:
+        SystemExit: help was printed, or an error on stderr.
+    """
+    return tyro.extras.subcommand_cli_from_dict(dict(options), prog="lwr-duet", args=arguments)

@@ -4,11 +4,9 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-import tyro
-
-from app.cli.help import HELP, top_help
+from app.cli.help import HELP, HELP_ALL, parse, print_help, top_help
 from app.cli.run import run_with, simulate
-from app.cli.serve import serve, serve_with
+from app.cli.serve import brief_serve_with, serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
 from controllers.errors import DuetError
@@ -17,7 +15,7 @@ from controllers.errors import DuetError
 def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     """Commands of the core, then those of the features, the lowest feature first."""
     commands = {
-        "serve": Command(serve_with(features), partial(serve, features=features), "show"),
+        "serve": Command(serve_with(features), partial(serve, features=features), "show", partial(brief_serve_with, features)),
         "run": Command(run_with(features), partial(simulate, features=features), "compute"),
     }
     for feature in reversed(features):
@@ -40,11 +38,12 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
     if arguments[0] in HELP:
         print(top_help(commands))
         return 0
-    given = tyro.extras.subcommand_cli_from_dict(
-        {name: command.options for name, command in commands.items()},
-        prog="lwr-duet",
-        args=arguments,
-    )
+    if asked := {*HELP, HELP_ALL}.intersection(arguments):
+        if arguments[0] in commands:
+            print_help(commands, arguments[0], is_all=HELP_ALL in asked)
+        # The help of a command that does not exist is an error that names those that do.
+        arguments = [one for one in arguments if one not in asked]
+    given = parse({name: command.options for name, command in commands.items()}, arguments)
     write_log()
     try:
         return commands[arguments[0]].run(given)

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import Flat, all_options, settings_of_options
+from app.cli.options import Flat, all_options, in_one_list, settings_of_options, shown_alone
 from app.feature import Feature
 from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import AUTO, chosen_key
@@ -29,6 +29,12 @@ PROOF_VARIABLE: Final = "DUET_PROOF"
 
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
+
+IN_BRIEF: Final = ("host", "port", "open", "key")
+"""Options of the server that `serve --help` shows."""
+
+SETTINGS_IN_BRIEF: Final = ("scene", "robot", "law", "profile", "lang")
+"""Settings that `serve --help` shows."""
 
 USUAL_PORT: Final = 8080
 """Port of a server that is not told one, unless another program has it."""
@@ -68,6 +74,19 @@ def serve_with(features: Sequence[Feature]) -> type[Serve]:
         (one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None
     ]
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
+
+
+def brief_serve_with(features: Sequence[Feature]) -> type:
+    """Options that `serve --help` shows, in one list: those of the server, settings, and what features declare."""
+    parts = {"settings": shown_alone(all_options(), SETTINGS_IN_BRIEF)}
+    for one in features:
+        if one.options is not None and (names := one.options().in_brief):
+            parts[one.name] = shown_alone(one.options(), names)
+    added: list[tuple[str, Any, Any]] = [
+        (name, in_one_list(options), field(default_factory=options)) for name, options in parts.items()
+    ]
+    shown = shown_alone(Serve, (*IN_BRIEF, "settings"))
+    return make_dataclass("Serve", added, bases=(shown,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
 
 def serve(command: Serve, features: Sequence[Feature]) -> int:

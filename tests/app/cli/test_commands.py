@@ -226,11 +226,13 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     assert len(opened) == 7 and "carries" not in capsys.readouterr().out
 
 
-SERVE = ["--host", "--port", "--no-open", "--sessions", "--key", "--allow-origin", "--theme", "--dm"]
+SERVE = ["--host", "--port", "--no-open", "--key", "--scene", "--law", "--help-all"]
+SERVE_ALL = [*SERVE[:-1], "--sessions", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
 HELP = {
-    "serve": SERVE,
-    "run": RUN,
+    "serve --help": SERVE,
+    "serve --help-all": SERVE_ALL,
+    "run --help": RUN,
 }
 
 
@@ -265,7 +267,7 @@ def every_option() -> list[str]:
 def test_help(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit) as end:
-        main([*command.split(), "--help"])
+        main(command.split())
     said = capsys.readouterr()
     assert [part for part in HELP[command] if part not in said.out] == [] and (end.value.code, said.err) == (0, "")
 

@@ -1,5 +1,6 @@
 """The help of the command line: three groups of commands, and the options that a person needs."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,8 +10,11 @@ import pytest
 from app.cli.help import summary
 from app.cli.main import commands_with
 from app.cli.main import main as command_line
+from app.cli.options import shown_alone
+from app.cli.serve import IN_BRIEF, SETTINGS_IN_BRIEF
 from app.feature import GROUPS, Command, Feature
 from app.features import FEATURES
+from app.hosting.serve_options import FeatureOptions
 
 
 @dataclass(frozen=True)
@@ -100,3 +104,93 @@ def test_a_command_without_a_group_cannot_be_declared() -> None:
     declare: Any = Command
     with pytest.raises(TypeError, match="group"):
         declare(Halved, _print_half)
+
+
+def options_of(text: str) -> list[str]:
+    """Options that a help lists, one name each; a frame may be drawn around them."""
+    return re.findall(r"^. (?:-h, )?(--[a-z-]+)", text, flags=re.MULTILINE)
+
+
+def help_of(capsys: pytest.CaptureFixture[str], features: Sequence[Feature], *arguments: str) -> str:
+    with pytest.raises(SystemExit, match="0"):
+        command_line(list(arguments), features)
+    out, err = capsys.readouterr()
+    assert err == ""
+    return out
+
+
+@pytest.fixture
+def narrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal of 80 columns."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.mark.usefixtures("narrow")
+@pytest.mark.parametrize("features", [FEATURES, ()], ids=["all features", "core alone"])
+def test_the_help_of_serve_shows_some_ten_options_and_says_how_the_rest_is_seen(
+    capsys: pytest.CaptureFixture[str], features: Sequence[Feature]
+) -> None:
+    brief, every = (help_of(capsys, features, "serve", option) for option in ("--help", "--help-all"))
+    assert brief.splitlines()[-1] == "All options: lwr-duet serve --help-all"
+    assert set(options_of(brief)) < set(options_of(every)) and len(every.splitlines()) > 150
+    declared = {one for feature in features if feature.options for one in feature.options().in_brief}
+    expected = {"help", *IN_BRIEF, *SETTINGS_IN_BRIEF, *declared}
+    assert sorted(options_of(brief)) == sorted(f"--{one.replace('_', '-')}" for one in expected)
+    assert len(expected) <= 13 and len(brief.splitlines()) <= 50
+
+
+@pytest.mark.usefixtures("narrow")
+def test_what_the_brief_help_shows_reads_as_in_the_full_one(capsys: pytest.CaptureFixture[str]) -> None:
+    brief, every = (help_of(capsys, FEATURES, "serve", option) for option in ("--help", "--help-all"))
+    *shown, _, last = brief.splitlines()
+    assert len(shown) > 30 and [line for line in shown if line not in every.splitlines()] == [] and last not in every
+
+
+def test_all_options_can_be_given_though_the_brief_help_hides_them(capsys: pytest.CaptureFixture[str]) -> None:
+    # Refused by the setting itself, so the option was read.
+    assert command_line(["serve", "--dt", "9"], ()) == 2
+    assert "dt = '9' is out of range" in capsys.readouterr().err
+
+
+def test_the_help_of_a_feature_s_option_comes_and_goes_with_it(capsys: pytest.CaptureFixture[str]) -> None:
+    @dataclass(frozen=True)
+    class MadeUpOptions(FeatureOptions):
+        """Made up."""
+
+        in_brief = ("often",)
+        often: int = 1
+        """How often it is halved."""
+        seldom: int = 1
+
+    made_up = Feature("made_up", options=lambda: MadeUpOptions)
+    brief, without = (help_of(capsys, features, "serve", "--help") for features in ([made_up], []))
+    assert "--often" in options_of(brief) and "--seldom" not in options_of(brief)
+    assert set(options_of(brief)) - set(options_of(without)) == {"--often"}
+    assert {"--often", "--seldom"} <= set(options_of(help_of(capsys, [made_up], "serve", "--help-all")))
+
+
+def test_an_option_that_does_not_exist_cannot_be_in_the_brief_help() -> None:
+    with pytest.raises(ValueError, match="Halved has no option thirded"):
+        shown_alone(Halved, ["distance", "thirded"])
+
+
+@pytest.mark.parametrize("arguments", ["--help-all", "--dm 0.2 --help-all", "serve --dm 9 -h --help-all"])
+def test_without_a_command_it_is_the_help_of_serve(capsys: pytest.CaptureFixture[str], arguments: str) -> None:
+    assert {"--port", "--dm", "--sessions"} <= set(options_of(help_of(capsys, (), *arguments.split())))
+
+
+def test_a_command_that_hides_nothing_has_one_help(capsys: pytest.CaptureFixture[str]) -> None:
+    brief, every = (help_of(capsys, (), "run", option) for option in ("--help", "--help-all"))
+    assert brief == every and "--help-all" not in brief
+
+
+@pytest.mark.parametrize("features", [FEATURES, ()], ids=["all features", "core alone"])
+@pytest.mark.parametrize("arguments", ["halve", "halve --help", "serve --halve", "serve --bound 3"])
+def test_an_unknown_command_or_option_is_named(
+    capsys: pytest.CaptureFixture[str], features: Sequence[Feature], arguments: str
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        command_line(arguments.split(), features)
+    out, err = capsys.readouterr()
+    expected = {"halve": "Available subcommands: serve, run", "halve --help": "halve", "serve --halve": "--halve"}
+    assert out == "" and expected.get(arguments, "--bounds {distance,scale,null_space}") in err
