@@ -1,6 +1,10 @@
 """The help of `lwr-duet`, three groups with a line for each command, and of each command."""
 
+import io
+import re
+import sys
 from collections.abc import Mapping, Sequence
+from contextlib import redirect_stderr
 from inspect import getdoc
 from typing import Any, Final
 
@@ -65,6 +69,31 @@ def print_help(commands: Mapping[str, Command], name: str, is_all: bool) -> None
     finally:
         if brief is not None:
             print(f"\nAll options: lwr-duet {name} {HELP_ALL}")
+
+
+def read_arguments(commands: Mapping[str, Command], arguments: Sequence[str]) -> Any:
+    """Options that the arguments of the command line give; an error names the help that has every option.
+
+    Raises:
+        SystemExit: an error was printed on stderr.
+    """
+    error = io.StringIO()
+    try:
+        with redirect_stderr(error):
+            return parse({name: command.options for name, command in commands.items()}, arguments)
+    finally:
+        brief = [name for name, command in commands.items() if command.brief is not None]
+        sys.stderr.write(_naming_full_help(error.getvalue(), brief))
+
+
+def _naming_full_help(error: str, names: Sequence[str]) -> str:
+    """The error with `--help-all` in place of `--help` of these commands; in a terminal each word has its colour."""
+    added, colour = HELP_ALL.removeprefix(HELP[-1]), r"(?:\x1b\[[\d;]*m)*"
+    for name in names:
+        # Blanks go for what is added, so that the frame around the text stays straight.
+        pattern = rf"(lwr-duet{colour} {re.escape(name)}{colour} {HELP[-1]})({colour}) {{{len(added)}}}"
+        error = re.sub(pattern, rf"\1{added}\2", error)
+    return error
 
 
 def parse(options: Mapping[str, type], arguments: Sequence[str]) -> Any:

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from app.cli.help import HELP, HELP_ALL, parse, print_help, top_help
+from app.cli.help import HELP, HELP_ALL, print_help, read_arguments, top_help
 from app.cli.run import run_with, simulate
 from app.cli.serve import brief_serve_with, serve, serve_with
 from app.feature import Command, Feature
@@ -43,7 +43,7 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
             print_help(commands, arguments[0], is_all=HELP_ALL in asked)
         # The help of a command that does not exist is an error that names those that do.
         arguments = [one for one in arguments if one not in asked]
-    given = parse({name: command.options for name, command in commands.items()}, arguments)
+    given = read_arguments(commands, arguments)
     write_log()
     try:
         return commands[arguments[0]].run(given)

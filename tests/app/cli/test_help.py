@@ -1,6 +1,7 @@
 """The help of the command line: three groups of commands, and the options that a person needs."""
 
 import re
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -182,6 +183,24 @@ def test_without_a_command_it_is_the_help_of_serve(capsys: pytest.CaptureFixture
 def test_a_command_that_hides_nothing_has_one_help(capsys: pytest.CaptureFixture[str]) -> None:
     brief, every = (help_of(capsys, (), "run", option) for option in ("--help", "--help-all"))
     assert brief == every and "--help-all" not in brief
+
+
+@pytest.mark.usefixtures("narrow")
+@pytest.mark.parametrize("coloured", [False, True])
+def test_an_error_leads_to_the_help_that_has_the_option(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], coloured: bool
+) -> None:
+    # As in a terminal.
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: coloured)
+    monkeypatch.setenv("TERM", "xterm")
+    with pytest.raises(SystemExit, match="2"):
+        command_line(["serve", "--bound", "3"], ())
+    error = capsys.readouterr().err
+    plain = re.sub(r"\x1b\[[\d;]*m", "", error)
+    assert coloured == (plain != error)
+    # `run` hides no option.
+    assert "in lwr-duet serve --help-all " in plain and "in lwr-duet run --help " in plain
+    assert {len(line) for line in plain.splitlines()} == {80}
 
 
 @pytest.mark.parametrize("features", [FEATURES, ()], ids=["all features", "core alone"])
