@@ -8,7 +8,7 @@ import socket
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from app.plots.chart_list import Charts
 from app.text.document_list import DocumentFile
@@ -30,17 +30,36 @@ if TYPE_CHECKING:
     from app.web.pages import PageAssets
 
 
+Group = Literal["show", "teach", "compute"]
+"""Group of commands in the help of `lwr-duet`."""
+
+GROUPS: Final[tuple[Group, ...]] = get_args(Group)
+"""All groups, in the order of the help."""
+
+
 @dataclass(frozen=True)
 class Command:
     """A command of `lwr-duet`.
 
     Attributes:
-        options: a dataclass; its docstring and fields are the command's help.
+        options: a dataclass; its docstring and fields are the command's help. The first line of the docstring is the
+            command's line in the help of `lwr-duet`.
         run: does it, and returns the exit code.
+        group: which group of that help names it.
+        brief: makes the options that `--help` shows if `--help-all` shows the rest; None if `--help` shows all.
+
+    Raises:
+        ValueError: unknown group.
     """
 
     options: type
     run: Callable[[Any], int]
+    group: Group
+    brief: Callable[[], type] | None = None
+
+    def __post_init__(self) -> None:
+        if self.group not in GROUPS:
+            raise ValueError(f"unknown group of commands {self.group!r}; the groups are {', '.join(GROUPS)}")
 
 
 @dataclass(frozen=True)

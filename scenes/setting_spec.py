@@ -169,11 +169,11 @@ def unknown_setting(key: str, known: Collection[str]) -> BadSetting:
     shown = key if len(key) <= 40 else key[:39] + "…"
     if nearest := nearest_names(key, known):
         return BadSetting(
-            "There is no setting {key!r}; did you mean {nearest}? `lwr-duet serve --help` lists them all.",
+            "There is no setting {key!r}; did you mean {nearest}? `lwr-duet serve --help-all` lists them all.",
             key=shown,
             nearest=", ".join(nearest),
         )
-    return BadSetting("There is no setting {key!r}; `lwr-duet serve --help` lists them all.", key=shown)
+    return BadSetting("There is no setting {key!r}; `lwr-duet serve --help-all` lists them all.", key=shown)
 
 
 def _checked_flag(spec: Spec, value: object) -> bool:

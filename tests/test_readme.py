@@ -56,8 +56,9 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
 
 def test_every_option_is_in_the_help_of_a_command(capsys: pytest.CaptureFixture[str]) -> None:
     for name in commands_with(FEATURES):
-        with pytest.raises(SystemExit, match="0"):
-            main([name, "--help"])
+        for option in ("--help", "--help-all"):
+            with pytest.raises(SystemExit, match="0"):
+                main([name, option])
     told, named = capsys.readouterr().out, set(re.findall(r"(?<!\S)`?(--[a-z-]+)", OURS))
     assert len(named) > 50 and [option for option in sorted(named) if option not in told] == []
 

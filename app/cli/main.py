@@ -3,28 +3,22 @@
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import Final
 
-import tyro
-
+from app.cli.help import HELP, HELP_ALL, print_help, read_arguments, top_help
 from app.cli.run import run_with, simulate
-from app.cli.serve import serve, serve_with
+from app.cli.serve import brief_serve_with, serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
-_COMMANDS: Final[dict[str, Command]] = {}
-"""The commands of the core that know nothing of features."""
-
 
 def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
-    """Return the commands of the core, and after them those of the features."""
+    """Commands of the core, then those of the features, the lowest feature first."""
     commands = {
-        "serve": Command(serve_with(features), partial(serve, features=features)),
-        "run": Command(run_with(features), partial(simulate, features=features)),
-        **_COMMANDS,
+        "serve": Command(serve_with(features), partial(serve, features=features), "show", partial(brief_serve_with, features)),
+        "run": Command(run_with(features), partial(simulate, features=features), "compute"),
     }
-    for feature in features:
+    for feature in reversed(features):
         if feature.commands is not None:
             commands |= feature.commands()
     return commands
@@ -38,16 +32,18 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
         features: add their commands to those of the core.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
-    if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help")):
+    if not arguments or (arguments[0].startswith("-") and arguments[0] not in HELP):
         arguments.insert(0, "serve")
     commands = commands_with(features)
-    given = tyro.extras.subcommand_cli_from_dict(
-        {name: command.options for name, command in commands.items()},
-        prog="lwr-duet",
-        description="Duet: smooth transition between tasks, shown on two KUKA LWR arms (Petrič & Žlajpah, ROBIO 2011). "
-        "Without a command it serves the page.",
-        args=arguments,
-    )
+    if arguments[0] in HELP:
+        print(top_help(commands))
+        return 0
+    if asked := {*HELP, HELP_ALL}.intersection(arguments):
+        if arguments[0] in commands:
+            print_help(commands, arguments[0], is_all=HELP_ALL in asked)
+        # The help of a command that does not exist is an error that names those that do.
+        arguments = [one for one in arguments if one not in asked]
+    given = read_arguments(commands, arguments)
     write_log()
     try:
         return commands[arguments[0]].run(given)

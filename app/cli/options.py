@@ -1,8 +1,8 @@
 """Every setting of a tree as an option of a command."""
 
 import sys
-from collections.abc import Mapping
-from dataclasses import asdict, field, make_dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import asdict, field, fields, make_dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Final, cast, get_args
@@ -151,3 +151,25 @@ def _is_file(text: str) -> bool:
 
 Flat = tyro.conf.OmitArgPrefixes
 """Type of a command's field: its options have no prefix."""
+
+
+def shown_alone(options: type, names: Collection[str]) -> type:
+    """Dataclass of options with a help that shows these fields alone.
+
+    Raises:
+        ValueError: it has no field of one of the names.
+    """
+    every = {one.name: one for one in fields(options)}
+    if unknown := set(names) - set(every):
+        raise ValueError(f"{options.__name__} has no option {', '.join(sorted(unknown))}")
+    hidden: list[tuple[str, Any, Any]] = [
+        (name, tyro.conf.Suppress[one.type], field(default=one.default, default_factory=one.default_factory))  # type: ignore[misc]
+        for name, one in every.items()
+        if name not in names
+    ]
+    return make_dataclass(options.__name__, hidden, bases=(options,), frozen=True, namespace={"__doc__": options.__doc__})
+
+
+def in_one_list(options: type) -> Any:
+    """Type of a command's field: its options are in the list of the command's own."""
+    return Annotated[options, tyro.conf.arg(name="")]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunCommand:
-    """Simulate without a page, as fast as it goes, and print a JSON summary."""
+    """Simulate as fast as possible, and print a JSON summary."""
 
     seconds: float = 46.0
     """Simulated time [s]."""

@@ -12,14 +12,16 @@ from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import Flat, all_options, settings_of_options
+from app.cli.options import Flat, all_options, in_one_list, settings_of_options, shown_alone
 from app.feature import Feature
 from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
+from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.web.listening import listen, listen_near, url_of
+from app.web.origin_policy import is_loopback
 from controllers.errors import BadSetting
 from scenes.files import readable
 from scenes.given_robots import GIVEN
@@ -30,13 +32,19 @@ PROOF_VARIABLE: Final = "DUET_PROOF"
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
 
+IN_BRIEF: Final = ("host", "port", "open", "key")
+"""Options of the server that `serve --help` shows."""
+
+SETTINGS_IN_BRIEF: Final = ("scene", "robot", "law", "profile", "lang")
+"""Settings that `serve --help` shows."""
+
 USUAL_PORT: Final = 8080
 """Port of a server that is not told one, unless another program has it."""
 
 
 @dataclass(frozen=True)
 class Serve:
-    """Open the page: two arms in the browser, one is yours, the other keeps clear."""
+    """Open the page: you move one arm, the other keeps clear."""
 
     host: str = ServeOptions.host
     """Address to listen on; 0.0.0.0 lets the whole network in."""
@@ -45,8 +53,8 @@ class Serve:
     open: bool = True
     """Open the browser."""
     sessions: int | Literal["auto"] = "auto"
-    """Most tabs with a session of their own at once. `auto`: as many as this machine carries at 20 frames a second; the start says
-    about how many that is."""
+    """Most tabs with a session of their own at once. `auto`: as many as this machine carries at 20 frames a second; with --host, --key
+    or other options that let others in, the start says about how many that is."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons. 12 characters or more; `auto` makes one
     and prints the link. Without this option, the environment variable DUET_KEY, which the list of processes does not show."""
@@ -68,6 +76,19 @@ def serve_with(features: Sequence[Feature]) -> type[Serve]:
         (one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None
     ]
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
+
+
+def brief_serve_with(features: Sequence[Feature]) -> type:
+    """Options that `serve --help` shows, in one list: those of the server, settings, and what features declare."""
+    parts = {"settings": shown_alone(all_options(), SETTINGS_IN_BRIEF)}
+    for one in features:
+        if one.options is not None and (names := one.options().in_brief):
+            parts[one.name] = shown_alone(one.options(), names)
+    added: list[tuple[str, Any, Any]] = [
+        (name, in_one_list(options), field(default_factory=options)) for name, options in parts.items()
+    ]
+    shown = shown_alone(Serve, (*IN_BRIEF, "settings"))
+    return make_dataclass("Serve", added, bases=(shown,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
 
 def serve(command: Serve, features: Sequence[Feature]) -> int:
@@ -155,12 +176,25 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     made = (command.key or os.environ.get(KEY_VARIABLE)) == AUTO
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
     # The output of a service is its log: it has no key but the one that only it can tell.
-    print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
+    lines = [f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}"]
     if command.port == "auto" and port != USUAL_PORT:
-        print(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.", flush=True)
-    for line in (line for one in options.features for line in one.said_at_start(command.host, port, places)):
+        lines.append(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.")
+    lines += [line for one in options.features for line in one.said_at_start(command.host, port, places)]
+    if command.sessions == "auto" and _is_for_others(options):
+        lines.append(f"This machine carries about {places} sessions at once.")
+    lines += [_what_to_try(options.settings), "Ctrl+C ends it."]
+    for line in lines:
         print(line, flush=True)
-    if command.sessions == "auto":
-        print(f"This machine carries about {places} sessions at once.", flush=True)
     if command.open:
         webbrowser.open(link)
+
+
+def _is_for_others(options: ServeOptions) -> bool:
+    """True if more people than the one who starts the server are expected to open the page."""
+    reached = not is_loopback(options.host) or options.allowed_origins or options.embed_origins
+    return bool(reached or options.key or options.shared)
+
+
+def _what_to_try(settings: Settings) -> str:
+    """What the page says first of its experiment."""
+    return EXPERIMENT_TEXTS[settings.run.scene](settings.run, settings.page.autopilot).tip

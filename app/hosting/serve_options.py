@@ -2,7 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Self, TypeVar
+from typing import ClassVar, Self, TypeVar
 
 from app.settings import Settings
 
@@ -11,7 +11,13 @@ T = TypeVar("T", bound="FeatureOptions")
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It can be pickled."""
+    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It can be pickled.
+
+    Attributes:
+        in_brief: fields that `serve --help` shows; `--help-all` shows the others, too.
+    """
+
+    in_brief: ClassVar[tuple[str, ...]] = ()
 
     @property
     def shared_by(self) -> str:

@@ -181,4 +181,4 @@ def test_an_unknown_key_is_answered_with_where_all_are_listed(key: str) -> None:
     with pytest.raises(BadSetting) as caught:
         changed(RunSettings(), key, 1.0)
     message = str(caught.value)
-    assert repr(key) in message and "lwr-duet serve --help" in message and len(message) < 400
+    assert repr(key) in message and "lwr-duet serve --help-all" in message and len(message) < 400

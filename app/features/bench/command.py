@@ -15,7 +15,9 @@ LONGEST: Final = 3600.0
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure the step, and what one visitor costs the server; print a table and save JSON."""
+    """Measure the time of a step, and what one visitor costs.
+
+    Prints a table; --out saves it as JSON."""
 
     out: Path | None = None
     """Save the figures to this JSON file."""

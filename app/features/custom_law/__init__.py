@@ -23,7 +23,7 @@ _CHOICES: Final = {"ghost": {"own": N_("My own law (file or formula)")}}
 def _commands() -> Mapping[str, Command]:
     from app.features.custom_law.commands import LawTest, NewLaw, law_test, new_law
 
-    return {"new-law": Command(NewLaw, new_law), "law-test": Command(LawTest, law_test)}
+    return {"new-law": Command(NewLaw, new_law, "teach"), "law-test": Command(LawTest, law_test, "teach")}
 
 
 def _options() -> "type[CustomLawOptions]":

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import tyro
 
@@ -24,10 +24,12 @@ EDITED: Final = Path("my_law.py")
 class CustomLawOptions(FeatureOptions):
     """A law of a file, in every session, and its editor."""
 
+    in_brief: ClassVar[tuple[str, ...]] = ("edit_law",)
+
     law_file: Path | None = None
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
-    """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
+    """Edit a law on the page, that of --law-file or my_law.py of this folder: in lesson 10 and in Compare, on this computer only."""
     unnamed: tyro.conf.Suppress[Path] = EDITED
     """File to edit if `law_file` names none."""
 

@@ -10,7 +10,7 @@ from app.feature import Command, Feature
 def _commands() -> Mapping[str, Command]:
     from app.features.figures.command import Figures, draw_figures
 
-    return {"figures": Command(Figures, draw_figures)}
+    return {"figures": Command(Figures, draw_figures, "show")}
 
 
 FIGURES: Final = Feature("figures", texts=Path(__file__).parent, commands=_commands)

@@ -13,7 +13,9 @@ from scenes.files import written
 
 @dataclass(frozen=True)
 class Figures:
-    """Draw the paper's figures and ours from runs of this call: PNG, SVG, CSV and a report."""
+    """Draw the paper's figures and ours, and write a report.
+
+    The runs are made by this call; each figure is written as PNG, SVG and CSV."""
 
     only: str = ""
     """Numbers of the paper's figures or names, such as 2,5,laws; all without it."""

@@ -15,7 +15,9 @@ from scenes.files import writable, written
 
 @dataclass(frozen=True)
 class Handout:
-    """Write lessons as pages to print: questions, answers to tick, axes to draw on, and room to write; one HTML file a lesson."""
+    """Write lessons as pages to print, one HTML file a lesson.
+
+    They have questions, answers to tick, axes to draw on, and room to write."""
 
     lesson: str = ""
     """Name or number of a lesson; all of them without it."""

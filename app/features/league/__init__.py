@@ -12,7 +12,7 @@ from app.text.document_list import DocumentFile
 def _commands() -> Mapping[str, Command]:
     from app.features.league.command import League, league
 
-    return {"league": Command(League, league)}
+    return {"league": Command(League, league, "compute")}
 
 
 _HERE: Final = Path(__file__).parent

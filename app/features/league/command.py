@@ -19,8 +19,10 @@ from scenes.files import written
 
 @dataclass(frozen=True)
 class League:
-    """Play every built-in law and every given one in the same runs: with its own settings, and where all keep the same distance on average.
-    Writes tables and a page. Give the same command to go on, and further files to add them."""
+    """Play all laws in the same runs, and write tables and a page.
+
+    Every built-in law and every given one runs with its own settings, and with those at which all keep the same
+    distance on average. Give the same command to go on, and further files to add them."""
 
     laws: tyro.conf.Positional[tuple[Path, ...]] = ()
     """Files with laws (*.py), or folders of them. Nothing in them is trusted; see `grade`."""

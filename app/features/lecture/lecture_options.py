@@ -1,7 +1,7 @@
 """The options of `lwr-duet serve` for a lecture. Imports nothing slow."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from app.features.classroom.breakout_places import group_size
 from app.hosting.serve_options import FeatureOptions
@@ -14,6 +14,8 @@ MOST_STUDENTS: Final = 2000
 @dataclass(frozen=True)
 class LectureOptions(FeatureOptions):
     """A class in front of one shared session."""
+
+    in_brief: ClassVar[tuple[str, ...]] = ("lecture",)
 
     watchers: int = 200
     """Most pages open in a lecture at once; visitors with the key always get in."""

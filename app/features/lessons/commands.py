@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Lessons:
-    """List the lessons, or with --check walk every path through them: right ones must pass, wrong ones fail for the right reason."""
+    """List the lessons, or check them by walking every path.
+
+    With --check, right paths must pass, and wrong ones fail for the right reason."""
 
     check: bool = False
     """Walk every path; exit code 1 if one does not go as declared."""
@@ -104,7 +106,9 @@ def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:
 
 @dataclass(frozen=True)
 class NewLesson:
-    """Write a small lesson to begin with: it passes `lessons --check`, and `serve --lessons` shows it while you change it."""
+    """Write a small lesson to begin with.
+
+    It passes `lessons --check`, and `serve --lessons` shows it while you change it."""
 
     path: tyro.conf.Positional[Path]
     """A file like my-lessons/01-nearer.md."""

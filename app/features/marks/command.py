@@ -44,7 +44,9 @@ ISOLATION: Final = {
 
 @dataclass(frozen=True)
 class Grade:
-    """Put every law (*.py) in a folder or a ZIP file through the six tests, read every lab report (*.html), and write a table of marks.
+    """Grade the laws and lab reports in a folder or a ZIP file.
+
+    Puts every law (*.py) through the six tests, reads every lab report (*.html), and writes a table of marks.
 
     A law is worth a point a test, but only for what it passes beside "keeps its distance" and "gets out"; a report one for each right
     prediction and each challenge that is passed. A report can be forged."""

@@ -10,7 +10,7 @@ from app.feature import Command, Feature
 def _commands() -> Mapping[str, Command]:
     from app.features.robot_files.command import Robots, robots
 
-    return {"robots": Command(Robots, robots)}
+    return {"robots": Command(Robots, robots, "show")}
 
 
 def _read_robot(path: Path, hand: str) -> str:

@@ -10,7 +10,9 @@ from scenes.settings import RobotName
 
 @dataclass(frozen=True)
 class Robots:
-    """List the arms that Duet knows, and every URDF file of example-robot-data with what keeps it from being an arm."""
+    """List the arms that Duet knows, and the URDF files that fit.
+
+    Every URDF file of example-robot-data is listed, with what keeps it from being an arm."""
 
 
 def robots(command: Robots) -> int:

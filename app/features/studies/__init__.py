@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def _commands() -> Mapping[str, Command]:
     from app.features.studies.search_commands import Falsify, Hunt, falsify, hunt
 
-    return {"hunt": Command(Hunt, hunt), "falsify": Command(Falsify, falsify)}
+    return {"hunt": Command(Hunt, hunt, "compute"), "falsify": Command(Falsify, falsify, "compute")}
 
 
 def _panels() -> "Sequence[PanelMaker]":

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Hunt:
-    """Make random runs and look for a number that is none, a stop or a top speed that is passed, d_law > d, or a promise d_law ≥ d_m
-    that is broken with every condition met by more than a time step explains. Exit code 1 if there is one."""
+    """Make random runs, and look for one that breaks a bound.
+
+    That is a number that is not finite, a stop or a top speed that is passed, d_law > d, or the promise d_law ≥ d_m
+    broken with every condition met, by more than a time step explains. Exit code 1 if a run breaks one."""
 
     runs: int = 1500
     """How many."""
@@ -110,8 +112,11 @@ FASTEST: Final = 20
 
 @dataclass(frozen=True)
 class Falsify:
-    """Search over start postures, a person's ways and speeds for the run in which d_law falls farthest below d_m while w ≤ v, J_d is
-    regular, no joint is at its limit and the robot is ideal. Exit code 1 if that is more than 0.1 mm, at dt and at dt/4."""
+    """Search for the run that breaks the promise d_law ≥ d_m most.
+
+    Varies start postures, and a person's ways and speeds, for the run in which d_law falls farthest below d_m while
+    w ≤ v, J_d is regular, no joint is at its limit and the robot is ideal. Exit code 1 if that is more than 0.1 mm,
+    at dt and at dt/4."""
 
     seconds: float = 60.0
     """How long to search [s]."""

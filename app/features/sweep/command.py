@@ -19,7 +19,9 @@ from scenes.settings import RunSettings, values
 
 @dataclass(frozen=True)
 class Sweep:
-    """Run a grid of settings over a scene, on all cores or a cluster's; write one table and its maps. Give the same command to go on."""
+    """Run a grid of settings, and write one table and its maps.
+
+    Runs one scene on all cores or a cluster's. Give the same command to go on."""
 
     over: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="KEY=VALUES")] = ()
     """A setting and its values: n=1:20 (steps of 1), v=0.05:0.6:12 (12 values) or law=smooth_priority,unprotected. May be repeated."""

@@ -9,7 +9,7 @@ import sys
 import urllib.request
 import webbrowser
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,19 +18,21 @@ import pinocchio as pin
 import pytest
 
 from app.__main__ import run_command as main
-from app.cli.main import commands_with
 from app.cli.main import main as command_line
 from app.cli.options import PLACES, RunOptions, all_options, settings_of_options
 from app.cli.serve import Serve
 from app.feature import Feature
 from app.features import FEATURES
-from app.hosting.serve_options import ServeOptions
+from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import SHORTEST
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
 from app.start import App
+from app.text.experiment_texts import EXPERIMENT_TEXTS
+from app.web.listening import listen_near
+from scenes.experiments import BALL, HOLD
 from scenes.room import build_room
-from scenes.settings import RunSettings, specs, values
+from scenes.settings import RunSettings, changed, specs, values
 from tests.browser import free_port
 from tests.scenes.test_recording import HEADER, JOINTS
 
@@ -218,7 +220,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
         assert command_line(["serve", "--port", "0", *given], ()) == INTERRUPTED
         given_link, said = opened[-2], capsys.readouterr().out
         assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
-        assert "/?key=KEY " in said
+        assert "/?key=KEY\n" in said
     monkeypatch.delenv("DUET_KEY")
     port = int(link.split(":")[2].split("/")[0])
     with socket.socket() as probe:
@@ -227,12 +229,102 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     assert len(opened) == 7 and "carries" not in capsys.readouterr().out
 
 
-SERVE = ["--host", "--port", "--no-open", "--sessions", "--key", "--allow-origin", "--theme", "--dm"]
+@pytest.fixture
+def ended_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Servers at a free port that end when they serve, and open no browser."""
+
+    def wait(app: App) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(webbrowser, "open", lambda link: None)
+    monkeypatch.setattr(App, "wait", wait)
+    monkeypatch.setattr("app.cli.serve.USUAL_PORT", free_port())
+    # Also with --host 0.0.0.0 only this computer can reach a test.
+    monkeypatch.setattr("app.cli.serve.listen_near", lambda host, port: listen_near("127.0.0.1", port))
+
+
+TIP = EXPERIMENT_TEXTS[HOLD](RunSettings(), True).tip
+
+
+@pytest.mark.usefixtures("ended_at_once")
+def test_without_options_it_prints_the_address_what_to_try_and_how_to_end(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command_line([], ()) == INTERRUPTED
+    out, err = capsys.readouterr()
+    address, *others = out.splitlines()
+    assert re.fullmatch(r"Duet is at http://127\.0\.0\.1:\d+", address)
+    assert others == [TIP, "Ctrl+C ends it."] and err == ""
+    assert TIP.count(".") == 1 and len(TIP.split()) <= 20
+
+
+@pytest.mark.usefixtures("ended_at_once")
+def test_what_to_try_is_what_the_page_says_of_the_experiment(capsys: pytest.CaptureFixture[str]) -> None:
+    assert command_line(["--scene", "ball", "--point", "elbow", "--no-autopilot"], ()) == INTERRUPTED
+    expected = EXPERIMENT_TEXTS[BALL](changed(RunSettings(scene=BALL), "point", "elbow"), False).tip
+    assert capsys.readouterr().out.splitlines()[1:] == [expected, "Ctrl+C ends it."]
+
+
+@dataclass(frozen=True)
+class MadeUpClass(FeatureOptions):
+    """A class."""
+
+    together: bool = False
+    """All tabs see one session."""
+
+    @property
+    def shared_by(self) -> str:
+        return "--together" if self.together else ""
+
+    def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
+        return (f"The class opens {host}.",) if self.together else ()
+
+
+FOR_OTHERS = [
+    "--host 0.0.0.0",
+    "--allow-origin https://duet.example.org",
+    "--embed-origin https://moodle.example.org",
+    "--key auto",
+]
+
+
+@pytest.mark.usefixtures("ended_at_once")
+@pytest.mark.parametrize("others", FOR_OTHERS)
+def test_a_start_that_lets_others_in_says_how_many(capsys: pytest.CaptureFixture[str], others: str) -> None:
+    assert command_line(others.split(), ()) == INTERRUPTED
+    said = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"This machine carries about [1-9]\d* sessions at once\.", said[1])
+    assert said[2:] == [TIP, "Ctrl+C ends it."]
+    assert command_line([*others.split(), "--sessions", "3"], ()) == INTERRUPTED
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+@pytest.mark.usefixtures("ended_at_once")
+def test_what_a_feature_says_at_the_start_stands_below_the_address(capsys: pytest.CaptureFixture[str]) -> None:
+    feature = Feature("made_up", options=lambda: MadeUpClass)
+    assert command_line(["--sessions", "3", "--together"], (feature,)) == INTERRUPTED
+    said = capsys.readouterr().out.splitlines()
+    assert said[1:] == ["The class opens 127.0.0.1.", TIP, "Ctrl+C ends it."]
+    assert command_line([], (feature,)) == INTERRUPTED
+    assert len(capsys.readouterr().out.splitlines()) == 3
+
+
+@pytest.mark.usefixtures("ended_at_once")
+def test_a_taken_port_is_said_in_a_line_of_its_own(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        taken = other.getsockname()[1]
+        monkeypatch.setattr("app.cli.serve.USUAL_PORT", taken)
+        assert command_line([], ()) == INTERRUPTED
+    address, port, *_ = said = capsys.readouterr().out.splitlines()
+    assert len(said) == 4 and str(taken) not in address
+    assert port.startswith(f"Port {taken} is taken by another program")
+
+
+SERVE = ["--host", "--port", "--no-open", "--key", "--scene", "--law", "--help-all"]
+SERVE_ALL = [*SERVE[:-1], "--sessions", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
 HELP = {
-    "": [*commands_with(FEATURES), "--help"],
-    "serve": SERVE,
-    "run": RUN,
+    "serve --help": SERVE,
+    "serve --help-all": SERVE_ALL,
+    "run --help": RUN,
 }
 
 
@@ -267,7 +359,7 @@ def every_option() -> list[str]:
 def test_help(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit) as end:
-        main([*command.split(), "--help"])
+        main(command.split())
     said = capsys.readouterr()
     assert [part for part in HELP[command] if part not in said.out] == [] and (end.value.code, said.err) == (0, "")
 

@@ -25,7 +25,7 @@ FILES = {
         def _commands() -> Mapping[str, Command]:
             from app.features.made_up.command import Halved, print_half
 
-            return {"halved": Command(Halved, print_half)}
+            return {"halved": Command(Halved, print_half, "compute")}
 
 
         def _panels():

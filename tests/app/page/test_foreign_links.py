@@ -41,7 +41,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_ones(key: str) -> None:
     settings, (problem,) = from_query({key: "1"}, Settings())
     assert settings == Settings()
     suggested = problem.split("did you mean ")[1].split("?")[0].split(", ")
-    assert NEAREST[key] in suggested and len(suggested) <= 3 and "lwr-duet serve --help" in problem
+    assert NEAREST[key] in suggested and len(suggested) <= 3 and "lwr-duet serve --help-all" in problem
 
 
 @given(st.text(min_size=1, max_size=60))

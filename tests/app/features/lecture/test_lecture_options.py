@@ -30,7 +30,7 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], argumen
 def test_the_help_names_the_options(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit):
-        main(["serve", "--help"])
+        main(["serve", "--help-all"])
     said = capsys.readouterr().out
     assert [
         text for text in ("--lecture", "--watchers", "--students", "A class: all tabs see one stage") if text not in said

@@ -35,8 +35,8 @@ class Started:
         )
         self.said: list[str] = []
         assert self.process.stdout is not None
-        # "This machine carries …" is its last line.
-        while (line := self.process.stdout.readline()) and not line.startswith("This machine"):
+        # How to end it is its last line.
+        while (line := self.process.stdout.readline()) and not line.startswith("Ctrl+C"):
             self.said.append(line)
 
     @property
