@@ -74,7 +74,7 @@ class PageSettings:
         "Fast",
     )
     language: Language = LANGUAGE.choice(
-        "auto", LANGUAGE_LABELS.copy, "lang", "language", "Of everything on the page, and of the lessons."
+        "auto", LANGUAGE_LABELS.copy, "lang", "language", "Language of the page and of the lessons."
     )
     contact: bool = LOOK.flag(
         "contact",
