@@ -12,9 +12,10 @@ import statistics
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
+from unittest.mock import patch
 
 import numpy as np
 import pinocchio as pin
@@ -22,6 +23,7 @@ import viser
 from playwright.sync_api import Browser, Page
 
 from app.features import FEATURES
+from app.hosting.frame_loop import FrameLoop
 from app.hosting.serve_options import ServeOptions
 from app.session.actions import Action, Drag
 from app.session.session import Session
@@ -110,42 +112,47 @@ def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object],
 
 def of_duet(browser: Browser) -> dict[str, list[float]]:
     """Return the delays in Duet, and the server's part of them [ms]."""
-    house = start_app(ServeOptions(), features=FEATURES)
-    try:
+    with watched_server() as served, closing(start_app(ServeOptions(), features=FEATURES)) as house:
         page = browser.new_page(viewport={"width": 700, "height": 500})
         # The welcome would lie over the handle.
         page.add_init_script(WELCOMED)
         session = visit(page, house, "autopilot=0&gizmo=1")
-        served = watch_server(session)
         pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
         delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.hand.held is not None, LINKS)
         page.close()
-        return {POINTER: delays, SERVER: served}
-    finally:
-        house.close()
+    return {POINTER: delays, SERVER: served}
 
 
-def watch_server(session: Session) -> list[float]:
-    """Return a list that grows by the time from each move of a handle to the end of the frame that answers it [ms]."""
+@contextmanager
+def watched_server() -> Iterator[list[float]]:
+    """Gives a list that grows by the time from each move of a handle to the end of the frame that answers it [ms]."""
     times: list[float] = []
     came: list[float] = []
-    post, advance = session.post, session.advance
+    answered: list[float] = []
+    post, take, frame = Session.post, Session.take_actions, FrameLoop.round
 
-    def posted(action: Action) -> None:
-        if isinstance(action, Drag) and not came:
+    def posted(session: Session, action: Action) -> None:
+        if isinstance(action, Drag):
             came.append(time.perf_counter())
-        post(action)
+        post(session, action)
 
-    def advanced(elapsed: float) -> object:
-        answered = came.copy()
-        result = advance(elapsed)
-        if answered:
-            came.clear()
-            times.append(1e3 * (time.perf_counter() - answered[0]))
+    def taken(session: Session, elapsed: float) -> None:
+        answered.extend(came)
+        came.clear()
+        take(session, elapsed)
+
+    def framed(loop: FrameLoop) -> tuple[float, float]:
+        result = frame(loop)
+        times.extend(1e3 * (time.perf_counter() - one) for one in answered)
+        answered.clear()
         return result
 
-    vars(session).update(post=posted, advance=advanced)
-    return times
+    with (
+        patch.object(Session, "post", posted),
+        patch.object(Session, "take_actions", taken),
+        patch.object(FrameLoop, "round", framed),
+    ):
+        yield times
 
 
 def of_viser(browser: Browser) -> dict[str, list[float]]:
