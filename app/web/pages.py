@@ -55,8 +55,17 @@ class PageAssets:
 NO_ASSETS: Final = PageAssets()
 
 
+_COMMENTS: Final = {".js": re.compile(r"^\s*//.*\n", re.MULTILINE), ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL)}
+"""Whole lines of comment, and comments; a browser does not read them."""
+
+
+def sent_text(file: Path) -> str:
+    """Text of a script or a style sheet without comments, as it is sent."""
+    return _COMMENTS[file.suffix].sub("", file.read_text(encoding="utf-8"))
+
+
 def _joined(files: tuple[Path, ...]) -> str:
-    return "".join(file.read_text(encoding="utf-8") for file in files)
+    return "".join(map(sent_text, files))
 
 
 def translation() -> PageAssets:

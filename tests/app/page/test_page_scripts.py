@@ -49,6 +49,15 @@ def test_constants_cannot_end_the_script(tmp_path: Path) -> None:
     assert made == '<script>"use strict";\nwindow.duet = {"a": 1, "b": "\\u003c/script>\\u003c!--"};\nrun();</script>'
 
 
+def test_a_browser_is_sent_no_comments(tmp_path: Path) -> None:
+    script, sheet = tmp_path / "one.js", tmp_path / "one.css"
+    script.write_text("// What it does.\nrun();  // now\n  // More.\n\nstop();\n", encoding="utf-8")
+    sheet.write_text("/* Of\n   two lines. */\na{color:red}\n", encoding="utf-8")
+    made = PageAssets((script,), (sheet,))
+    assert made.script_html() == '<script>"use strict";\nrun();  // now\n\nstop();\n</script>'
+    assert made.style_html().endswith("}a{color:red}\n</style>")
+
+
 def test_every_script_and_style_sheet_is_on_the_page() -> None:
     assets = page_assets(PageSettings())
     folder = ROOT / "app" / "page" / "static"

@@ -3,6 +3,7 @@
 from urllib.request import urlopen
 
 from app.features.classroom import CLASSROOM, STATIC
+from app.web.pages import sent_text
 from tests.app.conftest import OpenHouse
 
 
@@ -12,4 +13,4 @@ def test_the_style_sheet_is_on_the_page(house: OpenHouse) -> None:
     assert {*styles} == {*STATIC.iterdir()}
     with urlopen(house().url, timeout=60.0) as answer:
         page = answer.read().decode()
-    assert all(file.read_text(encoding="utf-8") in page for file in styles)
+    assert all(sent_text(file) in page for file in styles)

@@ -4,6 +4,7 @@ import re
 from urllib.request import urlopen
 
 from app.features.lecture import LECTURE, STATIC
+from app.web.pages import sent_text
 from tests.app.conftest import OpenHouse
 
 
@@ -13,7 +14,7 @@ def test_every_script_and_style_sheet_is_on_the_page(house: OpenHouse) -> None:
     assert {*assets.scripts} == {*STATIC.glob("*.js")} and {*assets.styles} == {*STATIC.glob("*.css")}
     with urlopen(house().url, timeout=60.0) as answer:
         page = answer.read().decode()
-    places = [page.find(file.read_text(encoding="utf-8")) for file in (*assets.styles, *assets.scripts)]
+    places = [page.find(sent_text(file)) for file in (*assets.styles, *assets.scripts)]
     assert min(places) > 0 and places == sorted(places)
     # The words of a class are added to a table that is there already.
     assert page.index("duet.holders = {") < page.index("duet.holders;\n")
