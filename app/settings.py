@@ -249,6 +249,13 @@ def is_foreign(key: str) -> bool:
     return key in FOREIGN_KEYS or key.startswith("initialCamera") or APPENDED.fullmatch(key) is not None
 
 
+def asks_for_nothing(query: Mapping[str, str]) -> bool:
+    """True for a page that is to begin as usual: its link has at most a look, and no setting, lesson or run."""
+    shown = (*STEP_KEYS, WHOLE, PUSH, ATTACK)
+    keys = {mended_key(key) for key in query}
+    return all(key in LOOKS or (is_foreign(key) and key not in shown) for key in keys)
+
+
 def is_appended(key: str) -> bool:
     """True for a key that others append to a link, and that is not Duet's or viser's."""
     return key not in FOREIGN_KEYS and key not in specs(Settings) and APPENDED.fullmatch(key) is not None

@@ -84,6 +84,10 @@ class Scenario:
         """Return the default source of targets, used while the visitor moves nothing. `world`: as it stands now."""
         return NO_TARGETS
 
+    def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
+        """Source for the start of a page that nothing else was asked of; None if the experiment begins like any other time."""
+        return None
+
     def way(self, settings: RunSettings, home: Array) -> Array:
         """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""
         return np.zeros((0, 3))

@@ -164,6 +164,11 @@ class Simulation:
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).source(self.world, self.settings)
 
+    def opening(self) -> TargetSource | None:
+        """Source of targets for the start of a page, see `Scenario.opening`; None if the experiment has none for these settings."""
+        self.kinematics.update(self.positions)
+        return scenario_of(self.settings).opening(self.world, self.settings)
+
     @property
     def avoiding_joints(self) -> int:
         """Number of joints that avoid: of how many a law gives q̇ in each step."""

@@ -9,6 +9,7 @@ from controllers.kinematics import Array, Kinematics
 from scenes.arm_tasks.follow_task import Slave
 from scenes.arm_tasks.guided_task import GuidedTask
 from scenes.arm_tasks.hold_task import HoldTask
+from scenes.opening import OPENING, Opening, begins_with_opening
 from scenes.roles import Roles, Scenario, TargetSource
 from scenes.room import Room, World, build_room
 from scenes.settings import ArmName, RunSettings
@@ -32,6 +33,13 @@ class Hold(Scenario):
         """Return the autopilot of the arm that the person moves, starting where its hand is."""
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
         return Autopilot(world.room, settings.guided, settings.seed, start)
+
+    def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
+        """The scripted approach to the elbow and the push after it, then the autopilot; None for other arms and tasks."""
+        if not begins_with_opening(settings):
+            return None
+        start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
+        return Opening(start, Autopilot(world.room, settings.guided, settings.seed, np.array(OPENING[-1].place)))
 
 
 class MasterSlave(Hold):

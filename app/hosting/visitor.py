@@ -21,10 +21,11 @@ from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
 from app.session.session_state import go_on_from, state_of
-from app.settings import MOTION, OPENED, PANEL, PUSH, Language, Settings
+from app.settings import MOTION, OPENED, PANEL, PUSH, Language, Settings, asks_for_nothing
 from app.web.request import browser_language, request_query
 from controllers.errors import BadInputFile
 from scenes.run_text import run_of_text
+from scenes.settings import RunSettings
 
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
@@ -81,6 +82,9 @@ class Visitor:
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
         self.session = parked or Session(settings, context.wake, context.jobs, context.law)
+        # A page with a link begins as its link says, and a server with settings of its own as they say.
+        usual = context.options.settings.run == RunSettings()
+        self.session.hand.source.opens = private and usual and asks_for_nothing(self.query)
         if parked is None and record is not None:
             self.session.parts.restore(record.parts, record.recordings)
         self.language: Language = language_of(self.session.settings, self._browser)

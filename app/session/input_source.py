@@ -6,6 +6,7 @@ import numpy as np
 
 from controllers.kinematics import Arm, Array
 from scenes.ball import BALL_ROOM
+from scenes.opening import Opening
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
@@ -24,9 +25,11 @@ class InputSource:
 
     Attributes:
         held: what the visitor holds, and where; None while they hold nothing. It goes before every source.
+        opens: True if a run that begins is moved by the experiment's opening, see `Scenario.opening`, instead of its own source.
     """
 
     def __init__(self) -> None:
+        self.opens = False
         self.held: Target | None = None
         self._chosen: TargetSource | None = None
         self._active: TargetSource | None = None
@@ -49,13 +52,23 @@ class InputSource:
         """When the active source began [s], and where q (nv,) was then; None while there is none."""
         return None if self._active is None else (self._begin, self._start)
 
-    def resume(self, simulation: Simulation, began: tuple[float, Array] | None) -> None:
-        """Go on with the source that began then. It may depend on where the run was, so that the simulation is reset to it."""
+    @property
+    def opening(self) -> bool:
+        """True if the active source is the experiment's opening."""
+        return isinstance(self._active, Opening)
+
+    def resume(self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False) -> None:
+        """Go on with the source that began then. It may depend on where the run was, so that the simulation is reset to it.
+
+        Args:
+            began: see `began`.
+            opening: whether it was the experiment's opening.
+        """
         if began is None:
             return
         self._begin, self._start = began
         simulation.reset(self._start)
-        self._active = self._chosen or simulation.source()
+        self._active = self._chosen or self._own(simulation, opening)
 
     def target(self, simulation: Simulation, autopilot: bool) -> Target | None:
         """Return the active source's target, or None. `autopilot`: whether a source stands in for the visitor."""
@@ -64,9 +77,16 @@ class InputSource:
         if not autopilot:
             return None
         if self._active is None:
-            self._active = self._chosen or simulation.source()
+            self._active = self._chosen or self._own(simulation, self._begins_with_opening(simulation))
             self._begin, self._start = simulation.time, simulation.positions.copy()
         return self._active.target(simulation.time - self._begin)
+
+    def _begins_with_opening(self, simulation: Simulation) -> bool:
+        return self.opens and simulation.steps == 0
+
+    def _own(self, simulation: Simulation, opening: bool) -> TargetSource:
+        """The experiment's opening, if that is asked for and it has one; else its own source."""
+        return (simulation.opening() if opening else None) or simulation.source()
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
         """Coming places of the hand, or of the ball, in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
@@ -74,7 +94,7 @@ class InputSource:
         # A person's angles are not known in advance, and say nothing of a place.
         if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
-        source = (autopilot and (self._active or self._chosen)) or simulation.source()
+        source = (autopilot and (self._active or self._chosen)) or self._own(simulation, self._begins_with_opening(simulation))
         begin = simulation.time - self._begin if source is self._active else 0.0
         wanted = [source.target(begin + ahead) for ahead in np.arange(0.0, seconds, WAY_STEP)]
         return np.array([one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]).reshape(-1, 3)

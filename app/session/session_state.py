@@ -39,6 +39,7 @@ class SessionState:
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
         halted: why the run stands still, if it does.
         source: when the source of targets began [s], and where q (nv,) was then; None without a source.
+        opening: whether it is the experiment's opening, see `scenes.opening`.
     """
 
     run: RunState
@@ -46,6 +47,7 @@ class SessionState:
     frozen: RunSettings
     halted: tuple[Reason, ...] = ()
     source: tuple[float, Array] | None = None
+    opening: bool = False
 
 
 def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, ...], tuple[Recorded, ...]]:
@@ -86,7 +88,8 @@ def state_of(session: Session) -> SessionState:
         ghost = RunState(*run.inputs.cut(run.simulation))
     halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in session.control.halt)
     own = RunState(*session.inputs.cut(session.simulation))
-    return SessionState(own, ghost, run.frozen, halted, session.hand.source.began)
+    source = session.hand.source
+    return SessionState(own, ghost, run.frozen, halted, source.began, source.opening)
 
 
 def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> Iterator[None]:
@@ -101,7 +104,7 @@ def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> I
     run, beside = common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())
     ghost.frozen = state.frozen
     ghost.begin(session.settings, session.simulation)
-    session.hand.source.resume(session.simulation, state.source)
+    session.hand.source.resume(session.simulation, state.source, state.opening)
     yield from resumed(session.simulation, state.run, run)
     session.inputs.restore(state.run.pieces, session.simulation)
     if ghost.simulation is not None:

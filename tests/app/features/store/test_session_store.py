@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import pytest
@@ -125,6 +125,25 @@ RUNS = {
     "master and slave": {"scene": "master_slave"},
     "imitation": {"scene": "imitation", "law": "potential_field"},
 }
+
+
+def test_a_session_in_the_opening_goes_on_in_it_and_an_older_record_does_not() -> None:
+    session = Session(Settings())
+    session.hand.source.opens = True
+    while session.simulation.time < 1.5:
+        session.advance(0.05, 60.0)
+    back = again(record_of(session))
+    assert back.state is not None and back.state.opening
+    other = Session(back.settings)
+    list(go_on_from(other, back.state))
+    for one in (session, other):
+        one.advance(0.05, 60.0)
+    assert other.simulation.positions.tobytes() == session.simulation.positions.tobytes()
+    head, _ = split_record(record_of(session))
+    stored = record_from_bytes(record_to_bytes(head), dict[str, Any])
+    del stored["state"]["opening"]
+    older = visitor_from_bytes(record_to_bytes(stored))
+    assert older.state is not None and not older.state.opening and older.state.source is not None
 
 
 @pytest.mark.parametrize("history", [0.0, 60.0])

@@ -1,0 +1,79 @@
+"""How the hold experiment begins on a page with its usual settings: the guided hand, scripted, shows what the arm's redundancy is."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.roles import TargetSource
+from scenes.settings import RunSettings
+from scenes.targets import HandTarget, Target, quintic
+
+
+class Leg(NamedTuple):
+    """A move of the guided hand, from rest to rest.
+
+    Attributes:
+        place: where it ends (3,), world [m].
+        seconds: that it takes.
+        pause: rest after it [s].
+    """
+
+    place: tuple[float, float, float]
+    seconds: float
+    pause: float = 0.0
+
+
+ELBOW: Final = (
+    Leg((0.44, -0.083, 0.642), 2.0),
+    Leg((0.203, 0.378, 0.624), 2.0),
+    Leg((0.265, 0.399, 0.640), 10.0),
+)
+"""To the silver elbow from below, and slowly on: it swings away in the null space of its hand, which stays in its ring. The last two
+places are beyond the arm's reach: it comes as far as it can."""
+
+PUSH: Final = (Leg((0.60, 0.32, 0.90), 2.5, 1.0),)
+"""To the silver forearm, too fast for the null space alone: now the hand has to leave its ring."""
+
+BACK: Final = (Leg((0.729, -0.311, 0.873), 4.0, 1.0),)
+"""Home, so that the silver hand comes back to its ring."""
+
+OPENING: Final = (*ELBOW, *PUSH, *BACK)
+"""All legs, in their order."""
+
+AS_DESIGNED: Final = ("scene", "rig", "robot", "guided", "task", "start", "seed")
+"""Settings of the arms and their tasks for which the legs were designed: their usual values."""
+
+
+def begins_with_opening(settings: RunSettings) -> bool:
+    """True if the opening fits a run: the usual arms and tasks, and no seed that was chosen; under any law."""
+    usual = RunSettings()
+    return all(getattr(settings, name) == getattr(usual, name) for name in AS_DESIGNED)
+
+
+def elapsed(legs: tuple[Leg, ...]) -> float:
+    """Duration of some legs with their pauses [s]."""
+    return sum(leg.seconds + leg.pause for leg in legs)
+
+
+class Opening:
+    """A `TargetSource`: the opening, and after it another source.
+
+    Args:
+        start: where the hand is at time 0 (3,) [m].
+        after: continues at the last place, from its own time 0.
+    """
+
+    def __init__(self, start: Array, after: TargetSource) -> None:
+        self._places = [np.array(start, float), *(np.array(leg.place) for leg in OPENING)]
+        self._after = after
+
+    def target(self, time: float) -> Target | None:
+        """Target at a time ≥ 0 [s]."""
+        begin = 0.0
+        for leg, a, b in zip(OPENING, self._places, self._places[1:], strict=False):
+            if time < begin + leg.seconds + leg.pause:
+                share, _ = quintic(min((time - begin) / leg.seconds, 1.0))
+                return HandTarget(a + (b - a) * share)
+            begin += leg.seconds + leg.pause
+        return self._after.target(time - begin)
