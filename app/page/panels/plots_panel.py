@@ -34,6 +34,9 @@ PERIOD: Final = 0.2
 MOST_BYTES: Final = 50_000.0
 """… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
 
+HEADROOM: Final = 17
+"""Height of the line above the frame of a plot over time, for the name of a moment [CSS px]."""
+
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
 
@@ -89,6 +92,7 @@ class Plots:
             plot.height = height
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
+            plot.padding = self._padding()
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
@@ -187,7 +191,7 @@ class Plots:
                 axes=self._axes(),
                 legend=uplot.Legend(show=False),
                 cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
-                padding=(6, 12, 0, 0),
+                padding=self._padding(),
                 order=order + 0.5,
             )
             self._time_plots[name] = time_plot, handle
@@ -273,6 +277,10 @@ class Plots:
             uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
             uplot.Axis(**axis, size=round(46 * k), space=round(28 * k), incrs=_TICKS),
         )
+
+    def _padding(self) -> tuple[int, int, int, int]:
+        """Room at the top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment, as in style.css."""
+        return round(HEADROOM * scale(self._page.profile)), 12, 0, 0
 
     def _caption(self, name: str, run: RunSettings, with_ghost: bool) -> Markup:
         """Return title and legend of one plot of a run."""
