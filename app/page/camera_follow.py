@@ -1,6 +1,7 @@
 """A visitor's camera: it shows the whole experiment first, or what a part of the page is about, but never without a whole arm; it follows
 what would leave the free part of the picture, and is left alone as soon as the visitor moves it."""
 
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import Final
@@ -8,7 +9,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.page.picture_size import PictureReport
+from app.page.picture_size import FreePicture, PictureReport
 from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, project
 from controllers.kinematics import Array
 from scenes.rigs import Camera
@@ -43,6 +44,12 @@ WAY: Final = 0.05
 
 SAME: Final = 0.004
 """What the browser says of a camera differs from what it was sent by less than this [m]."""
+
+UPRIGHT: Final = 1e-6
+"""A camera with a smaller horizontal distance from what it looks at looks straight down or up [m]."""
+
+LABEL_EDGE: Final = 4.0
+"""Free space around a label that is kept in the free part of the picture [CSS px]."""
 
 MOST_SENT: Final = 1000
 """Places that are remembered of those that the browser has not said yet."""
@@ -125,6 +132,24 @@ class CameraFollow:
         if not all(picture.contains(x, y, share) for x, y in seen):
             self._glide = now, self._pose, self._fitted(simulation)
 
+    def keep_free(self, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
+        """Where a label at a place is not cut by the picture's edge or covered by panels, as near as possible.
+
+        Args:
+            place: of the middle of its lower edge (3,) [m].
+            label: its width and height [CSS px].
+
+        Returns:
+            The new place (3,) [m], and whether the label is free at the old one. A place behind the eye stays as it is, and every
+            place while the camera looks straight down.
+        """
+        camera, pose = self._camera, self._pose
+        if self.left_alone:
+            pose = Pose(np.asarray(camera.position), np.asarray(camera.look_at), camera.fov)
+        if pose is None or np.linalg.norm((pose.eye - pose.look_at)[:2]) < UPRIGHT:
+            return place, True
+        return kept_free(pose, self.picture.free(), place, label)
+
     def _moved_by_visitor(self) -> bool:
         """True if the browser reports a camera that it was never sent.
 
@@ -178,3 +203,22 @@ def view_corners(view: Camera) -> Array:
     right, up, _ = axes(np.array(view.toward))
     corners = [x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     return np.array(view.centre) + np.array(corners)
+
+
+def kept_free(pose: Pose, picture: FreePicture, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
+    """See `CameraFollow.keep_free`."""
+    x, y = project(pose, (picture.width, picture.height), place[None])[0].tolist()
+    if not np.isfinite([x, y]).all():
+        return place, True
+    width, height = label[0] + 2.0 * LABEL_EDGE, label[1] + 2.0 * LABEL_EDGE
+    moves = []
+    for part in picture.free:
+        left, right = part.left + width / 2.0, max(part.right - width / 2.0, part.left + width / 2.0)
+        top, bottom = part.top + height, max(part.bottom, part.top + height)
+        moves.append((min(max(x, left), right) - x, min(max(y + LABEL_EDGE, top), bottom) - LABEL_EDGE - y))
+    across, down = min(moves, key=lambda move: move[0] ** 2 + move[1] ** 2)
+    if across == 0.0 == down:
+        return place, True
+    right_of, up, back = axes(pose.eye - pose.look_at)
+    metre = float((pose.eye - place) @ back) * math.tan(pose.fov / 2.0) * 2.0 / picture.height
+    return place + metre * (across * right_of - down * up), False

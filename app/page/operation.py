@@ -10,6 +10,7 @@ from app.page.handles.gizmos import Gizmos
 from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import Hotkey, KeyHelp, hotkeys, keys_of
+from app.page.panels.law_ticks import LawTicks
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
@@ -30,6 +31,7 @@ CALM: Final = 0.1
 
 PANELS: Final[list[PanelMaker]] = [
     DetailsChooser,
+    LawTicks,
     MomentChooser,
     ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),

@@ -197,6 +197,9 @@ class View:
             part.show(frame)
         self._follow(frame)
         asking = self.keeps_back()
+        if isinstance(self.host, viser.ClientHandle):
+            # The windows of an audience differ: its labels stay where they are.
+            self.stage.keep_free = self._camera_of(self.host).keep_free
         self.stage.show(frame, page, asking)
         self._readout.show(frame, asking, self.equation_last)
         self._contact.show(frame, self._card_words, asking)

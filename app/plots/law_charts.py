@@ -1,15 +1,16 @@
 """Charts of laws over the distance: the activation λ(d) as in Fig. 2, and the rate that each law gives at the present pull."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import decimal, tr
+from app.i18n.speaking import decimal
 from app.plots.chart import Chart, ChartAxes
 from app.session.frame import Contact
 from app.text.law_texts import LAW_TEXTS, LawLine
@@ -34,14 +35,19 @@ ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
-def distances(settings: LawSettings) -> np.ndarray:
-    """Return distances (k,) [m] to draw a law at: finer right above d_m and the influence distance, and on either side of both."""
-    parts = [np.linspace(0.0, FAR, 49)]
+def distances(settings: LawSettings, far: float = FAR) -> np.ndarray:
+    """Distances (k,) [m] to draw a law at: finer right above d_m and the influence distance, and on either side of both.
+
+    Args:
+        settings: with the two distances.
+        far: the largest distance [m].
+    """
+    parts = [np.linspace(0.0, far, 49)]
     for kink in (settings.critical_distance, settings.influence_distance):
         parts.append(np.array([kink - 1e-6, kink]))
-        parts.append(kink + 1e-6 + (FAR - kink) * np.linspace(0.0, 1.0, 25) ** 2)
+        parts.append(kink + 1e-6 + max(far - kink, 0.0) * np.linspace(0.0, 1.0, 25) ** 2)
     points = np.unique(np.concatenate(parts))
-    return points[(points >= 0.0) & (points <= FAR)]
+    return points[(points >= 0.0) & (points <= far)]
 
 
 def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample, height: int) -> Markup:
@@ -82,43 +88,57 @@ def all_laws(settings: LawSettings) -> dict[str, Law]:
     return {name: replace(settings, law=name).made() for name in LAWS}
 
 
-def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, height: int) -> Markup:
-    """Return the chart, and beside it which line is which.
+DASHES: Final = ("2 4", "12 4 2 4", "")
+"""Of the laws that are ticked, by their places; the running law is thick, and the ghost's is dashed."""
+
+
+def laws_html(
+    simulation: Simulation, ghost: Simulation | None, now: Contact, height: int, ticked: Mapping[str, int] = MappingProxyType({})
+) -> Markup:
+    """Chart of a few laws from 0 to 2 d_m; each line carries the number of its law.
 
     Args:
         simulation: its law is drawn thick.
         ghost: its law is drawn dashed; None for no ghost.
         now: pull, approach and |J_d|² that all laws are asked with, and the present state.
         height: [CSS px].
+        ticked: further laws that are drawn → their places in `DASHES`.
     """
     settings = simulation.settings.law
+    far = 2.0 * settings.critical_distance
     largest = max(abs(now.pull), settings.nominal_velocity, abs(now.approach), 0.08) * 1.3
     span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
     step = span / 2.0
     ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
-    chart = Chart(ChartAxes((0.0, FAR), (-span, span), DISTANCES, ticks))
+    x_ticks = tuple((i * far / 4.0, "" if i % 2 else f"{i * far / 4.0:g}") for i in range(5))
+    chart = Chart(ChartAxes((0.0, far), (-span, span), x_ticks, ticks))
     chart.level(0.0, "zero", 1.2)
-    xs = distances(settings)
-    lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
-    own = simulation.law if isinstance(simulation.law, LawOfFile) else None
-    present, thick = settings.law if own is None else "", law_class(settings.law)
-    for name, ys in lines.items():
-        if name != present:
-            chart.line(xs, ys, law_class(name), 1.5)
+    numbers: list[tuple[float, float, str, str]] = []
+
+    def draw(name: str, law: Law, of: LawSettings, width: float, dash: str = "") -> None:
+        xs = distances(of, far)
+        ys = _rates(law, xs, now)
+        chart.line(xs, ys, law_class(name), width, dash)
+        if not isinstance(law, LawOfFile):
+            x = min(max(LAW_TEXTS[name].anchor(of, LawLine(xs, ys, span)), 0.06 * far), 0.94 * far)
+            numbers.append((x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(list(LAWS).index(name) + 1)))
+
+    running, laws = settings.law, all_laws(settings)
+    for name, place in ticked.items():
+        if name != running or isinstance(simulation.law, LawOfFile):
+            draw(name, laws[name], settings, 1.9, DASHES[place])
     if ghost is not None:
-        ghost_xs = distances(ghost.settings.law)
-        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(ghost.settings.law.law), 3.0, "7 5")
-    chart.line(xs, lines[present] if own is None else _rates(own, xs, now), thick, 3.2)
+        draw(ghost.settings.law.law, ghost.law, ghost.settings.law, 3.0, "7 5")
+    draw(running, simulation.law, settings, 3.2)
     if abs(now.approach) > 0.005:
         chart.level(now.approach, "w", 1.2, "2 4")
         chart.mark(0.0, now.approach, "name w", "w")
-    for i, (name, ys) in enumerate(lines.items()):
-        x = LAW_TEXTS[name].anchor(settings, LawLine(xs, ys, span))
-        chart.mark(x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(i + 1))
-    if math.isfinite(now.distance):
-        chart.mark(now.distance, now.rate, f"dot {thick}")
+    for number in numbers:
+        chart.mark(*number)
+    if now.distance <= far:
+        chart.mark(now.distance, now.rate, f"dot {law_class(running)}")
     u, lever = (decimal(f"{value:.2f}".replace("-", "−")) for value in (now.pull + 0.0, math.sqrt(now.square)))
-    return macros("plots/charts.html").laws(chart.html(height), list(_legend(simulation, ghost)), u, lever)
+    return macros("plots/charts.html").laws(chart.html(height), u, lever)
 
 
 def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
@@ -132,12 +152,6 @@ def law_class(name: str) -> str:
     return f"law{list(LAWS).index(name) + 1}"
 
 
-def _legend(simulation: Simulation, ghost: Simulation | None) -> Iterator[tuple[str, str, str, str, tuple[()]]]:
-    present = simulation.settings.law.law
-    if isinstance(simulation.law, LawOfFile):
-        yield "thick", "", law_class(present), simulation.law.file, ()
-        present = ""
-    for i, (name, law) in enumerate(LAWS.items(), 1):
-        yield "thick" if name == present else "", str(i), law_class(name), tr(law.short), ()
-    if ghost is not None:
-        yield "ghost", "", f"{law_class(ghost.settings.law.law)} dash", tr("the ghost’s"), ()
+def laws_legend(simulation: Simulation) -> tuple[tuple[str, str, str], ...]:
+    """Class, kind and name of the line of a law from a file, for the caption; all other lines carry a number."""
+    return ((law_class(simulation.settings.law.law), "", simulation.law.file),) if isinstance(simulation.law, LawOfFile) else ()

@@ -106,7 +106,7 @@ def place_of(name: str) -> float:
 
 def layout_html(shown: tuple[str, ...]) -> str:
     """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
-    wide = {"laws": "1.45fr", "safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
+    wide = {"safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
     columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in sorted(shown, key=place_of)]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
     style = f":root{{--duet-columns:{' '.join(columns)};--duet-narrow:{' '.join(narrow)}}}"

@@ -16,6 +16,9 @@ from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
 
+WHOLE: Final = "whole"
+"""Name of the node at the end of an arm."""
+
 
 class ArmView:
     """The links of one robot as GLB nodes, each the child of the link before it.
@@ -46,6 +49,8 @@ class ArmView:
             self.links.append(fresh(add(path, glb, position=joint.position, wxyz=joint.rotation)))
             turned = pin.Quaternion(*joint.rotation) * pin.Quaternion(0.0, *joint.axis)
             self._turns.append((joint.rotation, (turned.w, turned.x, turned.y, turned.z)))
+        # The browser puts a node up once the one before it is loaded: with this one an arm is whole, see `contact_look.js`.
+        scene.add_frame(f"{path}/{WHOLE}", show_axes=False)
         self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:

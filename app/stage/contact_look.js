@@ -1,5 +1,6 @@
-// How λ looks in the scene, where viser has no option for it: skins and capsules of the contact are drawn as rims, the line of contact
-// through everything, and an arm takes on the tint of λ, which is the x of the node /tint/ARM. Without this script they are plain.
+// How arms and λ look in the scene, where viser has no option for it: an arm is seen when all of its links are loaded, hand and all; skins
+// and capsules of the contact are drawn as rims, the line of contact through everything, and an arm takes on the tint of λ, which is the x
+// of the node /tint/ARM. Without this script they are plain.
 (() => {
   // So often the page looks whether the scene is another one [ms].
   const LOOK_MS = 400;
@@ -76,7 +77,24 @@
       .convertSRGBToLinear();
   };
 
+  // The links of an arm are loaded one after the other, which takes seconds on a slow machine.
+  const BASE = /^\/(?:arms|ghost|wish)\/[^/]+\/base$/;
+  const END = /^(\/[^/]+\/[^/]+\/base)\/.*\/whole$/;
+  const awaited = new Set();
+  const hideParts = () => {
+    const all = Object.entries(nodes()).filter(([, node]) => node);
+    const whole = new Set(all.map(([name]) => name.match(END)?.[1]));
+    for (const [name, node] of all) {
+      if (!BASE.test(name)) continue;
+      if (!whole.has(name)) {
+        awaited.add(node);
+        node.visible = false;
+      } else if (awaited.delete(node)) node.visible = true;
+    }
+  };
+
   const draw = () => {
+    hideParts();
     for (const [name, node] of Object.entries(nodes())) {
       if (!node) continue;
       if (name.startsWith("/closest/")) meshes(node, drawThrough);

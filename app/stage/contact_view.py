@@ -14,9 +14,10 @@ from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
-from app.stage.stage_part import StagePart, fresh, quaternion
+from app.stage.stage_part import LABEL_TEXT, StagePart, fresh, quaternion
 from app.theme import PALETTES, Palette, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
+from controllers.kinematics import Array
 from scenes.room import Room
 from scenes.simulation import Simulation
 
@@ -67,12 +68,19 @@ class ClosestLine(StagePart):
             self._line.colors = np.array(colour, np.uint8)
         # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
-        x, y, z = ((a + b) / 2.0).tolist()
-        self._label.position = (x, y, z + LABEL_ABOVE)
         mm = sample.distance * 1000.0
         # The word is the second cue of an overlap, beside its colour.
         said = f"{-mm:.0f} {tr('mm of overlap')}" if overlap else f"d = {mm:.0f} mm"
         self._label.text = said.replace("-", "−")
+        place = (a + b) / 2.0 + np.array([0.0, 0.0, LABEL_ABOVE])
+        if self.keep_free is not None:
+            place, _ = self.keep_free(place, label_size(said, self._scale))
+        self._label.position = place
+
+
+def label_size(text: str, k: float) -> tuple[float, float]:
+    """Width and height of a label at most [CSS px]. `k`: how much larger text is drawn."""
+    return k * LABEL_TEXT[0] * (len(text) + 1), k * LABEL_TEXT[1]
 
 
 def shown_colour(palette: Palette, share: float, overlap: bool) -> Rgb:
@@ -88,6 +96,12 @@ LEVELS: Final = 48
 
 SIDES: Final = 28
 """Around a capsule."""
+
+ROUND: Final = 8
+"""Sides of a body on which "d_m" can be."""
+
+LABEL_SCALE: Final = 1.15
+"""Size of the text in the scene, of viser's."""
 
 RINGS: Final = 8
 """From a capsule's pole to where its cylinder begins."""
@@ -130,12 +144,14 @@ class ContactSkin(StagePart):
         # Never seen: the script tints each arm by the x of its node, which is λ.
         self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
         self.nodes = self._tints
+        self._around: dict[int, int] = {}
+        self._obstacle: int | None = None
         self._now: float | None = None
         self._drawn: tuple[object, ...] = ()
 
     def dress(self, page: PageSettings) -> None:
         self._on, self._palette = page.contact, PALETTES[page.theme]
-        self._label_scale = 1.15 * scale(page.profile)
+        self._label_scale = LABEL_SCALE * scale(page.profile)
         for label in self._rims.values():
             label.font_screen_scale = self._label_scale
         self._drawn = ()
@@ -149,13 +165,16 @@ class ContactSkin(StagePart):
         state = seen, sample.pair, share, overlap, simulation.settings
         if state == self._drawn:
             self._now = frame.now
+            self._keep_rim_free(simulation)
             return
         avoiding = avoiding_arms(simulation) if seen else ()
         for arm, tint in zip(self._room.arms, self._tints, strict=True):
             tint.position = (share if arm.name in avoiding else 0.0, 0.0, 0.0)
         wanted: dict[tuple[int, str], float] = {}
+        self._obstacle = None
         if seen:
             avoider, obstacle = bodies_of_pair(simulation, sample.pair)
+            self._obstacle = obstacle
             wanted = {
                 (obstacle, "skin"): simulation.settings.law.critical_distance,
                 (obstacle, "capsule"): 0.0,
@@ -178,6 +197,27 @@ class ContactSkin(StagePart):
                 self._rim(key[0], shell.growth).visible = key in wanted
         fades = any(shell.weight != float(key in wanted) for key, shell in self._shells.items())
         self._drawn = () if fades else state
+        self._keep_rim_free(simulation)
+
+    def _keep_rim_free(self, simulation: Simulation) -> None:
+        """Move the label of the rim around its body if it is cut where it is; hide it where it would be cut everywhere."""
+        keep_free, index = self.keep_free, self._obstacle
+        if keep_free is None or index is None or index not in self._rims:
+            return
+        body, label = self._room.geometry.geometryObjects[index], self._rims[index]
+        world = simulation.kinematics.data.oMi[body.parentJoint] * body.placement
+        present, radius = self._around.get(index, 0), body.geometry.radius + self._shells[index, "skin"].growth
+        k = self._label_scale / LABEL_SCALE
+
+        def is_free(side: int) -> bool:
+            return keep_free(world * (radius * sideways(side)), label_size(label.text, k))[1]
+
+        # The side that it has is tried first, so that it seldom moves.
+        side = next((side for side in (present, *range(ROUND)) if is_free(side)), None)
+        label.visible = side is not None
+        if side is not None and side != present:
+            self._around[index] = side
+            self._rim(index, self._shells[index, "skin"].growth)
 
     def _shell(self, key: tuple[int, str], growth: float, colour: Rgb) -> _Shell:
         """Return a shell of a body, which is made when it is first seen."""
@@ -206,7 +246,7 @@ class ContactSkin(StagePart):
         """Return the label on the rim of a body's skin, at the skin's present thickness [m]."""
         body = self._room.geometry.geometryObjects[index]
         node, placement = self._node(body)
-        place = tuple((placement * np.array([body.geometry.radius + growth, 0.0, 0.0])).tolist())
+        place = tuple((placement * ((body.geometry.radius + growth) * sideways(self._around.get(index, 0)))).tolist())
         label = self._rims.get(index)
         if label is None:
             label = self._scene.add_label(
@@ -225,6 +265,12 @@ class ContactSkin(StagePart):
             if 0 < body.parentJoint - offset <= joints:
                 return view.link(body.parentJoint - offset), body.placement
         return ("/ball", pin.SE3.Identity()) if body.name == "ball" else ("/contact", body.placement)
+
+
+def sideways(side: int) -> Array:
+    """Unit vector (3,) across the axis of a body, one of `ROUND`."""
+    angle = 2.0 * np.pi * side / ROUND
+    return np.array([np.cos(angle), np.sin(angle), 0.0])
 
 
 def avoiding_arms(simulation: Simulation) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
 from app.stage.hand_marks import GripMark, PathLine, TargetPlace, Trace
 from app.stage.person_figure import FigureView
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import KeepFree, StagePart
 from app.theme import PALETTES, Palette
 from scenes.room_shells import furniture_glb
 from scenes.simulation import Simulation
@@ -81,6 +81,8 @@ class Stage:
         """What the visitor can take hold of; another one with every experiment."""
         self.other: ArmView | None = None
         """The arm that keeps its place, where it can be held too; None in most experiments."""
+        self.keep_free: KeepFree | None = None
+        """Keeps labels in the free part of the picture; None where the picture is not known."""
         self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -113,7 +115,7 @@ class Stage:
         for arm, view in zip(simulation.room.arms, self._arms, strict=True):
             view.show(positions[arm.joints])
         for part in self._parts:
-            part.withheld = withheld
+            part.withheld, part.keep_free = withheld, self.keep_free
             part.show(frame)
 
     def _build(self, simulation: Simulation, fine: bool) -> None:

@@ -2,7 +2,7 @@
 the room."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final, TypeVar
 
 import numpy as np
@@ -13,6 +13,12 @@ from app.session.frame import Frame
 from app.settings import PageSettings
 from controllers.kinematics import Array
 
+KeepFree = Callable[[Array, tuple[float, float]], tuple[Array, bool]]
+"""See `StagePart`."""
+
+LABEL_TEXT: Final = (8.6, 18.0)
+"""Width of a character and height of a label in the scene, at 1.15 times viser's font size [CSS px]."""
+
 
 class StagePart(ABC):
     """Something on the stage, drawn in the scene that it is made with.
@@ -20,10 +26,13 @@ class StagePart(ABC):
     Attributes:
         nodes: what is drawn, and taken out of the scene together.
         withheld: true while a question waits for its run, so that nothing drawn says what the law does.
+        keep_free: (place (3,) [m], width and height of a label [CSS px]) → where the label is not cut, and whether it is not
+            cut where it was; None where the picture is not known.
     """
 
     nodes: Sequence[viser.SceneNodeHandle] = ()
     withheld: bool = False
+    keep_free: KeepFree | None = None
 
     def dress(self, page: PageSettings) -> None:  # noqa: B027 (some look the same in every theme)
         """Take on a theme and a profile."""

@@ -1,5 +1,6 @@
 """The panel of plots: two over time, and the plot that is chosen beside them."""
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -10,10 +11,11 @@ from viser import uplot
 from app.plots.bins import LAST, Bins, begin_of, polyline
 from app.plots.chart_list import further_charts
 from app.plots.lap_charts import laps_html
-from app.plots.law_charts import curve_html, laws_html
+from app.plots.law_charts import curve_html, laws_html, laws_legend
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import cells, chart_title, is_chart, layout_html, makes_room, place_of
 from app.plots.stability_text import section_html
+from app.plots.ticked_laws import TickedLaws
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
 from app.session.frame import Frame
@@ -22,7 +24,6 @@ from app.text.templates import element, macros, tr_html
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
 from scenes.rerun import WhatIf
-from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 WHAT_IF: Final = ("d", "e2")
@@ -33,6 +34,9 @@ PERIOD: Final = 0.2
 
 MOST_BYTES: Final = 50_000.0
 """Largest traffic of a plot [B/s]; with many or noisy lines it is refreshed less often."""
+
+HEADROOM: Final = 17
+"""Height of the line above the frame of a plot over time, for the name of a moment [CSS px]."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
@@ -76,6 +80,7 @@ class Plots:
         self.only: tuple[str, ...] = ()
         self.run_names: tuple[str, str] | None = None
         self._arranged: tuple[object, ...] = ()
+        self._ticked: Mapping[str, int] = {}
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
         self._dressed, self._curtain = False, 0.0
@@ -89,6 +94,7 @@ class Plots:
             plot.height = height
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
+            plot.padding = self._padding()
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
@@ -105,6 +111,12 @@ class Plots:
         elif 0.0 < self._curtain <= now:
             self._curtain = 0.0
             self._uncover(True)
+        part = frame.part(TickedLaws)
+        if (ticked := {} if part is None else part.places) != self._ticked:
+            # A tick is seen at once.
+            self._ticked = ticked
+            self._drawn.pop("laws", None)
+            self._next.pop("laws", None)
         due = [name for name in self.shown if now >= self._next.get(name, 0.0)]
         if not due:
             return
@@ -160,7 +172,7 @@ class Plots:
                 self._time_plots[name] = new, plot
                 self._drawn.pop(name, None)
         for name in wanted:
-            self._captions[name].content = self._caption(name, simulation.settings, ghost is not None)
+            self._captions[name].content = self._caption(name, simulation, ghost)
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if is_chart(name) else self._time_plots[name][1]
@@ -187,7 +199,7 @@ class Plots:
                 axes=self._axes(),
                 legend=uplot.Legend(show=False),
                 cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
-                padding=(6, 12, 0, 0),
+                padding=self._padding(),
                 order=order + 0.5,
             )
             self._time_plots[name] = time_plot, handle
@@ -244,7 +256,7 @@ class Plots:
             case "curve":
                 return element("div", "", curve_html(simulation, ghost, sample, self._height), class_="duet")
             case "laws":
-                return laws_html(simulation, ghost, frame.contact, self._height)
+                return laws_html(simulation, ghost, frame.contact, self._height, self._ticked)
             case "laps" | "joint_laps":
                 return laps_html(simulation, ghost, name == "joint_laps", self._height)
             case "pairs":
@@ -274,15 +286,20 @@ class Plots:
             uplot.Axis(**axis, size=round(46 * k), space=round(28 * k), incrs=_TICKS),
         )
 
-    def _caption(self, name: str, run: RunSettings, with_ghost: bool) -> Markup:
+    def _padding(self) -> tuple[int, int, int, int]:
+        """Room at the top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment, as in style.css."""
+        return round(HEADROOM * scale(self._page.profile)), 12, 0, 0
+
+    def _caption(self, name: str, simulation: Simulation, ghost: Simulation | None) -> Markup:
         """Return title and legend of one plot of a run."""
         # On a narrow screen the squared error makes room for what was chosen.
         caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self.shown)
         first = name == self.shown[0]
         if is_chart(name):
-            return caption(chart_title(name, run), "", (), spare, first)
+            lines = laws_legend(simulation) if name == "laws" else ()
+            return caption(chart_title(name, simulation.settings), "", lines, spare, first)
         plot, _ = self._time_plots[name]
-        others = ["ghost"] if with_ghost else []
+        others = [] if ghost is None else ["ghost"]
         if self._what_if is not None:
             others.append("what_if")
         lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self.run_names)]

@@ -55,7 +55,7 @@ class Readout:
             return
         self._shown, self._next = (frame.state, asking), frame.after(PERIOD)
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
-        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip duet-what")
+        self._tip.content = tip_html(self._tip_text(shown), longest_tip(shown))
         law = shown.law_status
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
         pills += Markup() if frame.replayed else late_law_html(law)
@@ -69,6 +69,11 @@ class Readout:
         else:
             equation = equation_html(frame.settings.run)
         self._equation.content = self._equation_last.content = element("div", "", equation, class_="duet")
+
+
+def tip_html(tip: str, kept: str) -> Markup:
+    """A tip in the place that is kept for it. `kept`: the longest text that comes there by itself, which is not shown."""
+    return element("div", "", element("span", tip), class_="duet duet-tip duet-what", data_kept=kept)
 
 
 def replay_html(shown: Shown) -> Markup:
@@ -144,6 +149,12 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 
 # --- words ---------------------------------------------------------------------------------------------------------------------
+
+
+def longest_tip(session: Shown) -> str:
+    """The tip of an operated run that takes most room: while the autopilot moves the arm, or while the visitor does."""
+    run = session.settings.run
+    return max((EXPERIMENT_TEXTS[run.scene](run, itself)[0] for itself in (True, False)), key=len)
 
 
 def tip_text(session: Shown, operated: bool = True) -> str:

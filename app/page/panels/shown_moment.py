@@ -93,6 +93,9 @@ class Scrubber:
 NEAR: Final = 0.02
 """A moment is called by the name of one that is so near [s]."""
 
+WIDEST: Final = 0.7
+"""Mean width of a character of the mark's name in a wide font [font sizes]."""
+
 
 def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
     """Place of the shown moment, and of the moment worth a look, on the axes of the plots over time, with their names.
@@ -116,23 +119,20 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
     # The plots may end a bin before the newest moment; one that is farther outside has no line there.
     inside = begin - BIN <= at <= end + BIN
     rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"] if inside else []
+    narrow = ""
     if (mark := shown.replay.mark) is not None and begin <= mark.time <= end:
         when = f"{decimal(f'{mark.time:.1f}')} s"
         name = f"{tr(mark.name)}, {when}"
         words = name if abs(at - mark.time) < NEAR else words
-        # The name stands on the side with more room.
-        late, left = mark.time > 0.5 * (begin + end), place(mark.time)
         rules += [
-            f"--duet-mark:{left}",
+            f"--duet-mark:{place(mark.time)}",
             f"--duet-mark-name:{css_text(name)}",
             f"--duet-mark-time:{css_text(when)}",
-            f"--duet-mark-room:{left if late else f'calc(100% - {left})'}",
-            f"--duet-mark-align:{'end' if late else 'start'}",
-            f"--duet-mark-shift:{'-100%' if late else '0%'}",
-            f"--duet-mark-side:{'0 1.5px 0 0' if late else '0 0 0 1.5px'}",
         ]
+        # A plot too narrow for the name says the time alone.
+        narrow = f"@container (max-width:{len(name) * WIDEST:.1f}em){{.u-over::before{{content:var(--duet-mark-time)}}}}"
     rules.append(f"--duet-moment-words:{css_text(words)}")
-    return made + Markup(f"<style>:root{{{';'.join(rules)}}}</style>")
+    return made + Markup(f"<style>:root{{{';'.join(rules)}}}{narrow}</style>")
 
 
 def css_text(words: str) -> str:

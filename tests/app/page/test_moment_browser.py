@@ -1,12 +1,17 @@
 """Moments on the real page: a drag over a plot shows another one."""
 
+from collections.abc import Callable
+from time import perf_counter
+
 import pytest
 from playwright.sync_api import Page
 
-from app.session.replay_player import ReplayPlayer
+from app.session.actions import Pause
+from app.session.replay_player import Mark, ReplayPlayer
 from app.session.session import Session
+from controllers.errors import LazyText
 from tests.accessibility import accessible
-from tests.app.conftest import OpenHouse, ask
+from tests.app.conftest import ByHand, Made, OpenHouse, ask, visitor_of
 from tests.app.page.by_hand import drag, visit
 from tests.browser import PageAt, until
 
@@ -59,3 +64,50 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Space")
     until(page, lambda: shown_time(session) is None and session.simulation.time > end, "the run goes on from its end")
+
+
+NAMES = """() => [...document.querySelectorAll('.u-over')].map(frame => {
+  const style = getComputedStyle(frame, '::before');
+  const { left, top, width } = frame.getBoundingClientRect();
+  const px = name => parseFloat(style[name]), shift = new DOMMatrix(style.transform).e;
+  const wide = px('width') + px('paddingLeft') + px('paddingRight');
+  const canvas = frame.closest('.uplot').querySelector('canvas').getBoundingClientRect();
+  return { text: style.content, line: px('lineHeight'), top: px('top'), left: px('left') + shift, right: px('left') + shift + wide,
+    width, above: canvas.top - top };
+})"""
+"""Names of the marked moment at every plot over time, from the left and the top of its frame [CSS px]."""
+
+
+def after_a_frame(opened: ByHand, seen: Callable[[], object]) -> Callable[[], bool]:
+    """Make one more frame of the server, and look."""
+
+    def look() -> bool:
+        opened.frame()
+        return bool(seen())
+
+    return look
+
+
+def said(page: Page, words: str) -> Callable[[], bool]:
+    """True once the name of the moment at every plot is this."""
+    return lambda: {one["text"] for one in page.evaluate(NAMES)} == {f'"{words}"'}
+
+
+def test_the_name_of_a_moment_stands_above_the_frame_of_every_plot(by_hand: Made, page_at: PageAt) -> None:
+    page, opened = page_at(1024, 768), by_hand(sessions=2)
+    page.goto(f"{opened.house.url}/?panel=small")
+    until(page, after_a_frame(opened, lambda: page.locator(".u-over").count() == 2), "two plots")
+    # The page was built by the machine's clock; from now on the frames are faster than that.
+    opened.now = perf_counter()
+    session = visitor_of(opened).session
+    until(page, after_a_frame(opened, lambda: session.simulation.time > 4.0), "some seconds of the run")
+    session.handlers.do(Pause())
+    words = {"short": "jump", "long": "a name of a moment that no plot of this width has room for, in any language"}
+    for time, length in ((0.1, "short"), (2.0, "short"), (3.9, "short"), (2.0, "long")):
+        player_of(session).review(time, Mark(time, LazyText(words[length])))
+        shown = f"{time:.1f} s" if length == "long" else f"jump, {time:.1f} s"
+        until(page, after_a_frame(opened, said(page, shown)), f"the name at {time} s")
+        for name in page.evaluate(NAMES):
+            assert name["above"] - 0.5 <= name["top"] and name["top"] + name["line"] <= 0.5, name
+            assert name["left"] >= -0.5 and name["right"] <= name["width"] + 0.5, name
+        player_of(session).leave()

@@ -84,3 +84,20 @@ def test_no_control_moves_in_a_minute_of_autopilot(
     first_screen(page, opened, f"panel={panel}&scene={scene}")
     seen = watched(page, opened, 60.0)
     assert seen["controls"] and seen["moved"] == {}, seen
+
+
+ROOM = """() => {
+  const bottom = document.querySelector('.duet-what').getBoundingClientRect().bottom;
+  const status = document.querySelector('.duet-status[role=status]').getBoundingClientRect();
+  const pause = [...document.querySelectorAll('button')].find(one => /Pause|Go on/.test(one.textContent)).getBoundingClientRect();
+  const shown = document.querySelector('.duet-what > span').getBoundingClientRect();
+  return { kept: status.height, blank: pause.top - shown.bottom, tip: bottom - shown.bottom };
+}"""
+"""Heights between the tip and the clock [CSS px]."""
+
+
+def test_between_tip_and_clock_there_is_room_for_two_lines_alone(by_hand: Made, page_at: PageAt) -> None:
+    page, opened = page_at(1440, 900), by_hand(sessions=2)
+    first_screen(page, opened, "panel=small")
+    room = page.evaluate(ROOM)
+    assert room["tip"] < 1.0 and room["kept"] > 40.0 and room["blank"] < room["kept"] + 18.0, room

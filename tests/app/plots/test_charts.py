@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from app.i18n.speaking import set_language
 from app.plots.chart import Chart, ChartAxes, ticks_of
 from app.plots.lap_charts import laps_html
-from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html
+from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html, laws_legend
 from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import condition_text, error_text, ranks_text, section_html, stability_html
+from app.plots.ticked_laws import TickedLaws
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session.frame import contact
 from controllers.kinematics import Array
@@ -73,38 +74,57 @@ def test_distances_to_draw_at_include_both_sides_of_every_kink() -> None:
 
 
 @pytest.mark.parametrize("name", LAWS)
-def test_all_laws_are_compared_at_the_present_pull(name: str) -> None:
-    simulation = played("hold", name, seconds=4.0)
-    sample = simulation.sample()
-    now = contact(simulation, sample)
-    html = laws_html(simulation, None, now, 150)
-    lines: dict[str, list[np.ndarray]] = {law: paths(html, f"law{i + 1}") for i, law in enumerate(LAWS)}
-    assert all(len(found) == 1 for found in lines.values())
-    widths = re.findall(r'<path class="law(\d+)" d="[^"]*" stroke-width="([\d.]+)"', html)
-    assert widths[-1] == (str(list(LAWS).index(name) + 1), "3.2") and {w for _, w in widths[:-1]} == {"1.5"}
+def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
+    running = "smooth_priority" if name != "smooth_priority" else "barrier_qp"
+    simulation = played("hold", running, seconds=4.0)
+    now, far = contact(simulation, simulation.sample()), 2.0 * simulation.settings.law.critical_distance
+    html = laws_html(simulation, None, now, 150, {name: 0})
     span = float(re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)[0].replace("−", "-"))
-    for law, (points,) in lines.items():
-        for d in (0.05, 0.22, 0.5):
+    assert re.findall(r'class="xs">.*?>0</i>.*?>([^<]+)</i>.*?>([^<]+)</i></div>', html, re.DOTALL) == [("0.15", "0.3")]
+    for law in (name, running):
+        kind = f"law{list(LAWS).index(law) + 1}"
+        (points,) = paths(html, kind)
+        assert points[0, 0] == 0.0 and points[-1, 0] == 1000.0, "from 0 to 2 d_m"
+        for d in (0.05, 0.22, 0.28):
             rate = all_laws(simulation.settings.law)[law].line_rate(d, now.pull, now.approach, now.square)
             meant = 1000.0 * min(max((span - rate) / (2.0 * span), -1.0), 2.0)
-            assert np.interp(1000.0 * d / FAR, points[:, 0], points[:, 1]) == pytest.approx(meant, abs=12.0), (law, d)
-    kind = f"law{list(LAWS).index(name) + 1}"
-    ((x, y),) = marks(html, f"dot {kind}")
-    assert x == pytest.approx(min(now.distance / FAR, 1.0), abs=1e-3)
+            assert np.interp(1000.0 * d / far, points[:, 0], points[:, 1]) == pytest.approx(meant, abs=12.0), (law, d)
+        assert len(marks(html, f"digit {kind}")) == 1
+    assert html.count('stroke-width="3.2"') == 1 and html.count("digit ") == 2, "no line of another law"
+    ((x, y),) = marks(html, f"dot law{list(LAWS).index(running) + 1}")
+    assert x == pytest.approx(now.distance / far, abs=1e-3)
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
-    assert [len(marks(html, f"digit law{i + 1}")) for i in range(11)] == [1] * 11
-    names = [(str(i + 1), law.short) for i, law in enumerate(LAWS.values())]
-    assert re.findall(r"<li[^>]*><i[^>]*>(\d+)</i>(?:<b>)?([^<]*)", html) == names
-    assert f"<b>{LAWS[name].short}</b>" in html
+    assert not marks(
+        laws_html(simulation, None, now._replace(distance=far + 0.01), 150), f"dot law{list(LAWS).index(running) + 1}"
+    )
 
 
-def test_the_ghost_of_all_laws_is_dashed() -> None:
+def test_every_line_of_the_laws_has_a_look_of_its_own() -> None:
     simulation, ghost = played("hold"), played("hold", "barrier_qp")
-    html = laws_html(simulation, ghost, contact(simulation, simulation.sample()), 150)
-    assert re.findall(r'<path class="law(\d)"[^>]*stroke-dasharray', html) == ["6"] and "ghost" in text(html)
+    ticked = {"strict_switched": 0, "unprotected": 1, "potential_field": 2}
+    html = laws_html(simulation, ghost, contact(simulation, simulation.sample()), 150, ticked)
+    found = re.findall(r'<path class="law(\d+)" d="[^"]*" stroke-width="([\d.]+)"(?: stroke-dasharray="([^"]*)")?', html)
+    assert [list(LAWS)[int(law) - 1] for law, _, _ in found] == [*ticked, "barrier_qp", "smooth_priority"]
+    assert len({(width, dash) for _, width, dash in found}) == 5
+    assert laws_legend(simulation) == (), "the numbers name them"
 
 
-def test_a_law_of_a_file_is_the_thick_line_and_all_others_stand_beside_it() -> None:
+def test_a_fourth_tick_takes_the_place_of_the_oldest() -> None:
+    laws = TickedLaws(None)
+    for name in ("barrier_qp", "lever", "unprotected"):
+        laws.tick(name)
+    assert laws.places == {"barrier_qp": 0, "lever": 1, "unprotected": 2}
+    laws.tick("drawn_curve")
+    assert laws.places == {"lever": 1, "unprotected": 2, "drawn_curve": 0}, "the others keep their looks"
+    laws.tick("unprotected")
+    laws.tick("no such law")
+    assert laws.places == {"lever": 1, "drawn_curve": 0}
+    again = TickedLaws(None)
+    again.restore(laws.saved())
+    assert list(again.places) == ["lever", "drawn_curve"]
+
+
+def test_a_law_of_a_file_is_the_thick_line() -> None:
     simulation = played("hold")
     now = contact(simulation, simulation.sample())
 
@@ -113,11 +133,10 @@ def test_a_law_of_a_file_is_the_thick_line_and_all_others_stand_beside_it() -> N
             return np.full(len(distances), 0.1)
 
     simulation.use(Mine([LawAnswers("mine.py", "0" * 64, np.zeros((1, 8)))], simulation, 0))
-    html = laws_html(simulation, None, now, 150)
+    html = laws_html(simulation, None, now, 150, {"smooth_priority": 0})
     own, built_in = paths(html, "law1")[::-1]
     assert np.ptp(own[:, 1]) == 0.0 < np.ptp(built_in[:, 1])
-    assert "<b>mine.py</b>" in html and html.count("<b>") == html.replace("<b>mine.py</b>", "").count("<b>") + 1
-    assert f"<b>{LAWS['smooth_priority'].short}</b>" not in html
+    assert [name for _, _, name in laws_legend(simulation)] == ["mine.py"]
 
 
 def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> None:

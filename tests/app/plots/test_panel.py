@@ -6,12 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.page.panels.choice_buttons import MARK, UNTICKED
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.bins import POINTS, WINDOW
 from app.plots.plot_choice import cells, is_chart
+from app.plots.ticked_laws import TickedLaws
 from app.session.parts import SessionPart
 from app.settings import PageSettings
 from scenes.history import COLUMN
+from scenes.laws import LAWS
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import bodies, press
 from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, go_on
@@ -42,12 +45,40 @@ def test_nothing_is_sent_to_what_is_hidden() -> None:
     third = [shown.show(0.2) for _ in range(3)][-1][2]
     shown.show(plot="laws")
     assert third.visible is False
-    chart = next(block for block in shown.gui.blocks if "duet-laws" in block.content)
+    chart = next(block for block in shown.gui.blocks if "duet-few-laws" in block.content)
     shown.show(plot="none")
     sent = len(third.sent), len(chart.sent)
     for _ in range(4):
         shown.show(0.2)
     assert (len(third.sent), len(chart.sent)) == sent and chart.visible is False
+
+
+def test_a_tick_draws_its_law_at_once() -> None:
+    shown = ShownPanel("hold")
+    shown.show(0.2, plot="laws")
+    chart = next(block for block in shown.gui.blocks if "duet-few-laws" in block.content)
+    line = f'class="law{list(LAWS).index("unprotected") + 1}"'
+    for drawn in (True, False):
+        assert (line in chart.content) is not drawn
+        shown.session.parts.of(TickedLaws).tick("unprotected")
+        shown.show(wait=0.03)
+        assert (line in chart.content) is drawn
+
+
+def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "plot=laws")
+
+    def drawn() -> set[str]:
+        rows = [one["options"] for one in bodies(guest.visitor, "GuiButtonGroupMessage") if one["label"] == "also draw"]
+        return {said.removeprefix(MARK) for row in rows for said in row if said.startswith(MARK)}
+
+    guest.visitor.wait_for(lambda _: drawn() == {"1 Smooth priority"})
+    for place, law in ((3, "Strict, switched"), (6, "Barrier QP"), (15, "Unprotected"), (5, "Potential field")):
+        guest.visitor.set_value("also draw", f"{UNTICKED}{place} {law}")
+        guest.visitor.wait_for(lambda _, law=f"{place} {law}": law in drawn())
+    assert drawn() == {"1 Smooth priority", "6 Barrier QP", "15 Unprotected", "5 Potential field"}
+    guest.visitor.set_value("also draw", f"{MARK}6 Barrier QP")
+    guest.visitor.wait_for(lambda _: "6 Barrier QP" not in drawn())
 
 
 def test_ten_refreshes_a_second_at_most() -> None:

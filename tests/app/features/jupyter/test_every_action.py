@@ -49,6 +49,7 @@ PAGE = SESSION | {
     "ShowAll": ("Operation",),
     "MoreLaws": ("Controls",),
     "MorePlots": ("DetailsChooser",),
+    "TickLaw": ("LawTicks",),
     "FirstView": ("Operation",),
     "Compute": ("ComparePanel",),
     "Drag": ("Gizmos",),

@@ -200,7 +200,8 @@ def test_single_steps_are_shown_about_the_moment() -> None:
         first + watched.session.settings.run.dt
     )
     said = moment_html(frame, (0.0, 5.0))
-    assert "--duet-mark-align:end" in said and "--duet-mark-align:start" in moment_html(frame, (2.0, 20.0))
+    assert f"--duet-mark:{20.0 * frame.shown.replay.mark.time:.2f}%" in said and "@container" in said
+    assert "--duet-mark:" not in moment_html(frame, (4.0, 5.0)), "outside the axes"
 
 
 def test_the_first_lesson_has_the_process_begun_that_makes_its_films() -> None:

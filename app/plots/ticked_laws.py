@@ -1,0 +1,41 @@
+"""Which laws a visitor has ticked, to be drawn beside the running one."""
+
+from typing import ClassVar, Final
+
+from app.session.parts import SessionPart
+from scenes.laws import LAWS
+
+MOST: Final = 3
+"""Laws that are ticked at a time."""
+
+
+class TickedLaws(SessionPart):
+    """The laws that are ticked; a further one takes the place of the oldest.
+
+    Attributes:
+        places: name of a law → its place from 0, which it keeps while it is ticked; the oldest law first.
+    """
+
+    name: ClassVar[str] = "ticked_laws"
+    places: dict[str, int]
+
+    def __init__(self, session: object) -> None:
+        self.places = {}
+
+    def tick(self, law: str) -> None:
+        """Tick a law, or take its tick away."""
+        # A frame that is being drawn keeps the laws that it has read.
+        places = dict(self.places)
+        if places.pop(law, None) is None and law in LAWS:
+            if len(places) == MOST:
+                places.pop(next(iter(places)))
+            places[law] = min(set(range(MOST)) - set(places.values()))
+        self.places = places
+
+    def saved(self) -> bytes:
+        return ",".join(self.places).encode()
+
+    def restore(self, saved: bytes) -> None:
+        for law in saved.decode("utf-8", "replace").split(","):
+            if law not in self.places:
+                self.tick(law)
