@@ -5,7 +5,11 @@ from typing import Final
 
 import numpy as np
 
-# Loops are compiled together, also those of an experiment that is loaded when it is chosen.
+# Loops are compiled together, also those of an experiment or a first task that is loaded when it is chosen.
+import controllers.first_tasks.centre_of_mass  # noqa: F401
+import controllers.first_tasks.joint_stops  # noqa: F401
+import controllers.first_tasks.points_over_plane  # noqa: F401
+import controllers.first_tasks.smallest_singular_value  # noqa: F401
 import scenes.person.retarget  # noqa: F401
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
