@@ -9,8 +9,10 @@ from controllers.first_tasks.arms_distance import ArmsDistance
 from controllers.first_tasks.centre_of_mass import CentreOfMass, Foot
 from controllers.first_tasks.first_task import FirstTask
 from controllers.first_tasks.joint_stops import JointStops
+from controllers.first_tasks.links_over_boxes import LinkCapsule, LinksOverBoxes
 from controllers.first_tasks.own_links import OwnLinks
 from controllers.first_tasks.points_over_plane import Plane, PointsOverPlane, landmarks
+from controllers.first_tasks.several_at_once import SeveralAtOnce
 from controllers.first_tasks.smallest_singular_value import SmallestSingularValue
 from controllers.kinematics import Arm, Array
 from controllers.row_stage import smooth_stage
@@ -51,15 +53,18 @@ class PosedTask:
         """h after everything has moved on from a posture of the arm (n,), the arm with q̇ (n,); all is put
         back.
         """
-        others, plane = self.world.positions.copy(), getattr(self.task, "plane", None)
+        others = self.world.positions.copy()
+        task = self.task.tasks[0] if isinstance(self.task, SeveralAtOnce) else self.task
         self.world.positions += self.world.velocities * time
-        if isinstance(self.task, PointsOverPlane):
-            turn = pin.exp3(self.task.plane.turning * time)
-            self.task.plane = Plane(turn @ self.task.plane.normal, self.task.plane.point + self.task.plane.velocity * time)
-        value = self.value(q + dq * time)
+        if isinstance(task, PointsOverPlane):
+            plane = task.plane
+            turn = pin.exp3(plane.turning * time)
+            task.plane = Plane(turn @ plane.normal, plane.point + plane.velocity * time)
+            value = self.value(q + dq * time)
+            task.plane = plane
+        else:
+            value = self.value(q + dq * time)
         self.world.positions[:] = others
-        if isinstance(self.task, PointsOverPlane) and plane is not None:
-            self.task.plane = plane
         self.at(q)
         return value
 
@@ -100,6 +105,21 @@ def tipping(world: World, arm: Arm) -> FirstTask:
     return CentreOfMass(world.kinematics, arm, cart, load=3.0)
 
 
+def bench(world: World, arm: Arm) -> FirstTask:
+    """Three capsules of the arm over a bench and the floor, with which they also overlap."""
+    capsules = [
+        LinkCapsule(arm.shoulder, np.array([0.0, 0.0, 0.25]), np.array([0.0, 0.0, 0.12]), 0.07),
+        LinkCapsule(arm.elbow, np.array([0.0, 0.0, 0.195]), np.array([0.0, 0.0, 0.195]), 0.065),
+        LinkCapsule(arm.wrist, np.array([0.0, 0.0, 0.064]), np.array([0.0, 0.0, 0.064]), 0.05),
+    ]
+    boxes = np.array([[0.1, 0.0, 0.369, 0.5, 0.3, 0.369], [0.0, 0.0, -5.0, 20.0, 20.0, 5.0]])
+    return LinksOverBoxes(world.kinematics, arm, capsules, boxes)
+
+
+def several(world: World, arm: Arm) -> FirstTask:
+    return SeveralAtOnce([wall(world, arm), stops(world, arm), tipping(world, arm)], "several", 5.0)
+
+
 def arms(world: World, arm: Arm) -> FirstTask:
     world.velocities[world.room.arms[1].joints] = np.linspace(-0.3, 0.4, 7)
     return ArmsDistance(world.detector, arm, world.velocities)
@@ -112,6 +132,8 @@ ALONE: dict[str, Callable[[World, Arm], FirstTask]] = {
     "own links": links,
     "singular value": singular,
     "centre of mass": tipping,
+    "a bench and the floor": bench,
+    "several at once": several,
 }
 NAMES = (*ALONE, "the other arm")
 
