@@ -48,6 +48,8 @@ class Authority(IntEnum):
     """A joint is at its top speed."""
     LEVERAGE = 3
     """No joint moves the closest point along the line of contact: J_d is nearly singular."""
+    WORLD = 4
+    """A later stage keeps the arm clear of its surroundings, and takes part of the distance rate."""
 
 
 class Bounded(NamedTuple):

@@ -131,6 +131,55 @@ def convex_proximity(
     return smooth_minimum(distances, rows, beta, row)
 
 
+def pair_signs(kinematics: Kinematics, geometry: pin.GeometryModel) -> Array:
+    """Signs of every pair of a geometry for `pair_row` (pairs, nv)."""
+    signs = np.zeros((len(geometry.collisionPairs), kinematics.model.nv))
+    for row, pair in zip(signs, geometry.collisionPairs, strict=True):
+        for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
+            for joint in kinematics.model.supports[geometry.geometryObjects[body].parentJoint]:
+                if joint:
+                    moved = kinematics.model.joints[joint]
+                    row[moved.idx_v : moved.idx_v + moved.nv] += sign
+    return signs
+
+
+class ConvexPairs:
+    """Strictly convex distances of the pairs of a geometry, and their smooth minimum.
+
+    Args:
+        kinematics: the arms.
+        geometry: bodies and pairs, at least one; every body is a capsule or a sphere.
+        data: of the geometry; its placements are read by `fill`.
+        signs: see `pair_signs`, of the joints asked for (pairs, n).
+        joints: columns of q that are asked for.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        geometry: pin.GeometryModel,
+        data: pin.GeometryData,
+        signs: Array,
+        joints: slice = slice(None),
+    ) -> None:
+        bodies, count = geometry.geometryObjects, len(geometry.collisionPairs)
+        self._pairs = np.array([(pair.first, pair.second) for pair in geometry.collisionPairs], np.int64).reshape(-1, 2)
+        radii = np.array([body.geometry.radius for body in bodies])
+        self._reach = radii[self._pairs].sum(axis=1)
+        self._halves = np.array([body.geometry.halfLength if isinstance(body.geometry, Capsule) else 0.0 for body in bodies])
+        # Live views of Pinocchio's memory, so that one call brings axes and centres together.
+        self._placed = [view for placement in data.oMg for view in (placement.rotation[:, 2], placement.translation)]
+        self._frames = np.empty((len(bodies), 6))
+        self._distances, self._rows = np.empty(count), np.empty(signs.shape)
+        self._jacobian, self._signs = kinematics.jacobian[:, joints], signs
+
+    def fill(self, beta: float, epsilon: float, row: Array) -> float:
+        """Return the smooth minimum [m] and fill its gradient (n,) [m/rad]; see `convex_proximity`."""
+        np.concatenate(self._placed, out=self._frames.reshape(-1))
+        bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (self._jacobian, self._signs)
+        return convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)
+
+
 class ProximityDetector:
     """Distances and their gradients for a fixed set of pairs.
 
@@ -152,22 +201,9 @@ class ProximityDetector:
         self._results = [self.data.distanceResults[i] for i in range(count)]
         self._normals = [result.normal for result in self._results]
         self._first_points = [result.getNearestPoint1 for result in self._results]
-        self._signs = np.zeros((count, nv))
-        for signs, pair in zip(self._signs, geometry.collisionPairs, strict=True):
-            for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
-                for joint in kinematics.model.supports[geometry.geometryObjects[body].parentJoint]:
-                    if joint:
-                        moved = kinematics.model.joints[joint]
-                        signs[moved.idx_v : moved.idx_v + moved.nv] += sign
-        bodies = geometry.geometryObjects
-        self._pairs = np.array([(pair.first, pair.second) for pair in geometry.collisionPairs], np.int64).reshape(-1, 2)
-        radii = np.array([body.geometry.radius for body in bodies])
-        self._reach = radii[self._pairs].sum(axis=1)
-        self._halves = np.array([body.geometry.halfLength if isinstance(body.geometry, Capsule) else 0.0 for body in bodies])
-        # Live views of Pinocchio's memory, so that one call brings axes and centres together.
-        self._placed = [view for placement in self.data.oMg for view in (placement.rotation[:, 2], placement.translation)]
-        self._frames = np.empty((len(bodies), 6))
-        self._distances, self._rows = np.empty(count), np.empty((count, nv))
+        self._signs = pair_signs(kinematics, geometry)
+        self._convex = ConvexPairs(kinematics, geometry, self.data, self._signs)
+        self._rows = np.empty((count, nv))
 
     @property
     def count(self) -> int:
@@ -195,9 +231,7 @@ class ProximityDetector:
             self._fill_rows(self._rows)
             law_distance = smooth_minimum(self.distances(), self._rows, beta, row)
         else:
-            np.concatenate(self._placed, out=self._frames.reshape(-1))
-            bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (kinematics.jacobian, self._signs)
-            law_distance = convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)
+            law_distance = self._convex.fill(beta, epsilon, row)
         # Until the loop is compiled it returns a number of numpy's.
         return Proximity(distance, pair, law_distance, row, closest)
 

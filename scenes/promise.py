@@ -2,8 +2,9 @@
 
 Along the line of contact the law makes ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ = 1, that is
 s v − (1 − s) u − w. So d_law stays at d_m or above for ever while the obstacle comes no faster than v, J_d is regular (s = 1), no
-joint bound takes part of q̇ away, and d_law has one derivative along the motion. The last is not so for the closest of several pairs:
-an arm that slides along the tie of two of them can lose distance although it holds each by itself.
+joint bound and no later stage (`scenes.world_stages`) takes part of q̇ away, and d_law has one derivative along the
+motion. The last is not so for the closest of several pairs: an arm that slides along the tie of two of them can lose distance although it
+holds each by itself.
 """
 
 from enum import Enum
@@ -28,6 +29,7 @@ class Condition(Enum):
     SPEED = "w ≤ v"
     LEVER = "J_d regular"
     BOUND = "no joint at its limit"
+    WORLD = "clear of table, stand and itself"
     PAIRS = "one closest pair"
     ROBOT = "an ideal robot"
 
@@ -61,6 +63,8 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         Condition.SPEED: w > v,
         Condition.LEVER: near & ((least < FIRM_LEVER) | (least < 1.0) & (w <= v) & (rate < 0.0)),
         Condition.BOUND: bound,
+        Condition.WORLD: (table[:, COLUMN["authority"]] == Authority.WORLD)
+        | (table[:, COLUMN["authority_b"]] == Authority.WORLD),
         Condition.PAIRS: near & tied,
         Condition.ROBOT: np.full(len(table), settings.hardware != HardwareSettings()),
     }

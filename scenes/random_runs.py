@@ -34,6 +34,9 @@ SLACK: Final = 2.0
 
 HARDWARE: Final = specs(HardwareSettings)
 
+UNDRAWN: Final = frozenset({*HARDWARE, "world"})
+"""Settings that are not drawn with the others; `world` is off, so that the runs of a series stay what they were."""
+
 REAL_ROBOTS: Final = 0.25
 """Share of the runs with robots that are not ideal; the promise is not made for them, the bounds are."""
 
@@ -70,7 +73,7 @@ def random_run(seed: int, index: int) -> RandomRun:
     dice = np.random.default_rng([seed, index])
     settings = RunSettings()
     for key, spec in specs().items():
-        if key not in HARDWARE:
+        if key not in UNDRAWN:
             settings = changed(settings, key, _drawn(dice, key, spec, values(settings)[key]))
     start = _start(dice, room_of(settings))
     if dice.random() < REAL_ROBOTS:

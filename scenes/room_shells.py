@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenes import glb, rigs, surfaces
+from scenes import furniture, glb, rigs, surfaces
+from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, POST, TORSO_HEART, TORSO_STUB, bench_half_length
 from scenes.glb import Material
 from scenes.rigs import RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
@@ -35,9 +36,6 @@ FEW: Final = 28
 BOARDS: Final = ("light", "dark")
 """Parts of the bench that are boards and bars: they have few triangles already, and fewer would deform them."""
 
-PLATE: Final = 0.012
-"""Thickness of a mounting plate; the table's top lies this much lower [m]."""
-
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
     """Bolt heads in a circle about the z axis, standing on the given height."""
@@ -54,7 +52,7 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
         body = smooth_max(body, p[..., 2] - heart[2], 0.02)
         for position, R in bases:
             local = (p - position) @ R
-            stub = smooth_max(np.hypot(local[..., 0], local[..., 1]) - 0.0725, np.abs(local[..., 2] + 0.055) - 0.047, 0.012)
+            stub = smooth_max(np.hypot(local[..., 0], local[..., 1]) - TORSO_STUB, np.abs(local[..., 2] + 0.055) - 0.047, 0.012)
             body = smooth_min(body, stub, 0.05)
         return body
 
@@ -75,7 +73,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
 
     rig = RIGS["torso"]
     bases = [(base.translation, base.rotation) for base in reversed(rig.bases)]
-    heart = np.array([-0.028, 0.0, 0.875])
+    heart = np.array(TORSO_HEART)
     column_top = heart[2] - 0.095
     foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
     taper = [(0.098, 0.020), (0.094, 0.030), (0.066, 0.060), (0.056, 0.20)]
@@ -100,7 +98,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
 @functools.cache
 def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trimesh.Trimesh]:
     """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one; `coarse` as above."""
-    half_x, half_y, corner, top = separation / 2 + 0.22, 0.30, 0.045, TABLE_HEIGHT - PLATE
+    half_x, half_y, corner, top = bench_half_length(separation), BENCH_HALF_DEPTH, 0.045, BENCH_TOP
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
     apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
     apron = rounded([(0, top - 0.095), *apron], 0.004, 2)
@@ -148,7 +146,7 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> by
     columns = []
     for x, y, z in feet:
         if z > 0.05:
-            post = [(0.05, 0.02), (0.05, z - 0.012), (0.10, z - 0.012), (0.10, z)]
+            post = [(POST, 0.02), (POST, z - 0.012), (0.10, z - 0.012), (0.10, z)]
             foot = [(0.0, 0.0), (0.16, 0.0), (0.16, 0.015), *post, (0.0, z)]
         else:
             foot = [(0.0, 0.0), (0.16, 0.0), (0.16, max(z, 0.002)), (0.0, max(z, 0.002))]
@@ -161,7 +159,7 @@ def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
 
 
 def _key(*more: object) -> str:
-    return glb.source_key([__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more)
+    return glb.source_key([__file__, furniture.__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more)
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:

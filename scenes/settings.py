@@ -227,6 +227,9 @@ class RunSettings:
         "that still can.",
         "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
     )  # fmt: skip
+    world: bool = ELSEWHERE.flag(
+        "world", "world", "Arms glide along table, stand, floor and their own links, whatever else they are asked to do."
+    )
     seed: int = ARMS_PACE.number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
@@ -297,6 +300,15 @@ def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
 def values(settings: Any) -> dict[str, Any]:
     """Return key → value of every field of the tree, in order."""
     return {key: reduce(getattr, path, settings) for key, (path, _) in leaves(type(settings)).items()}
+
+
+LATER: Final = {"world": False}
+"""Key → value of settings that came after the first files: tables name them only where they have another value."""
+
+
+def named_values(settings: Any) -> dict[str, Any]:
+    """Return `values` as the head of a table names them: a table without a later setting has the bytes that it always had."""
+    return {key: value for key, value in values(settings).items() if key not in LATER or value != LATER[key]}
 
 
 def changed(settings: T, key: str, value: object) -> T:

@@ -5,11 +5,16 @@ from typing import Final
 
 import numpy as np
 
-# Loops are compiled together, also those of an experiment that is loaded when it is chosen.
+# Loops are compiled together, also those of an experiment or a first task that is loaded when it is chosen.
+import controllers.first_tasks.centre_of_mass  # noqa: F401
+import controllers.first_tasks.joint_stops  # noqa: F401
+import controllers.first_tasks.links_over_boxes  # noqa: F401
+import controllers.first_tasks.points_over_plane  # noqa: F401
+import controllers.first_tasks.smallest_singular_value  # noqa: F401
 import scenes.person.retarget  # noqa: F401
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
-from controllers.limits import Authority, Bounded
+from controllers.limits import TOLERANCE, Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
@@ -21,6 +26,7 @@ from scenes.room import Room, World
 from scenes.settings import HardwareSettings, RunSettings
 from scenes.starts import start_of
 from scenes.targets import Target
+from scenes.world_stages import WorldStages
 
 IDEAL: Final = HardwareSettings()
 """A robot that does at once what it is told, and sees what is."""
@@ -104,6 +110,7 @@ class Simulation:
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
+        self._stages = WorldStages(self.world) if self.settings.world else None
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
 
@@ -123,7 +130,7 @@ class Simulation:
         elif any(getattr(settings, key) != getattr(before, key) for key in reads):
             self._assign()
             self._begin()
-        elif (settings.avoid, settings.one_row) != (before.avoid, before.one_row):
+        elif (settings.avoid, settings.one_row, settings.world) != (before.avoid, before.one_row, before.world):
             self._form()
 
     def reset(self, positions: Array | None = None) -> None:
@@ -210,6 +217,7 @@ class Simulation:
             near = self.detector.detect(*settings.law.proximity)
             for task, wanted in self._asked:
                 wanted[:] = task.nominal(target, settings, self.time)
+            self._glide()
             scalars, second = self._decide(near)
             self.near = near
         if hardware is not self._hardware:
@@ -233,6 +241,12 @@ class Simulation:
         self.positions += np.multiply(self.velocities, settings.dt, out=self._way)
         self.steps += 1
         self.time += settings.dt
+
+    def _glide(self) -> None:
+        """Keep the arms that a person moves clear of their surroundings."""
+        if self._stages:
+            for task, wanted in self._by_person:
+                wanted[:] = self._stages.kept(task.joints, wanted)
 
     def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Command the arms that avoid; return the columns of the history. `error`: of all measured distances [m]."""
@@ -260,6 +274,12 @@ class Simulation:
         self.answers = *self.answers, wanted
         s = lever(float(row.dot(row)))
         velocities, authority, joint = self._bound(group, row, wanted, lam, s)
+        if self._stages:
+            kept = self._stages.kept(group.joints, velocities)
+            lost = float(row.dot(velocities)) - float(row.dot(kept))
+            if lam > 0.5 and lost > TOLERANCE and authority is Authority.FULL:
+                authority = Authority.WORLD
+            velocities = kept
         return velocities, situation.pull, w, w_law, int(authority), joint, s
 
     def _decide_by_sensors(self, target: Target | None) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
@@ -270,6 +290,7 @@ class Simulation:
             there = self.detector.detect()
             for task, wanted in self._by_person:
                 wanted[:] = task.nominal(target, settings, self.time)
+            self._glide()
             self.positions[:] = measured_positions(settings, actual, self.room.arms, self.steps)
             world.update()
             for task, wanted in self._by_controller:

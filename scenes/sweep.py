@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 from controllers.errors import BadSetting
 from scenes.children import ComputeMany, computed
 from scenes.headless import check_length, run
-from scenes.settings import RunSettings, changed, specs, validate, values
+from scenes.settings import RunSettings, changed, named_values, specs, validate, values
 
 FORMS: Final = "write key=a:b (steps of 1), key=a:b:count (evenly spaced) or key=x,y,z"
 
@@ -66,7 +66,7 @@ class Grid:
     def fixed(self) -> dict[str, Any]:
         """Return key → value of every setting that is the same at all points, in order."""
         swept = {axis.key for axis in self.axes}
-        return {key: value for key, value in values(self.settings).items() if key not in swept}
+        return {key: value for key, value in named_values(self.settings).items() if key not in swept}
 
 
 def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Grid:

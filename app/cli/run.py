@@ -18,7 +18,7 @@ from app.runtime.terminal import ending_at_once
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import check_writable, readable, written
-from scenes.settings import RunSettings, specs, values
+from scenes.settings import RunSettings, named_values, specs
 
 if TYPE_CHECKING:
     from scenes.roles import TargetSource
@@ -91,7 +91,7 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
     if command.csv is not None:
         header = {
             "duet": duet_version(),
-            **values(settings),
+            **named_values(settings),
             **({"start_file": readable(start_file.name)} if start_file else {}),
             **(law_heading(law.file, law.sha256) if law is not None else {}),
             "seconds": command.seconds,

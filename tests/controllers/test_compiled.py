@@ -17,6 +17,7 @@ from scenes.guide import fill_smoothed
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
+from tests.controllers.first_tasks.helpers import ALONE, posed, postures
 from tests.scenes.helpers import with_values
 
 RUNS: dict[str, dict[str, str]] = {
@@ -44,6 +45,28 @@ def table(changes: dict[str, str]) -> bytes:
         pulled = HandTarget(hand + np.array([0.5, 0.0, -0.8]) * (k % 2))
         simulation.step(pulled if "scene" not in changes else person.target(simulation.time))
     return simulation.history.table().tobytes()
+
+
+def margins() -> bytes:
+    """h, J_a and w of every first task that stands on an arm alone."""
+    found: list[float] = []
+    for name in ALONE:
+        of = posed(name)
+        for q in postures(of, 40, 12):
+            of.at(q)
+            h, row, w = of.task.margin()
+            found += [h, *row.tolist(), w]
+    return np.array(found).tobytes()
+
+
+@pytest.mark.usefixtures("both_ways")
+def test_first_tasks_have_the_same_bits_in_python_and_machine_code() -> None:
+    compiled.load_now()
+    assert compiled.all_loaded()
+    fast = margins()
+    for made in compiled._loops:
+        made._run = made.python
+    assert margins() == fast
 
 
 @pytest.mark.parametrize("changes", RUNS.values(), ids=RUNS)
@@ -139,6 +162,7 @@ def test_the_runs_here_call_every_loop() -> None:
     try:
         for changes in RUNS.values():
             table(changes)
+        margins()
     finally:
         for made, run in zip(compiled._loops, before, strict=True):
             made._run = run

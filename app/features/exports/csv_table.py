@@ -11,7 +11,7 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.recording import write_table
 from scenes.rerun import newest_steps, rerun
-from scenes.settings import values
+from scenes.settings import named_values, values
 from scenes.simulation import Simulation
 from scenes.wanted import check_wanted
 
@@ -43,7 +43,7 @@ def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
     table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
     check_wanted()
     first = float(table[0, COLUMN["t"]])
-    settings: dict[str, Any] = {"duet": made_here()["duet"], **values(recorded.settings)}
+    settings: dict[str, Any] = {"duet": made_here()["duet"], **named_values(recorded.settings)}
     for time, key, value in changes(recorded):
         if recorded.law is not None and key == "law":
             continue

@@ -27,7 +27,7 @@ EXPORTS: Final[dict[str, FileKind]] = {
 }
 """What a button says → the kind of file that it makes."""
 
-HINT: Final = (
+HINT: Final = N_(
     "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
     "Python: lines that make the run again."
 )

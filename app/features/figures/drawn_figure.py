@@ -16,7 +16,7 @@ from app.theme import PALETTES
 from scenes.children import ComputeMany, computed
 from scenes.files import written
 from scenes.headless import Run, Summary, TargetSource, run
-from scenes.settings import LawSettings, RunSettings, values
+from scenes.settings import LawSettings, RunSettings, named_values
 
 T = TypeVar("T")
 
@@ -194,7 +194,7 @@ class Drawn:
 
 def csv_head(settings: RunSettings, *varied: str, **more: Any) -> dict[str, Any]:
     """Return the settings of a run without those that vary, by key, and more, for the head of a CSV file."""
-    return {key: value for key, value in values(settings).items() if key not in varied} | more
+    return {key: value for key, value in named_values(settings).items() if key not in varied} | more
 
 
 def write_csv(out: TextIO, drawn: Drawn) -> None:

@@ -25,7 +25,7 @@ from app.text.lesson_text import inline_html, lesson_html, plain
 from app.text.setting_values import page_value
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
-from scenes.settings import RunSettings, specs, values
+from scenes.settings import RunSettings, named_values, specs, values
 from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
@@ -174,8 +174,10 @@ def report_html(
 
 def _rows(settings: Settings) -> list[tuple[str, str, str]]:
     """Return label, value and meaning of the settings that matter."""
-    present, known = values(settings.run), specs(RunSettings).items()
-    return [(spec.label, page_value(key, present[key]), spec.help) for key, spec in known if matters(key, settings)]
+    present, known = named_values(settings.run), specs(RunSettings)
+    return [
+        (known[key].label, page_value(key, value), known[key].help) for key, value in present.items() if matters(key, settings)
+    ]
 
 
 def rich_html(text: str) -> Markup:

@@ -262,6 +262,8 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
             else:
                 joint = simulation.joint_label(second.joint, second=True)
             return tr("{joint} at its limit", joint=tr(joint))
+        case Condition.WORLD:
+            return tr("pressed against its surroundings")
         case Condition.ROBOT:
             return tr("the robot is not ideal")
         case Condition.PAIRS:

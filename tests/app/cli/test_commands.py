@@ -32,7 +32,7 @@ from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.web.listening import listen_near
 from scenes.experiments import BALL, HOLD
 from scenes.room import build_room
-from scenes.settings import RunSettings, changed, specs, values
+from scenes.settings import LATER, RunSettings, changed, specs, values
 from tests.browser import free_port
 from tests.scenes.test_recording import HEADER, JOINTS
 
@@ -72,7 +72,7 @@ def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     # It agrees with the rows.
     settings, header, rows = read(out)
     assert header == HEADER and len(rows) == 800
-    assert settings["dm"] == "0.2" and settings["pairs"] == "single" and set(specs(RunSettings)) <= set(settings)
+    assert settings["dm"] == "0.2" and settings["pairs"] == "single" and set(specs(RunSettings)) - set(LATER) <= set(settings)
     d = np.array([float(row["d"]) for row in rows])
     assert summary["d_min"] == d.min() and rows[int(d.argmin())]["pair"] == summary["d_min_pair"]
     assert summary["share_below"] == (d < 0.2).mean() and summary["e2_end"] == float(rows[-1]["e2"])
@@ -111,7 +111,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
         eta=0.01 gamma=4 kr=3 bounds=null_space start=between eps=0.0002 dead=0.02 lag=0.03 qnoise=0.001 qstep=0.001 fps=30 dnoise=0.002
         curve=0.1:1,0.2:0 lever=0.4"""
     given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
-    flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
+    flags = {"ff": "True", "one_sided": "True", "coupled": "True", "world": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))
     out = tmp_path / "out.csv"
     options = [part for key, text in given.items() for part in (f"--{key}", text)]

@@ -1,0 +1,79 @@
+"""A stage: a first task, the law that keeps it, and the joints' bounds; and an ordered few of them, of
+which the last one wins.
+
+Eq. (12) of Petrič & Žlajpah 2011 gives one task priority over another. Applied once more, to what it has
+made itself, it gives a third task priority over both: q̇₁ = law₁(q̇_n), q̇₂ = law₂(q̇₁), … Nothing of
+unlike units is added. Every stage ends within the joints' bounds: the next one starts from a velocity that
+the arm can do, and the last one's promise,
+
+    ḣ = λ v − (1 − λ) u − w     with u = −J_a q̇ of the stage before,
+
+holds whatever the stages before it did. What a stage before it has made of its own ḣ changes by J Δq̇ of
+those after it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from controllers.first_tasks.first_task import FirstTask, Margin
+from controllers.kinematics import Array
+from controllers.laws.row_law import RowLaw
+from controllers.laws.situation import AUTHORITY, along_row
+from controllers.laws.smooth_priority import SmoothPriority
+from controllers.limits import Bounded, VelocityBox, bounded_row
+
+
+@dataclass(frozen=True)
+class RowStage:
+    """Keeps a first task of one arm.
+
+    Attributes:
+        task: what is kept.
+        law: how, in the unit of the task.
+        box: bounds of q̇ of the arm.
+    """
+
+    task: FirstTask
+    law: RowLaw
+    box: VelocityBox
+
+    def bounded(self, nominal: Array, margin: Margin) -> Bounded:
+        """Return q̇ (n,) within the bounds in place of q̇_n [rad/s], with the rate of h that the law asks
+        for, as far as joints can.
+
+        Args:
+            nominal: q̇_n (n,) [rad/s]; the array itself is returned where nothing has to be changed.
+            margin: of `task`, at the present posture.
+        """
+        row, u = margin.row, -float(margin.row.dot(nominal))
+        c = self.law.correction(margin.value, u, margin.approach)
+        # Rows of every unit meet the same damping: it begins where |J_a| is the task's `authority`.
+        scale = AUTHORITY / self.task.authority
+        scaled = row if scale == 1.0 else scale * row
+        wanted = nominal if c == 0.0 else along_row(nominal, scaled, scale * c)
+        if self.box.contains(wanted):
+            return Bounded(wanted)
+        return bounded_row(self.box.clip(wanted), scaled, float(scaled.dot(wanted)), self.box)
+
+    def __call__(self, nominal: Array) -> Array:
+        """Return q̇ (n,) at the configuration of the last `Kinematics.update`, for q̇_n (n,) [rad/s]."""
+        return self.bounded(nominal, self.task.margin()).velocities
+
+
+def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_sided: bool = False) -> RowStage:
+    """Return the stage that keeps a first task by the paper's law, eq. (32), with the task's own h_m and v.
+
+    Args:
+        task: of one arm.
+        box: bounds of q̇ of the arm.
+        order: n.
+        one_sided: never slow down a value that already rises faster than v.
+    """
+    return RowStage(task, SmoothPriority(task.critical_value, order, task.nominal_rate, one_sided=one_sided), box)
+
+
+def through_stages(nominal: Array, stages: Sequence[RowStage]) -> Array:
+    """Return q̇ (n,) after all stages, the last of which wins, for q̇_n (n,) [rad/s]."""
+    for stage in stages:
+        nominal = stage(nominal)
+    return nominal

@@ -1,0 +1,77 @@
+"""What arms stand on, in sizes: for its picture, and for arms that keep clear of it. World frame: z up, floor at z = 0, metres."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.rigs import TABLE_HEIGHT, Rig
+
+PLATE: Final = 0.012
+"""Thickness of a mounting plate; the table's top lies this much lower [m]."""
+
+BENCH_TOP: Final = TABLE_HEIGHT - PLATE
+"""Height of the bench [m]."""
+
+BENCH_HALF_DEPTH: Final = 0.30
+"""Half of its size along y [m]."""
+
+BENCH_OVERHANG: Final = 0.22
+"""From the middle of a base to the end of the bench [m]."""
+
+TORSO_HEART: Final = (-0.028, 0.0, 0.875)
+"""Middle of the block behind both flanges of the torso, above the middle of its column [m]."""
+
+TORSO_COLUMN: Final = 0.058
+"""Radius of the torso's column, with its collar [m]."""
+
+TORSO_STUB: Final = 0.0725
+"""Radius of the arms of its block, towards both flanges [m]."""
+
+POST: Final = 0.05
+"""Radius of the column under a base that stands alone [m]."""
+
+FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)
+
+
+def bench_half_length(separation: float) -> float:
+    """Return half of the bench's size along x, for bases at x = ± half the separation [m]."""
+    return separation / 2 + BENCH_OVERHANG
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A fixed capsule: its ends (3,), world, and radius [m]."""
+
+    start: Array
+    end: Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Furniture:
+    """What arms of a rig can meet, apart from each other.
+
+    Attributes:
+        boxes: centres and half sizes (k, 6), the floor among them; their edges are along the world's axes [m].
+        columns: fixed capsules.
+    """
+
+    boxes: Array
+    columns: tuple[Column, ...]
+
+
+def furniture_of(rig: Rig) -> Furniture:
+    """Return the furniture of a rig. The bench counts as solid down to the floor: nothing goes between its legs."""
+    if rig.name == "table":
+        half = bench_half_length(-2.0 * float(rig.bases[0].translation[0]))
+        bench = (0.0, 0.0, BENCH_TOP / 2, half, BENCH_HALF_DEPTH, BENCH_TOP / 2)
+        return Furniture(np.array([FLOOR, bench]), ())
+    if rig.name == "torso":
+        heart = np.array(TORSO_HEART)
+        foot = heart * np.array([1.0, 1.0, 0.0])
+        stubs = (Column(heart, base.translation.copy(), TORSO_STUB) for base in rig.bases)
+        return Furniture(np.array([FLOOR]), (Column(foot, heart, TORSO_COLUMN), *stubs))
+    feet = ((base.translation * np.array([1.0, 1.0, 0.0]), base.translation.copy()) for base in rig.bases)
+    return Furniture(np.array([FLOOR]), tuple(Column(low, high, POST) for low, high in feet if high[2] > POST))

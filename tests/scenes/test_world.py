@@ -1,0 +1,166 @@
+"""Arms that glide along table, stand, floor and their own links: the setting `world`."""
+
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from controllers import compiled
+from controllers.kinematics import Array
+from controllers.limits import Authority
+from controllers.row_stage import RowStage
+from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, TORSO_COLUMN, TORSO_HEART, bench_half_length, furniture_of
+from scenes.history import COLUMN
+from scenes.promise import Condition, broken_by, missing
+from scenes.rigs import RIGS, TABLE_SEPARATION
+from scenes.room import build_room
+from scenes.room_shells import table_meshes, torso_meshes
+from scenes.settings import LATER, RigName, RunSettings, changed, named_values, values
+from scenes.simulation import Simulation
+from scenes.surroundings import MARGIN, world_stage
+from scenes.targets import HandTarget, LinkTarget
+from tests.scenes.helpers import given_settings, inside_limits, moved
+
+FAR = {"table": np.array([0.3, 0.25, 0.3]), "torso": np.array([-0.05, 0.0, 0.75])}
+"""Places below the bench, and inside the torso."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def machine_code() -> None:
+    compiled.load_now()
+
+
+def stage_of(simulation: Simulation, side: int) -> RowStage:
+    stage = world_stage(simulation.world, simulation.room.arms[side])
+    assert stage is not None
+    return stage
+
+
+@cache
+def dragged(scene: str, rig: RigName, world: bool, link: bool = False) -> tuple[Simulation, float, float]:
+    """A run in which the guided arm is dragged into things; least distance of either arm from them, guided first [m]."""
+    simulation = Simulation(given_settings(scene=scene, rig=rig, world=world, wmax=0.5))
+    stages = [stage_of(simulation, side) for side in (1, 0)]
+    target = LinkTarget(5, np.zeros(3), FAR[rig]) if link else HandTarget(FAR[rig])
+    guided = other = np.inf
+    for _ in range(1000):
+        simulation.step(target)
+        simulation.kinematics.update(simulation.positions)
+        guided, other = min(guided, stages[0].task.margin().value), min(other, stages[1].task.margin().value)
+        assert inside_limits(simulation)
+    return simulation, guided, other
+
+
+@pytest.mark.parametrize("rig", ["table", "torso"])
+@pytest.mark.parametrize("link", [False, True])
+def test_the_arm_that_a_person_drags_stops_at_things(rig: RigName, link: bool) -> None:
+    assert dragged("hold", rig, False, link)[1] < -0.02
+    assert dragged("hold", rig, True, link)[1] > 0.95 * MARGIN
+
+
+def test_master_and_slave_stop_at_the_table_together() -> None:
+    without, with_world = dragged("master_slave", "table", False), dragged("master_slave", "table", True)
+    assert max(without[1:]) < -0.02
+    assert min(with_world[1:]) > 0.95 * MARGIN
+
+
+def test_an_arm_that_is_pressed_against_things_says_so_and_no_promise_is_broken() -> None:
+    simulation, *_ = dragged("master_slave", "table", True)
+    settings, table = simulation.settings, simulation.history.table()
+    pressed = missing(settings, table)[Condition.WORLD]
+    said = (table[:, [COLUMN["authority"], COLUMN["authority_b"]]] == Authority.WORLD).any(axis=1)
+    assert (pressed == said).all()
+    assert broken_by(settings, table) < 1e-4
+    off, *_ = dragged("master_slave", "table", False)
+    assert not missing(off.settings, off.history.table())[Condition.WORLD].any()
+
+
+@pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave", "imitation"])
+@pytest.mark.parametrize("rig", ["torso", "table"])
+def test_experiments_are_the_same_but_for_a_little(scene: str, rig: RigName) -> None:
+    ways: list[Array] = []
+    for world in (False, True):
+        simulation = moved(given_settings(scene=scene, rig=rig, world=world), lambda run: run.time > 6.0)
+        ways.append(simulation.history.positions(simulation.history.table()))
+    assert 0.0 < np.abs(ways[1] - ways[0]).max() < 2e-3
+
+
+def test_it_is_off_by_default_and_then_no_table_names_it() -> None:
+    settings = RunSettings()
+    assert not settings.world and LATER["world"] is settings.world
+    assert "world" in values(settings) and "world" not in named_values(settings)
+    assert named_values(changed(settings, "world", "on"))["world"] is True
+
+
+def test_a_run_goes_on_from_a_snapshot_to_the_same_bits() -> None:
+    whole = Simulation(given_settings(rig="table", world=True, wmax=0.5))
+    for _ in range(250):
+        whole.step(HandTarget(FAR["table"]))
+    snapshot = whole.snapshot()
+    for _ in range(150):
+        whole.step(HandTarget(FAR["table"]))
+    again = Simulation(snapshot.settings)
+    again.resume(snapshot)
+    for _ in range(150):
+        again.step(HandTarget(FAR["table"]))
+    assert again.positions.tobytes() == whole.positions.tobytes()
+
+
+def test_it_can_be_chosen_while_the_arm_is_inside_the_table_and_takes_it_out() -> None:
+    simulation = Simulation(given_settings(rig="table", wmax=0.5))
+    task = stage_of(simulation, 1).task
+    while simulation.kinematics.update(simulation.positions) or task.margin().value > -0.03:
+        simulation.step(HandTarget(FAR["table"]))
+    simulation.apply(changed(simulation.settings, "world", True))
+    for _ in range(600):
+        simulation.step(HandTarget(FAR["table"]))
+        assert inside_limits(simulation)
+    simulation.kinematics.update(simulation.positions)
+    assert task.margin().value > 0.95 * MARGIN
+    simulation.apply(changed(simulation.settings, "world", False))
+    for _ in range(200):
+        simulation.step(HandTarget(FAR["table"]))
+    simulation.kinematics.update(simulation.positions)
+    assert task.margin().value < 0.0
+
+
+def test_with_sensors_that_see_wrong_the_arm_of_a_person_goes_by_what_is() -> None:
+    simulation = Simulation(given_settings(rig="table", world=True, wmax=0.5, fps=20.0, dead=0.02))
+    task, least = stage_of(simulation, 1).task, np.inf
+    for _ in range(600):
+        simulation.step(HandTarget(FAR["table"]))
+        simulation.kinematics.update(simulation.positions)
+        least = min(least, task.margin().value)
+    assert least > 0.95 * MARGIN
+
+
+def test_the_furniture_is_as_it_is_drawn() -> None:
+    bench = table_meshes(TABLE_SEPARATION, 2, False)["light"].bounds
+    half = bench_half_length(TABLE_SEPARATION)
+    np.testing.assert_allclose(bench[1], [half, BENCH_HALF_DEPTH, BENCH_TOP], atol=1e-9)
+    np.testing.assert_allclose(bench[0, :2], [-half, -BENCH_HALF_DEPTH], atol=1e-9)
+    box = furniture_of(RIGS["table"]).boxes[1]
+    np.testing.assert_allclose(box[:3] + box[3:], bench[1], atol=1e-9)
+    drawn = torso_meshes(False)["dark"].vertices
+    column = drawn[(drawn[:, 2] > 0.15) & (np.hypot(drawn[:, 0] - TORSO_HEART[0], drawn[:, 1]) < 0.09)]
+    assert np.hypot(column[:, 0] - TORSO_HEART[0], column[:, 1])[column[:, 2] < 0.78].max() <= TORSO_COLUMN + 1e-9
+
+
+@pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])
+@pytest.mark.parametrize("rig", ["torso", "table"])
+def test_every_arm_starts_clear(rig: RigName, robot: str) -> None:
+    simulation = Simulation(given_settings(rig=rig, robot=robot))
+    for side in (0, 1):
+        assert stage_of(simulation, side).task.margin().value > 2.0 * MARGIN
+
+
+def test_the_torso_is_paired_with_the_links_that_can_meet_it() -> None:
+    room = build_room("torso")
+    simulation = Simulation(given_settings(rig="torso"))
+    task = stage_of(simulation, 1).task
+    geometry: pin.GeometryModel = task.tasks[0]._geometry  # pyright: ignore[reportAttributeAccessIssue]
+    names = [body.name for body in geometry.geometryObjects]
+    pairs = {(names[pair.first], names[pair.second]) for pair in geometry.collisionPairs}
+    assert {("right pedestal", "right hand"), ("right hand", "stand 0"), ("right forearm", "stand 1")} <= pairs
+    assert not any(body.startswith("left") for pair in pairs for body in pair) and room.rig.name == "torso"
