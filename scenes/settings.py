@@ -227,8 +227,10 @@ class RunSettings:
         "that still can.",
         "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
     )  # fmt: skip
-    world: bool = ELSEWHERE.flag(
-        "world", "world", "Arms glide along table, stand, floor and their own links, whatever else they are asked to do."
+    world: bool = ARMS_WHO.flag(
+        "world",
+        "glide along",
+        "Arms glide along table, stand, floor and their own links, whatever else they are asked to do.",
     )
     seed: int = ARMS_PACE.number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from controllers.errors import BadSetting, DuetError
 from scenes.children import AHEAD, ONE_THREAD, computed
 from scenes.headless import run
-from scenes.settings import RunSettings, changed, specs, values
+from scenes.settings import LATER, RunSettings, changed, specs, values
 from scenes.sweep import (
     FIGURES,
     MOST_POINTS,
@@ -104,7 +104,7 @@ def test_grids_and_their_figures() -> None:
     assert points[:4] == [(2.0, "single", 0.1), (2.0, "single", 0.2), (2.0, "single", 0.3), (2.0, "soft", 0.1)]
     at = values(grid.at(points[4]))
     assert (at["n"], at["pairs"], at["v"], at["k"]) == (2.0, "soft", 0.2, 3.0)
-    assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v")}
+    assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v", *LATER)}
     settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
     summary = run(settings, 8.0).summary
     assert sweep_figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)

@@ -73,7 +73,7 @@ class Readout:
 
 def tip_html(tip: str, kept: str) -> Markup:
     """A tip in the place that is kept for it. `kept`: the longest text that comes there by itself, which is not shown."""
-    return element("div", "", element("span", tip), class_="duet duet-tip duet-what", data_kept=kept)
+    return macros("page/panels/readout.html").tip(tip, kept)
 
 
 def replay_html(shown: Shown) -> Markup:

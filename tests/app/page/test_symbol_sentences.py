@@ -144,7 +144,7 @@ def test_pointer_finger_and_focus_show_the_sentence(house: OpenHouse, page_at: P
 
 def test_a_tap_shows_the_sentence_on_a_phone(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(390, 844, has_touch=True)
-    visit(page, house(), "lang=de")
+    visit(page, house(), "lang=de&autopilot=0")
     violet = page.locator("#duet-contact .legend [data-symbol=lam]")
     violet.wait_for()
     until(page, lambda: violet.get_attribute("aria-describedby"), "its sentence")

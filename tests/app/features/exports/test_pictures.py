@@ -21,7 +21,7 @@ from app.plots.time_series import COLUMNS, NAMES, RollingSeries
 from app.settings import Details
 from scenes.history import COLUMN
 from scenes.rerun import newest_steps
-from scenes.settings import values
+from scenes.settings import named_values
 from scenes.simulation import Simulation
 from tests.app.recording.runs import SCENES, piece
 from tests.scenes.helpers import given_settings
@@ -42,7 +42,8 @@ def test_the_table_holds_every_number_of_the_last_seconds(scene: str) -> None:
     for name in ("t", "d", "lambda", "e2", "u", "w"):
         column = [float(row[header.index(name)]) for row in rows]
         assert np.array(column).tobytes() == table[-300:, COLUMN[name]].tobytes()
-    assert {key: settings[key] for key in values(recorded.settings)} == {k: str(v) for k, v in values(recorded.settings).items()}
+    named = named_values(recorded.settings)
+    assert {key: settings[key] for key in named} == {key: str(value) for key, value in named.items()}
     assert settings["duet"]
 
 

@@ -43,7 +43,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     )
     until(page, lambda: "smallest d − dₘ, 3.1 s" in pseudo(page, "body", "::after", "content"), "its name over the scene")
     assert "smallest d − dₘ, 3.1 s" in pseudo(page, ".u-over", "::before", "content")
-    narrow = page.add_style_tag(content=".u-over{width:200px!important}")
+    narrow = page.add_style_tag(content=".u-over{width:120px!important}")
     assert pseudo(page, ".u-over", "::before", "content") == '"3.1 s"'
     narrow.evaluate("style => style.remove()")
     until(page, lambda: page.evaluate(IN_FREE_SPACE), "the name between the contact card and the plots")

@@ -22,7 +22,7 @@ from controllers.errors import BadInputFile, BadSetting
 from scenes import sweep as scene_sweep
 from scenes.children import ComputeMany
 from scenes.headless import run
-from scenes.settings import RunSettings, changed, specs
+from scenes.settings import LATER, RunSettings, changed, specs
 from scenes.sweep import FIGURES, Grid, SweepFigures, read_grid
 
 pytestmark = pytest.mark.slow
@@ -57,7 +57,7 @@ def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert columns == ["n", "pairs", *FIGURES]
     assert {"# k = 3.0", "# one_sided = True", "# scene = hold", "# seconds = 8.0", "# over n = 2.0, 8.0"} <= set(head)
     fixed = [line[2:].split(" = ")[0] for line in head if not line.startswith(("# over", "# seconds"))]
-    assert fixed == [key for key in specs(RunSettings) if key not in ("n", "pairs")]
+    assert fixed == [key for key in specs(RunSettings) if key not in ("n", "pairs", *LATER)]
     assert [row[:2] for row in rows] == [["2.0", "single"], ["2.0", "soft"], ["8.0", "single"], ["8.0", "soft"]]
     for n, pairs, *cells in rows:
         settings = changed(changed(changed(changed(USUAL, "k", 3.0), "one_sided", True), "n", n), "pairs", pairs)
