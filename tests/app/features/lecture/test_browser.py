@@ -11,6 +11,7 @@ from playwright.sync_api import Page
 
 from app.features.lecture.lecture import LectureHost
 from app.features.lecture.teacher_panel import TeacherPanel
+from app.features.lessons.bookmark import Phase
 from app.features.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from app.start import App
@@ -280,6 +281,8 @@ def look_at_the_plots(host: LectureHost, teacher: Page) -> None:
     """What a class has besides, and is empty for now, takes no column of the teacher's plots."""
     third = next(i for i, one in enumerate(host.lessons.book.lessons) if one.number == 3)
     ask(host.session, lambda _: host.lessons.act(GoTo(third, 1)))
+    # While a lesson asks, there are no plots.
+    ask(host.session, lambda _: setattr(host.lessons.walk, "phase", Phase.DO))
     captions = teacher.locator(".duet-caption")
     captions.nth(1).wait_for()
 
