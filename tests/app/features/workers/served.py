@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -19,6 +20,10 @@ from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 Serve = Callable[..., "Served"]
+
+
+_TRACKER = re.compile(r"^.*resource_tracker: .*\n\s+warnings\.warn\(.*\n", re.MULTILINE)
+"""What Python says of its own semaphores, at times, where a process ends while others still start."""
 
 
 class Served:
@@ -76,7 +81,7 @@ class Served:
         before = self.said()
         self.process.terminate()
         assert self.process.wait(60.0) == TERMINATED
-        return self.said().removeprefix(before)
+        return _TRACKER.sub("", self.said().removeprefix(before))
 
     def kill(self) -> None:
         """Kill all its processes at once."""
