@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Final
 from urllib.parse import quote
+from urllib.request import urlopen
 
 import pytest
 
@@ -126,8 +127,11 @@ def members(count: int) -> Moment:
 
 def answering(process: Process, folder: Path) -> None:
     out: IO[bytes] | None = process.stdout
-    assert out is not None and b"Duet is at" in out.readline()
+    assert out is not None and b"Duet is at" in (address := out.readline())
     assert out.readline().endswith(b".\n") and out.readline() == b"Ctrl+C ends it.\n"
+    # A signal in the very moment of the last write would write the line again.
+    with urlopen(address.split()[3].decode(), timeout=PATIENCE) as answer:
+        assert answer.status == 200
 
 
 INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
