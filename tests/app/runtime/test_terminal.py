@@ -127,7 +127,9 @@ def members(count: int) -> Moment:
 
 def answering(process: Process, folder: Path) -> None:
     out: IO[bytes] | None = process.stdout
-    assert out is not None and b"Duet is at" in (address := out.readline())
+    assert out is not None
+    address = out.readline()
+    assert b"Duet is at" in address
     assert out.readline().endswith(b".\n") and out.readline() == b"Ctrl+C ends it.\n"
     # A signal in the very moment of the last write would write the line again.
     with urlopen(address.split()[3].decode(), timeout=PATIENCE) as answer:
