@@ -100,6 +100,9 @@ SIDES: Final = 28
 ROUND: Final = 8
 """Sides of a body on which "d_m" can be."""
 
+RIM_EVERY: Final = 8
+"""Number of frames from one look at the place of "d_m" to the next, while nothing else about the skin changes."""
+
 LABEL_SCALE: Final = 1.15
 """Size of the text in the scene, of viser's."""
 
@@ -145,6 +148,7 @@ class ContactSkin(StagePart):
         self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
         self.nodes = self._tints
         self._around: dict[int, int] = {}
+        self._unchanged = 0
         self._obstacle: int | None = None
         self._now: float | None = None
         self._drawn: tuple[object, ...] = ()
@@ -165,7 +169,9 @@ class ContactSkin(StagePart):
         state = seen, sample.pair, share, overlap, simulation.settings
         if state == self._drawn:
             self._now = frame.now
-            self._keep_rim_free(simulation)
+            self._unchanged += 1
+            if self._unchanged % RIM_EVERY == 0:
+                self._keep_rim_free(simulation)
             return
         avoiding = avoiding_arms(simulation) if seen else ()
         for arm, tint in zip(self._room.arms, self._tints, strict=True):
