@@ -167,3 +167,6 @@ NARROW: Final = 1180
 
 PLOTS_FRAME: Final = 96.0
 """Height of the panel of plots without the plots [CSS px]."""
+
+PLOT_HEADROOM: Final = 17
+"""Height of the line above the frame of a plot, for the name of a moment [CSS px]."""

@@ -20,7 +20,7 @@ BENCH_HALF_DEPTH: Final = 0.30
 BENCH_OVERHANG: Final = 0.22
 """From the middle of a base to the end of the bench [m]."""
 
-TORSO_HEART: Final = (-0.028, 0.0, 0.875)
+TORSO_BLOCK: Final = (-0.028, 0.0, 0.875)
 """Middle of the block behind both flanges of the torso, above the middle of its column [m]."""
 
 TORSO_COLUMN: Final = 0.058
@@ -33,6 +33,7 @@ POST: Final = 0.05
 """Radius of the column under a base that stands alone [m]."""
 
 FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)
+"""Centre and half size of the box that stands for the floor [m]."""
 
 
 def bench_half_length(separation: float) -> float:
@@ -69,9 +70,9 @@ def furniture_of(rig: Rig) -> Furniture:
         bench = (0.0, 0.0, BENCH_TOP / 2, half, BENCH_HALF_DEPTH, BENCH_TOP / 2)
         return Furniture(np.array([FLOOR, bench]), ())
     if rig.name == "torso":
-        heart = np.array(TORSO_HEART)
-        foot = heart * np.array([1.0, 1.0, 0.0])
-        stubs = (Column(heart, base.translation.copy(), TORSO_STUB) for base in rig.bases)
-        return Furniture(np.array([FLOOR]), (Column(foot, heart, TORSO_COLUMN), *stubs))
+        block = np.array(TORSO_BLOCK)
+        foot = block * np.array([1.0, 1.0, 0.0])
+        stubs = (Column(block, base.translation.copy(), TORSO_STUB) for base in rig.bases)
+        return Furniture(np.array([FLOOR]), (Column(foot, block, TORSO_COLUMN), *stubs))
     feet = ((base.translation * np.array([1.0, 1.0, 0.0]), base.translation.copy()) for base in rig.bases)
     return Furniture(np.array([FLOOR]), tuple(Column(low, high, POST) for low, high in feet if high[2] > POST))

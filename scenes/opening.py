@@ -51,11 +51,6 @@ def begins_with_opening(settings: RunSettings) -> bool:
     return all(getattr(settings, name) == getattr(usual, name) for name in AS_DESIGNED)
 
 
-def elapsed(legs: tuple[Leg, ...]) -> float:
-    """Duration of some legs with their pauses [s]."""
-    return sum(leg.seconds + leg.pause for leg in legs)
-
-
 class Opening:
     """A `TargetSource`: the opening, and after it another source.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenes import furniture, glb, rigs, surfaces
-from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, POST, TORSO_HEART, TORSO_STUB, bench_half_length
+from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, POST, TORSO_BLOCK, TORSO_STUB, bench_half_length
 from scenes.glb import Material
 from scenes.rigs import RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
@@ -73,7 +73,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
 
     rig = RIGS["torso"]
     bases = [(base.translation, base.rotation) for base in reversed(rig.bases)]
-    heart = np.array(TORSO_HEART)
+    heart = np.array(TORSO_BLOCK)
     column_top = heart[2] - 0.095
     foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
     taper = [(0.098, 0.020), (0.094, 0.030), (0.066, 0.060), (0.056, 0.20)]

@@ -19,7 +19,7 @@ from app.page.panels.replay_bar import KEY
 from app.settings import PageSettings, Profile, Theme
 from app.stage.contact_view import contact_assets
 from app.text.templates import macros, page_of_template
-from app.theme import BRAND, DOCK_WIDTH, NARROW, PALETTES, scale, symbol_rules
+from app.theme import BRAND, DOCK_WIDTH, NARROW, PALETTES, PLOT_HEADROOM, scale, symbol_rules
 from app.web.pages import MARK, PageAssets, software_rendering
 from scenes.laws import LAWS
 
@@ -70,6 +70,7 @@ def style_sheet(profile: Profile) -> Markup:
         f"{k:g}",
         f"{DOCK_WIDTH * k:g}",
         round(NARROW * k),
+        f"{PLOT_HEADROOM * k:g}",
         Markup((STATIC / "style.css").read_text(encoding="utf-8") + symbol_rules(".duet", ".duet-caption")),
         list(zip(light.joints, dark.joints, strict=True)),
         list(islice(laws, len(LAWS))),

@@ -89,7 +89,7 @@ def all_laws(settings: LawSettings) -> dict[str, Law]:
 
 
 DASHES: Final = ("2 4", "12 4 2 4", "")
-"""Of the laws that are ticked, by their places; the running law is thick, and the ghost's is dashed."""
+"""Dashes of the laws that are ticked, by their places; the running law is thick, and the ghost's is dashed."""
 
 
 def laws_html(

@@ -7,8 +7,7 @@ is left. J_a vanishes where one joint is in the middle of its range and every ot
 stops; λ is small there.
 
 Source: the outlook of Petrič & Žlajpah 2011 names "constraining the joint space"; the smooth minimum is
-    ours. Another way is to
-weight the joints: Chan & Dubey, IEEE Trans. Robotics and Automation 11(2), 1995.
+ours. Another way is to weight the joints: Chan & Dubey, IEEE Trans. Robotics and Automation 11(2), 1995.
 """
 
 import math

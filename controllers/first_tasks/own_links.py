@@ -7,8 +7,7 @@ points and n the line from P to Q: the distance of the arms, between the links o
 that move both links do not count. Far from each other J_a may be nearly 0, where λ is, too.
 
 Source: self-collision as a task by distance in Sugiura, Gienger, Janssen & Goerick, IROS 2007; the
-    distance of the closest points
-and its row are eqs (26), (27), Petrič & Žlajpah 2011.
+distance of the closest points and its row are eqs (26), (27), Petrič & Žlajpah 2011.
 """
 
 from typing import Final

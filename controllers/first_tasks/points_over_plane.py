@@ -11,7 +11,7 @@ J_a vanishes only where no joint moves the nearest point along n, such as straig
 arm that is stretched out.
 
 Source: a virtual wall of a repulsive field in Khatib, Int. J. Robotics Research 5(1), 1986; here as x_a
-    of Petrič & Žlajpah 2011.
+of Petrič & Žlajpah 2011.
 """
 
 import math

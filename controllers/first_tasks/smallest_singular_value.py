@@ -9,8 +9,7 @@ neither 0 nor equal to the second smallest singular value. At σ = 0 it is as sh
 there.
 
 Sources: singular values as measures of manipulability in Yoshikawa, Int. J. Robotics Research 4(2),
-    1985; their derivative from
-perturbation theory (first order); as x_a of Petrič & Žlajpah 2011 it is ours.
+1985; their derivative from perturbation theory (first order); as x_a of Petrič & Žlajpah 2011 it is ours.
 """
 
 import math

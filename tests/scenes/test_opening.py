@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controllers.kinematics import Array
-from scenes.opening import BACK, ELBOW, OPENING, PUSH, elapsed
+from scenes.opening import BACK, ELBOW, OPENING, PUSH, Leg
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -15,6 +15,11 @@ from scenes.two_arms import Autopilot
 
 RING = 0.085
 """Radius of the ring that the page draws around the hand's place [m]."""
+
+
+def elapsed(legs: tuple[Leg, ...]) -> float:
+    """Duration of some legs with their pauses [s]."""
+    return sum(leg.seconds + leg.pause for leg in legs)
 
 
 class Seen(NamedTuple):

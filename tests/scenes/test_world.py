@@ -10,7 +10,7 @@ from controllers import compiled
 from controllers.kinematics import Array
 from controllers.limits import Authority
 from controllers.row_stage import RowStage
-from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, TORSO_COLUMN, TORSO_HEART, bench_half_length, furniture_of
+from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, TORSO_BLOCK, TORSO_COLUMN, bench_half_length, furniture_of
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, missing
 from scenes.rigs import RIGS, TABLE_SEPARATION
@@ -143,8 +143,8 @@ def test_the_furniture_is_as_it_is_drawn() -> None:
     box = furniture_of(RIGS["table"]).boxes[1]
     np.testing.assert_allclose(box[:3] + box[3:], bench[1], atol=1e-9)
     drawn = torso_meshes(False)["dark"].vertices
-    column = drawn[(drawn[:, 2] > 0.15) & (np.hypot(drawn[:, 0] - TORSO_HEART[0], drawn[:, 1]) < 0.09)]
-    assert np.hypot(column[:, 0] - TORSO_HEART[0], column[:, 1])[column[:, 2] < 0.78].max() <= TORSO_COLUMN + 1e-9
+    column = drawn[(drawn[:, 2] > 0.15) & (np.hypot(drawn[:, 0] - TORSO_BLOCK[0], drawn[:, 1]) < 0.09)]
+    assert np.hypot(column[:, 0] - TORSO_BLOCK[0], column[:, 1])[column[:, 2] < 0.78].max() <= TORSO_COLUMN + 1e-9
 
 
 @pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])

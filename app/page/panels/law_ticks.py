@@ -13,6 +13,7 @@ from scenes.law_answers import LawOfFile
 from scenes.laws import LAWS
 
 HINT: Final = N_("Draws up to three laws beside the running one; a fourth takes the place of the oldest.")
+"""Hint of the row of ticks."""
 
 
 class TickLaw(Action, newest_by=None):
@@ -25,7 +26,7 @@ class LawTicks(PagePanel):
     """The row below the plots. The running law is always drawn and marked, so that no button ever moves.
 
     Args:
-        view: with the panel of plots.
+        page: with the panel of plots.
     """
 
     def __init__(self, page: PanelContext) -> None:

@@ -21,7 +21,7 @@ from app.plots.time_series import COLUMNS, RollingSeries, drawable
 from app.session.frame import Frame
 from app.settings import Details, PageSettings
 from app.text.templates import element, macros, tr_html
-from app.theme import PALETTES, scale
+from app.theme import PALETTES, PLOT_HEADROOM, scale
 from controllers.kinematics import Array
 from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
@@ -35,8 +35,6 @@ PERIOD: Final = 0.2
 MOST_BYTES: Final = 50_000.0
 """Largest traffic of a plot [B/s]; with many or noisy lines it is refreshed less often."""
 
-HEADROOM: Final = 17
-"""Height of the line above the frame of a plot over time, for the name of a moment [CSS px]."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
@@ -287,8 +285,8 @@ class Plots:
         )
 
     def _padding(self) -> tuple[int, int, int, int]:
-        """Room at the top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment, as in style.css."""
-        return round(HEADROOM * scale(self._page.profile)), 12, 0, 0
+        """Room at the top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
+        return round(PLOT_HEADROOM * scale(self._page.profile)), 12, 0, 0
 
     def _caption(self, name: str, simulation: Simulation, ghost: Simulation | None) -> Markup:
         """Return title and legend of one plot of a run."""

@@ -45,13 +45,20 @@ addEventListener("DOMContentLoaded", () => {
     tooltip.toggleAttribute("data-duet-moved", x !== 0 || y !== 0);
   };
 
-  const follow = (tooltip) => {
+  const boxOf = (one) => {
+    const { left, top, width, height } = one.getBoundingClientRect();
+    return [left, top, width, height].join();
+  };
+  const follow = (tooltip, before = "") => {
     if (!tooltip.isConnected) return;
     const target = document.querySelector(`[aria-describedby="${tooltip.id}"]`);
     // A row of buttons without a hint has an empty one.
     tooltip.hidden = !tooltip.textContent;
-    if (target && !tooltip.hidden) place(tooltip, target);
-    requestAnimationFrame(() => follow(tooltip));
+    const shown = target && !tooltip.hidden;
+    // Where nothing moved, the other controls need not be looked at.
+    if (shown && `${boxOf(tooltip)} ${boxOf(target)}` !== before) place(tooltip, target);
+    const now = shown ? `${boxOf(tooltip)} ${boxOf(target)}` : "";
+    requestAnimationFrame(() => follow(tooltip, now));
   };
   new MutationObserver((changes) => {
     for (const { addedNodes } of changes)
