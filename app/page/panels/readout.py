@@ -206,7 +206,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
     """Sentences on why arms cannot do what the law asks of them."""
     if nearest_is_bolted(simulation, sample):
-        return [tr("The nearest part of this arm is bolted down: it cannot move away. A smaller d_m helps.")]
+        return [tr("Bolted down: a smaller d_m helps.")]
     reasons = [authority_text(sample, simulation)]
     if sample.second is not None:
         reasons.append(authority_text(sample.second, simulation, second=True))

@@ -250,7 +250,7 @@ SURFACES: Surfaces = {
     "page/panels/pills.html": lambda: iter(
         (late_law_html(LateLawStatus(NASTY)), late_law_html(LateLawStatus("a.py", problem=NASTY)))
     ),
-    "page/panels/style.html": lambda: re.sub("</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 4, [], [])),
+    "page/panels/style.html": lambda: re.sub("</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 5, [], [])),
     "page/panels/title_bar.svg": lambda: page_of_template(
         "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
     ),

@@ -203,7 +203,7 @@ def test_a_large_d_m_that_meets_a_pedestal_is_told_without_jargon() -> None:
     sample = simulation.sample()
     assert "pedestal" in simulation.detector.pair_names[sample.pair][0]
     words = text(status_html(RUNNING, simulation, sample))
-    assert "bolted down" in words and "A smaller d_m helps." in words and "no joint" not in words and "authority" not in words
+    assert "Bolted down: a smaller d_m helps." in words and "no joint" not in words and "authority" not in words
     # The card has no good news then, and the promise the same reason.
     now = contact(simulation, sample)
     kind, note = contact_note(simulation, sample, now, budget_terms(simulation, sample, now))
@@ -211,7 +211,7 @@ def test_a_large_d_m_that_meets_a_pedestal_is_told_without_jargon() -> None:
     assert "no joint" not in promise_html(simulation, sample)
     # Of a body that a joint moves it is not said.
     moving = next(p for p, (own, _) in enumerate(simulation.detector.pair_names) if own == "left forearm")
-    assert "bolted" not in status_html(RUNNING, simulation, replace(sample, pair=moving))
+    assert "Bolted" not in status_html(RUNNING, simulation, replace(sample, pair=moving))
 
 
 def test_a_short_lever_is_no_warning_where_lambda_does_not_act() -> None:
