@@ -70,12 +70,25 @@ class Dispatcher:
         Raises:
             DuetError: the first worker cannot start.
         """
-        self._runner.run(self._serve(ready))
+        loop = self._runner.get_loop()
+        handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            for number, handler in handlers.items():
+                if callable(handler):
+                    # Between two callbacks: an exception in the midst of a task would be kept in the task, and logged.
+                    loop.add_signal_handler(number, handler, number, None)
+            self._runner.run(self._serve(ready))
+        finally:
+            for number, handler in handlers.items():
+                if callable(handler):
+                    loop.remove_signal_handler(number)
+                    signal.signal(number, handler)
 
     def close(self, goes_on: bool = False) -> None:
         """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
-        self._listener.close()
+        self._runner.get_loop().remove_reader(self._listener)
         self._runner.close()
+        self._listener.close()
         # There is nothing to renew any more.
         signal.signal(signal.SIGUSR1, signal.SIG_IGN)
         self._group.close(goes_on)

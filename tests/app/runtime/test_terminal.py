@@ -4,6 +4,7 @@ import errno
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -136,6 +137,19 @@ def answering(process: Process, folder: Path) -> None:
         assert answer.status == 200
 
 
+def reading_heads(process: Process, folder: Path) -> list[socket.socket]:
+    """A hundred connections whose requests are not whole, so that the server looks at them again and again."""
+    out: IO[bytes] | None = process.stdout
+    assert out is not None
+    port = int(out.readline().split()[3].decode().rpartition(":")[2])
+    out.readline()
+    out.readline()
+    connections = [socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(100)]
+    for connection in connections:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: ")
+    return connections
+
+
 INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
     "before main": (
         ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"],
@@ -146,6 +160,10 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         importing("viser.infra._infra"),
     ),
     "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"], answering),
+    "serve, reading": (
+        ["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"],
+        reading_heads,
+    ),
     "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
     "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
@@ -166,13 +184,14 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     with (tmp_path / "law.py").open("a", encoding="utf-8") as law:
         law.write(MARK)
     with started([part.replace("{}", str(tmp_path)) for part in command], tmp_path) as (process, said):
-        moment(process, tmp_path)
+        held = moment(process, tmp_path)
         # As a terminal does it: all of the group get the signal, and an impatient person presses twice.
         for _ in range(2):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGINT)
         out, _ = process.communicate(timeout=PATIENCE)
         until(lambda: not group(process.pid))
+    del held
     # On a machine where nothing has run yet, the log says that loops are compiled.
     unsaid = re.compile(r"import time:|[\d-]+ [\d:,]+ INFO duet\.")
     words = [line for line in own_words(said.read_text(encoding="utf-8")).splitlines() if not unsaid.match(line)]
