@@ -10,7 +10,7 @@ import numpy as np
 import viser
 
 from app.page.picture_size import FreePicture, PictureReport
-from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, project
+from app.stage.camera_view import Balls, PointView, Pose, axes, fit, framed_now, hands, joints, project
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 from scenes.simulation import Simulation
@@ -86,6 +86,7 @@ class CameraFollow:
         self._recent: deque[Array] = deque(maxlen=RECENT)
         self._next = self._rest_until = self._settles_until = 0.0
         self._part: int | None = None
+        self._point_view: PointView | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
         """Show the whole experiment at once, and follow from then on. `now`: wall time [s]."""
@@ -143,12 +144,17 @@ class CameraFollow:
             The new place (3,) [m], and whether the label is free at the old one. A place behind the eye stays as it is, and every
             place while the camera looks straight down.
         """
-        camera, pose = self._camera, self._pose
+        camera, pose, known = self._camera, self._pose, self._point_view
         if self.left_alone:
-            pose = Pose(np.asarray(camera.position), np.asarray(camera.look_at), camera.fov)
-        if pose is None or np.linalg.norm((pose.eye - pose.look_at)[:2]) < UPRIGHT:
+            pose = Pose(camera.position, camera.look_at, camera.fov)
+        if pose is None:
             return place, True
-        return kept_free(pose, self.picture.free(), place, label)
+        # A camera that rests keeps its very arrays.
+        if known is None or not all(one is other for one, other in zip(known.pose, pose, strict=True)):
+            if np.linalg.norm((pose.eye - pose.look_at)[:2]) < UPRIGHT:
+                return place, True
+            known = self._point_view = PointView(pose)
+        return kept_free(known, self.picture.free(), place, label)
 
     def _moved_by_visitor(self) -> bool:
         """True if the browser reports a camera that it was never sent.
@@ -205,10 +211,10 @@ def view_corners(view: Camera) -> Array:
     return np.array(view.centre) + np.array(corners)
 
 
-def kept_free(pose: Pose, picture: FreePicture, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
+def kept_free(view: PointView, picture: FreePicture, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
     """See `CameraFollow.keep_free`."""
-    x, y = project(pose, (picture.width, picture.height), place[None])[0].tolist()
-    if not np.isfinite([x, y]).all():
+    x, y, metre = view.pixel(place, picture.width, picture.height)
+    if math.isnan(x):
         return place, True
     width, height = label[0] + 2.0 * LABEL_EDGE, label[1] + 2.0 * LABEL_EDGE
     moves = []
@@ -219,6 +225,5 @@ def kept_free(pose: Pose, picture: FreePicture, place: Array, label: tuple[float
     across, down = min(moves, key=lambda move: move[0] ** 2 + move[1] ** 2)
     if across == 0.0 == down:
         return place, True
-    right_of, up, back = axes(pose.eye - pose.look_at)
-    metre = float((pose.eye - place) @ back) * math.tan(pose.fov / 2.0) * 2.0 / picture.height
-    return place + metre * (across * right_of - down * up), False
+    rightward, upward, _ = view.axes
+    return place + metre * (across * rightward - down * upward), False

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import viser
@@ -83,10 +84,15 @@ def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
     The camera's own size is in device pixels, and of a canvas that has not found its place yet.
     """
     request = request_of(client)
-    window = "" if request is None else page_query(request.path).get("window", "")
-    if given := re.fullmatch(r"(\d{2,5})x(\d{2,5})", window):
-        return float(given[1]), max(float(given[2]) - TITLEBAR, 1.0)
-    return max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0)
+    given = None if request is None else _window_of(request.path)
+    return given or (max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0))
+
+
+@lru_cache(maxsize=256)
+def _window_of(path: str) -> tuple[float, float] | None:
+    """Size that a page gives in its address, without the bar at the top [CSS px]; None without one."""
+    given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", page_query(path).get("window", ""))
+    return None if given is None else (float(given[1]), max(float(given[2]) - TITLEBAR, 1.0))
 
 
 CARD: Final = (330.0, 190.0)
@@ -156,6 +162,7 @@ class FreePicture(NamedTuple):
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
+@lru_cache(maxsize=256)
 def free_picture(
     window: tuple[float, float],
     width: float,

@@ -5,7 +5,7 @@ import pytest
 
 from app.page.camera_follow import kept_free
 from app.page.picture_size import FreePicture
-from app.stage.camera_view import Pose, axes, project, view_of
+from app.stage.camera_view import PointView, Pose, axes, project, view_of
 from app.stage.contact_view import label_size
 from app.web.headless_client import CAMERA
 from controllers.kinematics import Array
@@ -37,6 +37,9 @@ def test_a_label_that_would_be_cut_moves_into_the_free_part(lesson: bool) -> Non
         pose, size = Pose(camera.position, camera.look_at, camera.fov), (picture.width, picture.height)
         middle = np.array(view_of(simulation).centre)
         for place in middle + rng.uniform(-1.5, 1.5, (200, 3)):
+            assert PointView(pose).pixel(place, *size)[:2] == pytest.approx(
+                project(pose, size, place[None])[0], abs=1e-6, nan_ok=True
+            )
             kept, was_free = follow.keep_free(place, label)
             before, after = project(pose, size, np.array([place, kept]))
             if not np.isfinite(before).all():
@@ -53,7 +56,7 @@ def test_a_label_that_would_be_cut_moves_into_the_free_part(lesson: bool) -> Non
 def test_a_place_without_a_picture_stays() -> None:
     picture, label = next(pictures(False)), (100.0, 18.0)
     eye, behind = np.array([2.0, 0.0, 1.0]), np.array([4.0, 5.0, 1.0])
-    kept, was_free = kept_free(Pose(eye, np.array([0.0, 0.0, 1.0]), 1.0), picture, behind, label)
+    kept, was_free = kept_free(PointView(Pose(eye, np.array([0.0, 0.0, 1.0]), 1.0)), picture, behind, label)
     assert was_free and (kept == behind).all(), "behind the eye"
     simulation = Simulation(RunSettings())
     watched = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
