@@ -50,9 +50,9 @@ class App:
     def __init__(self, context: AppContext, host: Host, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
-        self._loop = FrameLoop(host.frame, context.frame_due, context.workload.note)
-        self.server.is_at_work, self.hangs = self._loop.is_at_work, self._loop.hangs
-        self._loop.start()
+        self.loop = FrameLoop(host.frame, context.frame_due, context.workload.note)
+        self.server.is_at_work, self.hangs = self.loop.is_at_work, self.loop.hangs
+        self.loop.start()
         self._closed = threading.Event()
 
     def wait(self) -> None:
@@ -68,7 +68,7 @@ class App:
         """
         if self._preparation is not None:
             self._preparation.close()
-        self._loop.stop()
+        self.loop.stop()
         self.host.close(goes_on)
         for part in self.context.parts:
             part.close()

@@ -47,7 +47,7 @@ READ: Final = "DUET_LOOPS"
 """Name in the environment of a folder from which machine code is taken, if the usual one does not have it."""
 
 _log = logging.getLogger("duet.compiled")
-_loops: list["Loop[..., Any]"] = []
+loops: list["Loop[..., Any]"] = []
 _begun = threading.Lock()
 _failed = threading.Event()
 _calls = 0
@@ -65,12 +65,12 @@ class Loop(Generic[P, R]):
         self.python, self.signature, self.fills = function, signature, fills
         self.__doc__ = function.__doc__
         self._machine: Callable[P, R] | None = None
-        self._run: Callable[P, R] = self._counted
-        _loops.append(self)
+        self.run: Callable[P, R] = self._counted
+        loops.append(self)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Run it: arrays are arguments, those that it fills too."""
-        return self._run(*args, **kwargs)
+        return self.run(*args, **kwargs)
 
     def compiled(self) -> Callable[P, R]:
         """Its machine code, with that of the loops that it calls; takes seconds unless the folder has it."""
@@ -98,11 +98,11 @@ class Loop(Generic[P, R]):
     @property
     def loaded(self) -> bool:
         """True once it is machine code."""
-        return self._run is self._machine
+        return self.run is self._machine
 
     def load(self) -> None:
         """Replace Python by machine code."""
-        self._run = self.compiled()
+        self.run = self.compiled()
 
     def _counted(self, *args: P.args, **kwargs: P.kwargs) -> R:
         global _calls
@@ -125,7 +125,7 @@ def loop(signature: str, fills: tuple[str, ...] = ()) -> Callable[[Callable[P, R
 
 def all_loaded() -> bool:
     """True once all loops are machine code."""
-    return all(made.loaded for made in _loops)
+    return all(made.loaded for made in loops)
 
 
 def begin_to_load() -> None:
@@ -165,7 +165,7 @@ def _attempt(load: Callable[[], None]) -> None:
 
 def _load() -> None:
     loops_folder()
-    for made in _loops:
+    for made in loops:
         made.load()
 
 
@@ -184,7 +184,7 @@ def _compile_in_process() -> None:
     Raises:
         RuntimeError: with the last line that the process has written, if it has failed.
     """
-    modules = sorted({made.python.__module__ for made in _loops})
+    modules = sorted({made.python.__module__ for made in loops})
     said = ""
     with subprocess.Popen(
         own_command(__name__, *modules),
@@ -228,7 +228,7 @@ def loops_folder() -> Path:
     from numba.core import config
 
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {binding.get_host_cpu_name()}".encode())
-    declared = {made.python.__code__.co_filename for made in _loops if isinstance(made.python, FunctionType)}
+    declared = {made.python.__code__.co_filename for made in loops if isinstance(made.python, FunctionType)}
     for file in sorted({__file__, *declared}):
         digest.update(Path(file).read_bytes())
     name = f"loops-{digest.hexdigest()[:16]}"

@@ -70,29 +70,29 @@ class BlockingClient:
     def __init__(self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any) -> None:
         if origin is not None:
             options["headers"] = {"Origin": origin, **options.get("headers", {})}
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
+        self.loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self.loop.run_forever, daemon=True, name="visitor")
         self._thread.start()
         try:
             self.visitor = OperatingClient(url, query, **options)
             # A worker process that has just been started serves late on a busy machine.
-            self._run(self.visitor.connect(60.0, camera=camera), 65.0)
+            self.run(self.visitor.connect(60.0, camera=camera), 65.0)
         except BaseException:
             self._end()
             raise
 
-    def _run(self, work: Coroutine[Any, Any, Any], timeout: float = 30.0) -> Any:
-        return asyncio.run_coroutine_threadsafe(work, self._loop).result(timeout)
+    def run(self, work: Coroutine[Any, Any, Any], timeout: float = 30.0) -> Any:
+        return asyncio.run_coroutine_threadsafe(work, self.loop).result(timeout)
 
     def _end(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        self.loop.call_soon_threadsafe(self.loop.stop)
         self._thread.join(60.0)
-        self._loop.close()
+        self.loop.close()
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the client; a coroutine function as one that waits for its end."""
         found = getattr(self.visitor, name)
-        return (lambda *args, **kwargs: self._run(found(*args, **kwargs))) if inspect.iscoroutinefunction(found) else found
+        return (lambda *args, **kwargs: self.run(found(*args, **kwargs))) if inspect.iscoroutinefunction(found) else found
 
     def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread.
@@ -106,17 +106,17 @@ class BlockingClient:
             return False
 
         try:
-            self._run(self.visitor.wait_for(met, timeout), timeout + 5.0)
+            self.run(self.visitor.wait_for(met, timeout), timeout + 5.0)
         except TimeoutError:
             predicate(self.visitor)
             raise
 
     def close(self) -> None:
         """Leave and end the thread. May be called twice."""
-        if self._loop.is_closed():
+        if self.loop.is_closed():
             return
         try:
-            self._run(self.visitor.close())
+            self.run(self.visitor.close())
         finally:
             self._end()
 

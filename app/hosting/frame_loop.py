@@ -45,10 +45,10 @@ class FrameLoop:
         self._began = self._beat = clock()
         self._worked = self._seen = 0.0
         self._errors = ThrottledLog(log)
-        self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
+        self.thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
 
     def start(self) -> None:
-        self._thread.start()
+        self.thread.start()
 
     def is_at_work(self) -> bool:
         return self._clock() - self._began < STUCK
@@ -56,7 +56,7 @@ class FrameLoop:
     def hangs(self) -> bool:
         """True if the current frame is stuck, not merely slow: it neither works nor waits for a processor, or works too long. Ask
         every few seconds."""
-        worked, seen = _processor_time(self._thread), self._seen
+        worked, seen = _processor_time(self.thread), self._seen
         self._seen = worked
         if self.is_at_work():
             return False
@@ -67,12 +67,12 @@ class FrameLoop:
         """Stop, and wait until the last frame is done."""
         self._stopped = True
         self._due.set()
-        self._thread.join(timeout=5.0)
+        self.thread.join(timeout=5.0)
 
     def round(self) -> tuple[float, float]:
         """Make one frame; return before when there is no further one, and until when there is none unless it is asked for [s]."""
         now, last = self._clock(), self._began
-        self._began, self._worked = now, _processor_time(self._thread)
+        self._began, self._worked = now, _processor_time(self.thread)
         try:
             with waking_together():
                 self._frame(now, now - last)

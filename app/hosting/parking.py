@@ -35,7 +35,7 @@ class Parking:
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self._clock = clock
-        self._parked: dict[str, _Parked] = {}
+        self.parked: dict[str, _Parked] = {}
 
     @property
     def lasting(self) -> bool:
@@ -66,7 +66,7 @@ class Parking:
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
         """True if what a tab comes back for is in this process, and nowhere else."""
-        return tab_id(query) in self._parked
+        return tab_id(query) in self.parked
 
     def park(self, query: Mapping[str, str], session: Session) -> None:
         """Keep a live session, which does not advance meanwhile; a session that cannot be claimed is closed."""
@@ -76,7 +76,7 @@ class Parking:
             return
         session.hand.hold(None)
         self._close(tab)
-        self._parked[tab] = _Parked(query, session, self._clock())
+        self.parked[tab] = _Parked(query, session, self._clock())
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> Session | None:
@@ -86,33 +86,33 @@ class Parking:
         if not self.awaits(query):
             self._close(tab)
             return None
-        return self._parked.pop(tab).session
+        return self.parked.pop(tab).session
 
     def awaits(self, query: Mapping[str, str]) -> bool:
         """True if a live session waits for this tab with this link."""
-        parked = self._parked.get(tab_id(query) or "")
+        parked = self.parked.get(tab_id(query) or "")
         return parked is not None and link_of(parked.query) == link_of(query)
 
     def is_reload(self, query: Mapping[str, str]) -> bool:
         """True if the tab of a live session has loaded its page again; False if only its connection was lost."""
-        parked = self._parked.get(tab_id(query) or "")
+        parked = self.parked.get(tab_id(query) or "")
         return parked is not None and parked.query.get(OPENED) != query.get(OPENED)
 
     def tidy(self) -> None:
         """Drop what is too old or too much."""
         now = self._clock()
         # In order of age, the oldest first.
-        for tab, parked in list(self._parked.items()):
-            if now - parked.since <= AWAY and len(self._parked) <= MOST_SESSIONS:
+        for tab, parked in list(self.parked.items()):
+            if now - parked.since <= AWAY and len(self.parked) <= MOST_SESSIONS:
                 break
             self._close(tab)
 
     def close(self) -> None:
         """Close every session."""
-        for tab in list(self._parked):
+        for tab in list(self.parked):
             self._close(tab)
 
     def _close(self, tab: str) -> None:
-        parked = self._parked.pop(tab, None)
+        parked = self.parked.pop(tab, None)
         if parked is not None:
             parked.session.close()

@@ -35,12 +35,12 @@ class Preparation:
     def __init__(self, parts: Sequence[ServerPart], jobs: Jobs) -> None:
         self._parts, self._jobs = parts, jobs
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
-        self._thread.start()
+        self.thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
+        self.thread.start()
 
     def close(self) -> None:
         self._ended.set()
-        self._thread.join()
+        self.thread.join()
 
     def _run(self) -> None:
         for language in LANGUAGES:

@@ -113,7 +113,7 @@ class View:
             plots_panel.minimize()
         self._look = page.theme, page.profile
         self._experiment = experiment_of(session.simulation)
-        self._cameras: dict[int, CameraFollow] = {}
+        self.cameras: dict[int, CameraFollow] = {}
         configure_theme(gui, page.theme)
         self.stage = Stage(host.scene)
         self._parts = [make(self) for make in overlays]
@@ -154,15 +154,15 @@ class View:
         self._camera_of(client).first_view(self._simulation, perf_counter())
 
     def _camera_of(self, client: viser.ClientHandle) -> CameraFollow:
-        if client.client_id not in self._cameras:
-            self._cameras[client.client_id] = CameraFollow(
+        if client.client_id not in self.cameras:
+            self.cameras[client.client_id] = CameraFollow(
                 client.camera,
                 lambda pose: aim(client.camera, pose.eye, pose.look_at, pose.fov),
                 self._seen,
                 self._way,
                 PictureReport(client, self.plots_tab, lambda: (self.page.profile, self.bare)),
             )
-        return self._cameras[client.client_id]
+        return self.cameras[client.client_id]
 
     def _seen(self) -> Camera:
         simulation = self._simulation
@@ -173,9 +173,9 @@ class View:
 
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
-        self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
+        self.cameras = {number: follow for number, follow in self.cameras.items() if number in present}
         held = (frame.shown.held or self.session.hand.other) is not None
-        for follow in self._cameras.values():
+        for follow in self.cameras.values():
             # Those who only watch drag nothing.
             follow.follow(self._simulation, frame.now, held and isinstance(self.host, viser.ClientHandle))
 

@@ -88,7 +88,7 @@ class FilteredConnection(ServerConnection):
         self._seen.set()
         self._client_id: int | None = None
         self._ending: asyncio.Task[None] | None = None
-        self._stalled: asyncio.TimerHandle | None = None
+        self.stalled: asyncio.TimerHandle | None = None
 
     @property
     def hidden(self) -> bool:
@@ -108,7 +108,7 @@ class FilteredConnection(ServerConnection):
 
     def pause_writing(self) -> None:
         # Pings queue up behind the unread data, so the library's keep-alive never notices a closed laptop.
-        self._stalled = self.loop.call_later(self.duet.limits.stall_seconds, self.transport.abort)
+        self.stalled = self.loop.call_later(self.duet.limits.stall_seconds, self.transport.abort)
         super().pause_writing()
 
     def resume_writing(self) -> None:
@@ -116,9 +116,9 @@ class FilteredConnection(ServerConnection):
         super().resume_writing()
 
     def _end_stall(self) -> None:
-        if self._stalled is not None:
-            self._stalled.cancel()
-            self._stalled = None
+        if self.stalled is not None:
+            self.stalled.cancel()
+            self.stalled = None
 
     @property
     def address(self) -> str:

@@ -92,7 +92,7 @@ HIDDEN, SHOWN = "DuetHidden", "DuetShown"
 """Kinds of the messages by which a page says that its tab is out of sight, and in sight again."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
-_LONGEST_PUSH = 3000  # as in `scenes.run_text`
+LONGEST_PUSH = 3000  # as in `scenes.run_text`
 
 MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
 """Our mark, as SVG."""
@@ -126,7 +126,7 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
 def _connection() -> PageAssets:
     constants = {
         "longestQuery": _LONGEST_QUERY,
-        "longestPush": _LONGEST_PUSH,
+        "longestPush": LONGEST_PUSH,
         "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
         "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},
         "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "takenOver": OPEN_TWICE},
@@ -157,7 +157,7 @@ def page_query(request_path: str) -> dict[str, str]:
             continue
         if key == PUSH:
             # One that is too long is to be named as such.
-            found.setdefault(key, value[: _LONGEST_PUSH + 1])
+            found.setdefault(key, value[: LONGEST_PUSH + 1])
         elif 0 < len(key) <= _LONGEST_KEY and len(value) <= _LONGEST_VALUE:
             found.setdefault(key, value)
     return found

@@ -161,8 +161,8 @@ class DuetServer(viser.ViserServer):
         self._frames = {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *embed_origins))}
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
-        self._holders: dict[ServerConnection, tuple[str, str]] = {}
-        self._placed: set[ServerConnection] = set()
+        self.holders: dict[ServerConnection, tuple[str, str]] = {}
+        self.placed: set[ServerConnection] = set()
         self._silent = BoundedQueue[ServerConnection](2 * self.limits.silent, self.limits.silent, self.limits.connections)
         page = patched_index(viser_internals.client_html(), title="Duet", assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
@@ -179,7 +179,7 @@ class DuetServer(viser.ViserServer):
 
     def count_clients(self) -> int:
         """Number of browsers that have a place, including those with a page that is still being built."""
-        return len(self._placed)
+        return len(self.placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
         """Return the connection of a browser's page, None if it is gone; from any thread."""
@@ -231,7 +231,7 @@ class DuetServer(viser.ViserServer):
         return websockets.asyncio.server.serve(**options)
 
     def _has_room(self, path: str = "") -> bool:
-        count = self.elsewhere + len(self._placed)
+        count = self.elsewhere + len(self.placed)
         return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: FilteredConnection, request: Request, origins: Sequence[str]) -> bool:
@@ -326,13 +326,13 @@ class DuetServer(viser.ViserServer):
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
         tab = page_query(path).get("resume", "")
         holder = ("tab", tab) if tab else ("address", address)
-        if sum(one == holder for one in self._holders.values()) >= self.limits.connections:
+        if sum(one == holder for one in self.holders.values()) >= self.limits.connections:
             if self._has_room(path):
                 self.log.warning("connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}")
             await connection.close(1013, OPEN_TOO_OFTEN if self._has_room(path) else ROOM_IS_FULL)
             return
-        before = [one for one, its in self._holders.items() if tab and its == holder and self.takes_over(page_query(path))]
-        self._holders[connection] = holder
+        before = [one for one, its in self.holders.items() if tab and its == holder and self.takes_over(page_query(path))]
+        self.holders[connection] = holder
         if (oldest := self._silent.enter(connection, address, tab)) is not None:
             oldest.transport.abort()
         try:
@@ -346,10 +346,10 @@ class DuetServer(viser.ViserServer):
             # A line that is lost does not answer, and nothing waits for it.
             await asyncio.gather(handler(connection), *(one.close(1013, TAKEN_OVER) for one in before))
         finally:
-            del self._holders[connection]
+            del self.holders[connection]
             self._silent.leave(connection)
-            self._placed.discard(connection)
-            self.count_changed(len(self._placed))
+            self.placed.discard(connection)
+            self.count_changed(len(self.placed))
 
     async def _has_room_soon(self, path: str) -> bool:
         """True if there is room; a tab that another process lets go may be here before the news of its free place."""
@@ -363,14 +363,14 @@ class DuetServer(viser.ViserServer):
         if not await self._has_room_soon(connection.request.path if connection.request is not None else ""):
             return ROOM_IS_FULL
         self._silent.leave(connection)
-        self._placed.add(connection)
-        self.count_changed(len(self._placed))
+        self.placed.add(connection)
+        self.count_changed(len(self.placed))
         return ""
 
     async def _let_go(self, connection: ServerConnection) -> None:
         # The page comes again at once, so its place is free before that: where all are taken, it would be refused.
-        self._placed.discard(connection)
-        self.count_changed(len(self._placed))
+        self.placed.discard(connection)
+        self.count_changed(len(self.placed))
         await connection.close(MOVED_CODE, ELSEWHERE)
 
     def client_id(self, connection: ServerConnection) -> int:

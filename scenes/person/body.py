@@ -109,7 +109,7 @@ def _missing(what: str) -> MissingPackage:
     )
 
 
-def _human_urdf() -> Path:
+def human_urdf() -> Path:
     for file in importlib.metadata.files(PACKAGE) or []:
         if file.name == "human.urdf":
             path = Path(str(file.locate()))
@@ -131,7 +131,7 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
     """
     import trimesh
 
-    path = _human_urdf()
+    path = human_urdf()
     # Meshes are named package://example-robot-data/robots/…, and the file lies in robots/human_description/robots.
     share = path.parents[4]
     model = pin.buildModelFromUrdf(str(path))

@@ -172,10 +172,10 @@ class ByHand:
     """A house of which the test makes every frame."""
 
     def __init__(self, house: App) -> None:
-        house._loop.stop()
+        house.loop.stop()
         # The first frame of a busy machine may take longer than it is waited for.
-        house._loop._thread.join(60.0)
-        assert not house._loop._thread.is_alive()
+        house.loop.thread.join(60.0)
+        assert not house.loop.thread.is_alive()
         self.house, self.host, self.now = house, house.host, 0.0
         self.visitors: list[BlockingClient] = []
 

@@ -64,8 +64,8 @@ def test_first_tasks_have_the_same_bits_in_python_and_machine_code() -> None:
     compiled.load_now()
     assert compiled.all_loaded()
     fast = margins()
-    for made in compiled._loops:
-        made._run = made.python
+    for made in compiled.loops:
+        made.run = made.python
     assert margins() == fast
 
 
@@ -75,8 +75,8 @@ def test_python_and_machine_code_give_the_same_bits(changes: dict[str, str]) -> 
     compiled.load_now()
     assert compiled.all_loaded()
     fast = table(changes)
-    for made in compiled._loops:
-        made._run = made.python
+    for made in compiled.loops:
+        made.run = made.python
     assert table(changes) == fast
 
 
@@ -84,8 +84,8 @@ def test_python_and_machine_code_give_the_same_bits(changes: dict[str, str]) -> 
 def test_python_and_machine_code_give_the_same_types() -> None:
     """What a loop returns is drawn and compared: a number of numpy is none of Python's."""
     simulation = Simulation(RunSettings())
-    for made in compiled._loops:
-        made._run = made.python
+    for made in compiled.loops:
+        made.run = made.python
     simulation.step(None)
     near = simulation.near
     assert near is not None and {type(near.law_distance), type(near.distance), type(simulation.bound_bites)} == {float, bool}
@@ -122,7 +122,7 @@ def of_annotations(function: ast.FunctionDef) -> str:
 
 def written(function: ast.FunctionDef) -> set[str]:
     """The arguments of a loop that it writes, itself or by a loop that it calls."""
-    known = {made.python.__name__: made for made in compiled._loops}
+    known = {made.python.__name__: made for made in compiled.loops}
     names = {
         node.value.id
         for node in ast.walk(function)
@@ -137,7 +137,7 @@ def written(function: ast.FunctionDef) -> set[str]:
     return names & {argument.arg for argument in function.args.args}
 
 
-@pytest.mark.parametrize("made", compiled._loops, ids=lambda made: made.python.__name__)
+@pytest.mark.parametrize("made", compiled.loops, ids=lambda made: made.python.__name__)
 def test_a_signature_says_what_the_annotations_say_and_which_arrays_are_written(made: compiled.Loop[..., object]) -> None:
     """pyright checks calls by the annotations, numba by the signature; it would cut a float that is declared as an int."""
     (function,) = ast.parse(inspect.getsource(made.python)).body
@@ -156,17 +156,17 @@ def test_the_runs_here_call_every_loop() -> None:
 
         return run
 
-    before = [made._run for made in compiled._loops]
-    for made in compiled._loops:
-        made._run = counted(made)
+    before = [made.run for made in compiled.loops]
+    for made in compiled.loops:
+        made.run = counted(made)
     try:
         for changes in RUNS.values():
             table(changes)
         margins()
     finally:
-        for made, run in zip(compiled._loops, before, strict=True):
-            made._run = run
-    assert called == {made.python.__name__ for made in compiled._loops}
+        for made, run in zip(compiled.loops, before, strict=True):
+            made.run = run
+    assert called == {made.python.__name__ for made in compiled.loops}
 
 
 WATCHED = """
@@ -191,7 +191,7 @@ print(hashlib.sha256(simulation.history.table().tobytes()).hexdigest())
 
 
 def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_process_finds_the_same_bits() -> None:
-    code = WATCHED.replace("WAITING", "any(made._run != made._machine for made in compiled._loops)")
+    code = WATCHED.replace("WAITING", "any(made.run != made._machine for made in compiled.loops)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
     short, long, bits = done.stdout.splitlines()
     assert short == "False" and long.split()[0] == "True" and int(long.split()[1]) > 100
@@ -263,7 +263,7 @@ def test_the_command_loads_no_compiler_and_every_loop_comes_with_the_simulation(
     """A loop that came later, with an experiment, would stay Python where the others have been loaded."""
     code = (
         "import sys, app.cli.serve, app.start; print('numba' in sys.modules); from controllers import compiled; "
-        "print(*sorted({made.python.__module__ for made in compiled._loops}))"
+        "print(*sorted({made.python.__module__ for made in compiled.loops}))"
     )
     with_compiler, modules = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True

@@ -72,7 +72,7 @@ class Patience:
         used = processor_time(self._process)
         if waited > LONGEST * self.limit or self._used is None or used is None:
             return True
-        if _wants_a_core(self._process):
+        if wants_a_core(self._process):
             return used - self._used > self.limit
         # It may have begun late, and sleep now.
         return waited - (without_core(self._process) - self._without_core) > self.limit
@@ -98,7 +98,7 @@ def processor_time(process: int) -> float | None:
         return None
 
 
-def _wants_a_core(process: int) -> bool:
+def wants_a_core(process: int) -> bool:
     """True if a process runs, or would if it were given a core."""
     try:
         with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:

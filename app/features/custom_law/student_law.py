@@ -65,7 +65,7 @@ class StudentLaw(LateLaw):
         self.in_ghost, self.enabled = False, True
         self.path: Path | None = None
         self.examination: Examination | None = None
-        self._law: SessionLaw | None = None
+        self.law: SessionLaw | None = None
         self._background, self._wake, self._share = background, wake, share
         if path is not None:
             self.open(path)
@@ -87,27 +87,27 @@ class StudentLaw(LateLaw):
     def take(self, law: SessionLaw | None, tests: Examination | None = None) -> None:
         """Take a law that is not of a file, or (None) no law, in the place of the one that there was. `tests`: of it."""
         self.close()
-        self._law, self.path, self.examination = law, None, tests
+        self.law, self.path, self.examination = law, None, tests
 
     @property
     def given(self) -> bool:
-        return self._law is not None
+        return self.law is not None
 
     @property
     def of_run(self) -> SessionLaw | None:
-        return self._law if self.enabled and not self.in_ghost else None
+        return self.law if self.enabled and not self.in_ghost else None
 
     @property
     def of_ghost(self) -> SessionLaw | None:
-        return self._law if self.enabled and self.in_ghost else None
+        return self.law if self.enabled and self.in_ghost else None
 
     @property
     def waits(self) -> bool:
-        law = self._law if self.enabled else None
+        law = self.law if self.enabled else None
         return law is not None and law.waiting
 
     def status(self, late: bool) -> LateLawStatus:
-        law = self._law
+        law = self.law
         if law is None or not self.enabled:
             return LateLawStatus(away=law is not None and law.away)
         file, ghost_file = (None, law.file) if self.in_ghost else (law.file, None)
@@ -119,21 +119,21 @@ class StudentLaw(LateLaw):
         """Look at the file, and let the law have its share of a frame."""
         if self.examination is not None:
             self.examination.advance()
-        if self._law is None:
+        if self.law is None:
             return
-        self._law.refresh()
+        self.law.refresh()
         if self.enabled and not paused:
             self._part = self._share.part(id(self))
-        self._law.allow(self._part * min(elapsed, LONGEST_GAP))
+        self.law.allow(self._part * min(elapsed, LONGEST_GAP))
 
     def step_made(self, run: RunSettings, speed: float) -> None:
-        if self._law is not None:
-            self._allowed = self._part * run.dt / speed / max(self._law.step_made(), 1)
+        if self.law is not None:
+            self._allowed = self._part * run.dt / speed / max(self.law.step_made(), 1)
 
     def close(self) -> None:
         """End its process, and give up its tests."""
-        if self._law is not None:
-            self._law.close()
+        if self.law is not None:
+            self.law.close()
         if self.examination is not None:
             self.examination.drop()
 

@@ -54,7 +54,7 @@ class ExportQueue:
     """
 
     def __init__(self, session: Session, player: ReplayPlayer) -> None:
-        self._session, self.player, self._jobs = session, player, player.jobs
+        self.session, self.player, self._jobs = session, player, player.jobs
         self._files: list[File] = []
         self._snippet: str | None = None
 
@@ -62,16 +62,16 @@ class ExportQueue:
         """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
         recorded = self.player.recorded(seconds)
         if recorded is None:
-            self._session.notify("There is nothing to export yet", "Let it run for a moment.")
+            self.session.notify("There is nothing to export yet", "Let it run for a moment.")
             return
         language = spoken().language
-        page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
+        page, name = self.session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
         if recorded.law is not None and kind == "python":
-            self._session.notify("This export is not available for this run", not_again(recorded.law.file))
+            self.session.notify("This export is not available for this run", not_again(recorded.law.file))
             return
         match kind:
             case "run":
-                live = self._session.simulation.history
+                live = self.session.simulation.history
                 last = live.table(1).tobytes() if self.player.replay is None else None
                 self._jobs.submit(kind, self._file(name + SUFFIX), saved_bytes, recorded, last)
             case "csv":
@@ -112,7 +112,7 @@ class ExportQueue:
             self._files.append(File(name + SUFFIX, snippet.inputs))
 
     def _take(self, loaded: Loaded, name: str) -> None:
-        self._session.notify(TITLES[loaded.verdict], LazyText("{name}: {what}", name=name, what=loaded.words))
+        self.session.notify(TITLES[loaded.verdict], LazyText("{name}: {what}", name=name, what=loaded.words))
         self.player.watch_file(loaded.recorded, name)
 
     @property

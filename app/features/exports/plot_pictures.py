@@ -59,7 +59,7 @@ def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Pi
     """
     # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):
-        figure = _figure(recorded, seconds, details, only)
+        figure = picture_figure(recorded, seconds, details, only)
         out = io.BytesIO()
         if kind == "png":
             figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
@@ -87,7 +87,7 @@ def embedded(svg: str, name: str) -> str:
     return re.sub(r'\bid="|xlink:href="#|url\(#', rf"\g<0>{name}-", svg)
 
 
-def _figure(recorded: Recorded, seconds: float, details: Details, only: tuple[str, ...]) -> Figure:
+def picture_figure(recorded: Recorded, seconds: float, details: Details, only: tuple[str, ...]) -> Figure:
     charts = [name for name in NOT_OVER_TIME if name in only]
     if charts and details == "none":
         details = cast(Details, charts[0])

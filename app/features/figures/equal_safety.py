@@ -82,7 +82,7 @@ def draw(plan: Plan) -> Drawn:
     figure = sheet(7.2, 6.4)
     whole, near = figure.subplots(2, 1, height_ratios=(1.0, 1.15))
     for curve in curves:
-        _draw_curve(whole, near, curve)
+        draw_curve(whole, near, curve)
     for axes in (whole, near):
         axes.axvline(d_m, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set_ylabel("largest $e^2$ [m²]")
@@ -93,7 +93,7 @@ def draw(plan: Plan) -> Drawn:
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
     settings = csv_head(base, "law", "ff", "seed", seconds=length)
-    return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, _found(curves, prices, base))
+    return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, findings(curves, prices, base))
 
 
 def _curves(plan: Plan, base: RunSettings, length: float) -> list[KnobCurve]:
@@ -115,7 +115,7 @@ def _curve(knob: LawKnob, runs: list[tuple[int, float, Summary]]) -> KnobCurve:
     return KnobCurve(knob, np.array([value for _, value, _ in runs[: d_min.shape[1]]]), d_min, e2, rows)
 
 
-def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
+def draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
     """Draw the mean of all persons; above, also each of them, thin. A colour is a law, a dash one of its knobs."""
     knob = curve.knob
     place = list(dict.fromkeys(other.law for other in knobs())).index(knob.law)
@@ -154,7 +154,7 @@ def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Pr
     return Price(curve, value, e2, summaries[-1].ddq_max, p, min(s.step_us_median for s in summaries))
 
 
-def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> list[str]:
+def findings(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> list[str]:
     """Return a table at equal distance, and where another law is better than the paper's."""
     d_m = base.law.critical_distance
     lines = [
@@ -180,7 +180,7 @@ def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> l
     ]
     paper = next((price for price in prices if price.curve is curves[0]), None)
     if paper is not None:
-        sentences += [_verdict(paper, other) for other in prices if other is not paper]
+        sentences += [verdict(paper, other) for other in prices if other is not paper]
     kept = {price.curve.label for price in prices}
     sentences += [_out_of_reach(curve, curves[0], d_m) for curve in curves if curve.label not in kept]
     return sentences
@@ -206,7 +206,7 @@ def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
     )
 
 
-def _verdict(paper: Price, other: Price) -> str:
+def verdict(paper: Price, other: Price) -> str:
     """Sentence that compares another law with the paper's at the same distance: for how many persons it is better, and its price."""
     both = ~np.isnan(paper.e2) & ~np.isnan(other.e2)
     if not both.any():

@@ -40,7 +40,7 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
 def film(plan: Plan) -> Drawn:
     run, length = imitation_run(plan)
-    table = run.table[_moments(run)]
+    table = run.table[moments_of(run)]
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
@@ -51,7 +51,7 @@ def film(plan: Plan) -> Drawn:
         angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
         _frame(axes, run, row, FILM_CAMERA, size, posed_person(angles) if angles is not None else [])
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
-    d, places = table[:, COLUMN["d"]], _places(run, table)
+    d, places = table[:, COLUMN["d"]], marker_places(run, table)
     least = (np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * FRAMES)).min()
     found = [
         f"The {FRAMES} moments of the run of Fig. 7 that look most different: elbows, wrists and hands of any two are at least "
@@ -70,12 +70,12 @@ def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[st
     return Drawn(figure, columns, rows, csv_head(simulation.settings, seconds=length), found)
 
 
-def _moments(run: Run) -> list[int]:
+def moments_of(run: Run) -> list[int]:
     """Return the rows (8,) of a run that look most different, in order of time.
 
     Begins with the posture farthest from the mean of all, and adds the one farthest from all before; joints count by where they are.
     """
-    places = _places(run, run.table[::STRIDE])
+    places = marker_places(run, run.table[::STRIDE])
     picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]
     nearest = np.full(len(places), np.inf)
     while len(picked) < FRAMES:
@@ -84,7 +84,7 @@ def _moments(run: Run) -> list[int]:
     return [STRIDE * i for i in sorted(picked)]
 
 
-def _places(run: Run, table: Array) -> Array:
+def marker_places(run: Run, table: Array) -> Array:
     """Places of elbow, wrist and hand of both arms (rows, 18) [m]."""
     kinematics, room, found = run.simulation.kinematics, run.simulation.room, list[Array]()
     for positions in run.simulation.history.positions(table):

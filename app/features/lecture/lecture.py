@@ -66,13 +66,13 @@ class LectureHost:
             workers = BreakoutWorkers(link, self.classroom, self.control.answers.put)
         self._breakouts = BreakoutSessions(context, self.classroom, workers)
         self.control.presenter.expected = context.options.of(LectureOptions).students
-        self._leader = Leader(context.options.key, room)
-        self._recorder = LectureRecorder(context, record, self.control, self._leader)
-        self.controls = PlenaryControls(context, self.control, self._summaries)
+        self.leader = Leader(context.options.key, room)
+        self._recorder = LectureRecorder(context, record, self.control, self.leader)
+        self.controls = PlenaryControls(context, self.control, self.summaries)
         self.participants: dict[int, Participant] = {}
         self.shared = PlenaryAudiences(context, self.control, self.participants)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
-        self.audiences = Audiences(context.server, self._look, self._leader.gone)
+        self.audiences = Audiences(context.server, self._look, self.leader.gone)
         self.admission = Admission(context, self._admit, self._not_built)
         # Nothing in the plenary can be operated.
         context.server.gate.may_share = lambda client_id: False
@@ -83,7 +83,7 @@ class LectureHost:
 
     def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
         """Return the look with which a browser watches; None for a page of its own: a teacher's, or a breakout session's."""
-        if self._leader.admits(client_id, query) or self._breakouts.expects(query):
+        if self.leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
         return look_of(query, preferred(accept), self._context.options.settings)
 
@@ -179,7 +179,7 @@ class LectureHost:
         teacher.show_panel(poll)
         page.flush()
 
-    def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
+    def summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
         """Report of this class so far, and of the one before; a teacher without a key gets only the first."""
         last = None if self._context.options.key is None else self._recorder.last_class
         return self.classroom.summary(self._book, time()), last
@@ -210,7 +210,7 @@ class LectureHost:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
-        participant = Participant(client, self._leader.holds(client_id), audience, self.control.answers.put)
+        participant = Participant(client, self.leader.holds(client_id), audience, self.control.answers.put)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]

@@ -148,7 +148,7 @@ class TeacherPanel:
             self._command(name, key, action)
         for hotkey in PRESENTER_KEYS:
             hotkey.add_to(gui, act)
-        self._free = self._inviting = False
+        self._free = self.inviting = False
         self._asked: tuple[str, str] | None = None
         self._shown: object = None
 
@@ -168,7 +168,7 @@ class TeacherPanel:
 
         def act() -> None:
             undo: TeacherAction = "follow" if action == "free" else "hide"
-            undoes = (action == "free" and self._free) or (action == "invite" and self._inviting)
+            undoes = (action == "free" and self._free) or (action == "invite" and self.inviting)
             self._control.post(undo if undoes else action)
 
         on_press(command, act)
@@ -178,8 +178,8 @@ class TeacherPanel:
         presenter, classroom = self._control.presenter, self._control.classroom
         self._screen.show()
         self._board.show()
-        self._inviting = presenter.inviting != ""
-        self._invite.show(2 if presenter.inviting == "all" else int(self._inviting))
+        self.inviting = presenter.inviting != ""
+        self._invite.show(2 if presenter.inviting == "all" else int(self.inviting))
         self._covers.content = covers_html(presenter)
         self._joined.content = macros("page/panels/pills.html").note(joined_text(classroom.heads[0], presenter.expected))
         if self._notes is not None:

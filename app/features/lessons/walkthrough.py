@@ -69,7 +69,7 @@ class Walkthrough:
         saved = self._progress = from_json(progress)
         self.beside: Setup | None = None
         self.kept: dict[str, TargetSource] = dict(kept or {})
-        self._watch = RunWatch()
+        self.run_watch = RunWatch()
         self._counted: tuple[object, ...] = ()
         self._judged = -1
         self._running: tuple[Bookmark, Setup] | None = None
@@ -219,7 +219,7 @@ class Walkthrough:
         """Restart the present run; nothing else changes."""
         self.run_id += 1
         self._running = self._at, self.setup
-        self._watch.begin()
+        self.run_watch.begin()
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
@@ -304,7 +304,7 @@ class Walkthrough:
     def watch(self, simulation: Simulation) -> bool:
         """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge. Returns whether it is the
         run that the newest attempt asked for; the attempt is gone then."""
-        self._watch.see(simulation)
+        self.run_watch.see(simulation)
         last = self.done.last
         asked = simulation.steps > 0 and last is not None and bool(last.note) and not last.judgements
         if asked:
@@ -351,13 +351,13 @@ class Walkthrough:
         challenge = self.challenge
         if challenge is None or challenge.custom_law:
             return None
-        finished, mixed = self.finished(simulation), self._watch.mixed
+        finished, mixed = self.finished(simulation), self.run_watch.mixed
         attempt = attempted(challenge, simulation, said, yours=self.yours, finished=finished, mixed=mixed)
         if attempt.passed and challenge.keep and person is not None:
             self.kept[challenge.keep] = person
         # A run that is checked twice is one attempt; other numbers are another one.
-        counted = self.lesson.id, self.step.id, self._watch.run, *said
-        self._judged = self._watch.run
+        counted = self.lesson.id, self.step.id, self.run_watch.run, *said
+        self._judged = self.run_watch.run
         again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
         if not again and not attempt.note and attempt.judgements and (value := attempt.judgements[0].value) is not None:
             tries, met = self.done.tries, attempt.judgements[0].passed
@@ -424,7 +424,7 @@ class Walkthrough:
         at, challenge = self.in_book(book), self.step.challenge
         # A law of one's own is tested, not the run.
         tested = challenge is not None and challenge.custom_law
-        stale = self.done.last is not None and not tested and 0 <= self._judged != self._watch.run
+        stale = self.done.last is not None and not tested and 0 <= self._judged != self.run_watch.run
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _ahead(self) -> tuple[Bookmark, Phase] | None:

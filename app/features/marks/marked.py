@@ -54,13 +54,13 @@ def marked(
         language: of the reasons.
     """
     marks = LawMarks()
-    why = fenced("app.features.marks.marked", [name, language], text, partial(_take, marks), limits, stopped)
+    why = fenced("app.features.marks.marked", [name, language], text, partial(take, marks), limits, stopped)
     if len(marks.verdicts) < len(TRIALS):
         marks.ended = why
     return marks
 
 
-def _take(marks: LawMarks, said: dict[str, Any]) -> None:
+def take(marks: LawMarks, said: dict[str, Any]) -> None:
     if "isolation" in said:
         marks.isolation = str(said["isolation"])
         return

@@ -77,8 +77,8 @@ class RecordWriter:
         self.path, self.problem, self.aside = path, "", ("", 0.0)
         self._retention, self._most_bytes, self._owned, self._clock = keep, most_bytes, owned, clock
         self._lock: StoreLock | None = None
-        self._file: StoreFile | None = None
-        self._waiting: dict[str, VisitorRecord] = {}
+        self.file: StoreFile | None = None
+        self.waiting: dict[str, VisitorRecord] = {}
         self._asked: list[tuple[str, Future[VisitorRecord | None]]] = []
         self._written: dict[str, _Written] = {}
         # Tabs that may have a record that could not be read: it is not overwritten.
@@ -97,7 +97,7 @@ class RecordWriter:
     def put(self, tab: str, record: VisitorRecord) -> None:
         """Queue a record, which is written instead of the tab's earlier one."""
         with self._guard:
-            remember(self._waiting, tab, record, MOST_WAITING if self.problem else inf)
+            remember(self.waiting, tab, record, MOST_WAITING if self.problem else inf)
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
         """Queue the reading of a tab's record; its result is None if there is none, or none that can be read."""
@@ -154,7 +154,7 @@ class RecordWriter:
             # Visitors who come back meanwhile are to find what they left.
             self._wait(error)
             return
-        found_open = self._file is not None and not self._file.is_replaced()
+        found_open = self.file is not None and not self.file.is_replaced()
         self._close_file()
         # A second fault so soon is not the old file's.
         if is_passing(error) or abs(self._clock() - self._replaced_at) < CLEANING:
@@ -184,25 +184,25 @@ class RecordWriter:
     def _open(self) -> None:
         if self._lock is None and self._owned:
             self._lock = StoreLock(self.path)
-        if self._file is not None and self._file.is_replaced():
+        if self.file is not None and self.file.is_replaced():
             # Another worker has found it damaged.
             self._close_file()
-        if self._file is None:
+        if self.file is None:
             with mending(self.path, fcntl.LOCK_SH):
-                self._file = StoreFile(self.path, self._most_bytes)
+                self.file = StoreFile(self.path, self._most_bytes)
             # By this process or another one.
             self.aside = last_aside(self.path)
-            self._file.clean(self._clock(), self._retention)
+            self.file.clean(self._clock(), self._retention)
 
     def _close_file(self) -> None:
         self._written.clear()
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        if self.file is not None:
+            self.file.close()
+            self.file = None
 
     def _write(self) -> None:
         with self._guard:
-            waiting, self._waiting = self._waiting, {}
+            waiting, self.waiting = self.waiting, {}
         try:
             self._open()
             news = {tab: new for tab, record in waiting.items() if (new := self._news(tab, record)) is not None}
@@ -211,7 +211,7 @@ class RecordWriter:
         except Exception:
             with self._guard:
                 # What has come meanwhile is newer.
-                self._waiting = {**waiting, **self._waiting}
+                self.waiting = {**waiting, **self.waiting}
             raise
         self._written |= {tab: written for tab, (_, written) in news.items()}
         if self.problem:
@@ -242,13 +242,13 @@ class RecordWriter:
     def _clean(self) -> None:
         now = self._clock()
         self._written = {tab: one for tab, one in self._written.items() if abs(now - one.saved) < 2.0 * CLEANING}
-        if self._file is not None:
-            for tab in self._file.clean(now, self._retention):
+        if self.file is not None:
+            for tab in self.file.clean(now, self._retention):
                 self._written.pop(tab, None)
 
     def _read(self, tab: str) -> VisitorRecord | None:
         with self._guard:
-            waiting = self._waiting.get(tab)
+            waiting = self.waiting.get(tab)
         if waiting is not None:
             return waiting
         try:
@@ -285,6 +285,6 @@ class RecordWriter:
 
     @property
     def _opened(self) -> StoreFile:
-        if self._file is None:
+        if self.file is None:
             raise OSError(self.problem)
-        return self._file
+        return self.file

@@ -62,17 +62,17 @@ class SessionStore(Parking):
         file: RecordWriter | None = None,
     ) -> None:
         super().__init__(clock)
-        self.keep, self._file = keep, file
+        self.keep, self.file = keep, file
         self._records: dict[str, tuple[VisitorRecord, float]] = {}
 
     @property
     def lasting(self) -> bool:
         """True if records outlive the server."""
-        return self._file is not None
+        return self.file is not None
 
     @property
     def state(self) -> StoreState:
-        file = self._file
+        file = self.file
         return StoreState(False, "", "") if file is None else StoreState(True, file.problem, file.aside[0])
 
     @property
@@ -83,22 +83,22 @@ class SessionStore(Parking):
     @property
     def trouble(self) -> tuple[str, str] | None:
         """Title and text, in English, of what visitors have to know now; None if all is well."""
-        if self._file is None:
+        if self.file is None:
             return None
-        lately = abs(time() - self._file.aside[1]) < AWAY
-        return _NOT_SAVED if self._file.problem else _DAMAGED if lately else None
+        lately = abs(time() - self.file.aside[1]) < AWAY
+        return _NOT_SAVED if self.file.problem else _DAMAGED if lately else None
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
         """True if what a tab comes back for is in this process, and nowhere else."""
-        return self._file is None and (tab_id(query) in self._records or super().alone_has(query))
+        return self.file is None and (tab_id(query) in self._records or super().alone_has(query))
 
     def save(self, record: VisitorRecord) -> None:
         """Keep a visitor's record instead of an earlier one."""
         tab = tab_id(record.query)
         if tab is None:
             return
-        if self._file is not None:
-            self._file.put(tab, record)
+        if self.file is not None:
+            self.file.put(tab, record)
             return
         self._records.pop(tab, None)
         self._records[tab] = record, self._clock()
@@ -106,12 +106,12 @@ class SessionStore(Parking):
 
     def save_named(self, name: str, record: VisitorRecord) -> None:
         """Keep a record of no tab, where records outlive the server. `name`: of the record, too short to be a tab's id."""
-        if self._file is not None:
-            self._file.put(name, record)
+        if self.file is not None:
+            self.file.put(name, record)
 
     def named(self, name: str) -> VisitorRecord | None:
         """Newest record of a name, see `save_named`; None if nothing was saved. Waits for the disk."""
-        return None if self._file is None else self._file.ask(name).result()
+        return None if self.file is None else self.file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
         """Find the record of a visitor by the query of the new link; None if there is no record, or if the live session waits for this
@@ -122,8 +122,8 @@ class SessionStore(Parking):
         tab = tab_id(query) or ""
         if self.awaits(query):
             return None
-        if tab and self._file is not None:
-            answer = self._file.ask(tab)
+        if tab and self.file is not None:
+            answer = self.file.ask(tab)
             while not wait((answer,), LOOK).done:
                 yield
             return answer.result()
@@ -150,8 +150,8 @@ class SessionStore(Parking):
     def close(self) -> None:
         """Close every session, and write what is not written yet."""
         super().close()
-        if self._file is not None:
-            self._file.close()
+        if self.file is not None:
+            self.file.close()
 
 
 def store_of(context: AppContext) -> SessionStore:

@@ -126,9 +126,9 @@ async def _greet(address: str) -> None:
 def _check(client: Any, address: str) -> None:
     """Compare the scheduler and all workers with this process."""
     try:
-        _compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
+        compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
     except ImportError as error:
-        _compare(f"scheduler {address}", environment(), error)
+        compare(f"scheduler {address}", environment(), error)
     try:
         client.wait_for_workers(1, timeout=JOINING)
     except TimeoutError:
@@ -136,10 +136,10 @@ def _check(client: Any, address: str) -> None:
     for worker, answer in client.run(environment, on_error="return").items():
         # That of a worker which is just leaving.
         if not isinstance(answer, OSError):
-            _compare(f"worker {worker}", environment(), answer)
+            compare(f"worker {worker}", environment(), answer)
 
 
-def _compare(place: str, here: Environment, there: Environment | Exception) -> None:
+def compare(place: str, here: Environment, there: Environment | Exception) -> None:
     if isinstance(there, Exception):
         raise BadSetting(f"The {place} has no Duet, or an older one ({first_line(there)}); {_SAME}") from None
     for name, version in here.items():
@@ -156,7 +156,7 @@ def _computed(client: Any, function: Callable[..., T], calls: Sequence[tuple[Any
         try:
             room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
             for index, arguments in islice(waiting, max(0, room)):
-                future = client.submit(_called_there, *sent_along, function, arguments, pure=False)
+                future = client.submit(called_there, *sent_along, function, arguments, pure=False)
                 under_way[future] = index
             if not under_way:
                 return
@@ -190,21 +190,21 @@ def _result(future: Any) -> Any:
 # --- on a worker ---------------------------------------------------------------------------------------------------------------
 
 
-def _called_there(wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+def called_there(wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
     with _one_at_a_time:
-        _compare("worker that has joined", wanted, environment())
+        compare("worker that has joined", wanted, environment())
         for robot in given[0].values():
             _check_files(robot)
         take_over(given)
         return function(*arguments)
 
 
-_checked: Final[set[str]] = set()
+checked: Final[set[str]] = set()
 """Keys of the robots that were found with the same files on this worker."""
 
 
 def _check_files(robot: GivenRobot) -> None:
     """Raise an error if a robot's files, which stay where they are, are missing or others on this worker; each robot once."""
-    if robot.key not in _checked:
+    if robot.key not in checked:
         robot.check_files()
-        _checked.add(robot.key)
+        checked.add(robot.key)

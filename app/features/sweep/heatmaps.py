@@ -17,7 +17,7 @@ from scenes.sweep import FIGURES, Axis, Grid, SweepFigures, is_scale
 MOST_PANELS: Final = 12
 MOST_LINES: Final = 8
 
-_SHOWN: Final = {
+SHOWN: Final = {
     "d_min": ("Smallest distance", r"$d_\mathrm{min}$", "mm", 1000.0),
     "e2_max": ("Largest squared error", r"$e^2_\mathrm{max}$", "", 1.0),
     "ddq_max": ("Largest joint acceleration", r"$\ddot q_\mathrm{max}$", "rad/s²", 1.0),
@@ -35,16 +35,16 @@ def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> lis
 
     Numbers come first on the axes, choices as lines or side by side. The line on a heat map is where d_min = d_m.
     """
-    plan = _Plan(grid, rows)
+    plan = HeatmapPlan(grid, rows)
     if len(plan.panels) > MOST_PANELS:
         return []
     import matplotlib
 
     drawn: list[Path] = []
-    for name in _SHOWN:
+    for name in SHOWN:
         # No date and a fixed salt: the same sweep, the same bytes.
         with matplotlib.rc_context({"svg.hashsalt": "duet", "font.size": 10.0}):
-            figure = _drawn(plan, name)
+            figure = heatmap_figure(plan, name)
             for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
                 path = folder / f"{name}.{form}"
                 with written(path, "out") as new:
@@ -53,7 +53,7 @@ def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> lis
     return drawn
 
 
-class _Plan:
+class HeatmapPlan:
     """Which axis goes where.
 
     Attributes:
@@ -78,11 +78,11 @@ class _Plan:
 
     def figure(self, name: str) -> Array:
         """Return a figure in the unit shown, of the grid's shape; nan where it is not finite."""
-        field = self._figures[name] * _SHOWN[name][3]
+        field = self._figures[name] * SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
     def named(self, name: str) -> str:
-        _, symbol, unit, _ = _SHOWN[name]
+        _, symbol, unit, _ = SHOWN[name]
         if not unit:
             units = {self.grid.at(point).experiment.error_unit for point in self.grid.points()}
             unit = " or ".join(sorted(units))
@@ -135,7 +135,7 @@ class _Plan:
         return ", ".join((*parts, f"{self.grid.seconds:g} s"))
 
 
-def _drawn(plan: _Plan, name: str) -> Any:
+def heatmap_figure(plan: HeatmapPlan, name: str) -> Any:
     from matplotlib.figure import Figure
 
     columns = min(len(plan.panels), 3)
@@ -146,7 +146,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
     for spare in flat[len(plan.panels) :]:
         spare.set_visible(False)
     used = flat[: len(plan.panels)]
-    what, symbol, *_ = _SHOWN[name]
+    what, symbol, *_ = SHOWN[name]
     if plan.y is None:
         _draw_lines(plan, name, figure, used)
     else:
@@ -166,7 +166,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
     return figure
 
 
-def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
+def _draw_heat(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patheffects import withStroke
 
@@ -197,7 +197,7 @@ def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
             )  # fmt: skip
 
 
-def _scale(plan: _Plan, name: str) -> tuple[Any, str]:
+def _scale(plan: HeatmapPlan, name: str) -> tuple[Any, str]:
     """Colour scale of a figure, from the palettes that are safe for colour-blind people."""
     from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 
@@ -214,7 +214,7 @@ def _scale(plan: _Plan, name: str) -> tuple[Any, str]:
     return Normalize(low, high if high > low else low + 1.0), "viridis"
 
 
-def _ticks(plan: _Plan, axis: Axis, scale: Any) -> None:
+def _ticks(plan: HeatmapPlan, axis: Axis, scale: Any) -> None:
     places = plan.places(axis)
     if not is_scale(axis):
         scale.set_ticks(places, [plan.shown(axis, i) for i in range(len(places))])
@@ -224,7 +224,7 @@ def _ticks(plan: _Plan, axis: Axis, scale: Any) -> None:
         scale.get_major_locator().set_params(integer=True)
 
 
-def _draw_lines(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
+def _draw_lines(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> None:
     whole, x = plan.figure(name), plan.places(plan.x)
     for panel, ax in zip(plan.panels, used, strict=True):
         for i, line in enumerate(plan.part(whole, panel)):

@@ -73,14 +73,14 @@ class WorkerGroup:
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
-        self._successor: tuple[int, WorkerProcess] | None = None
+        self.successor: tuple[int, WorkerProcess] | None = None
         self.places: asyncio.Future[int] = loop.create_future()
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
     def close(self, goes_on: bool = False) -> None:
         """Let the workers save everything, and end them. `goes_on`: see `Stop`."""
-        every = [*self.workers, *([] if self._successor is None else [self._successor[1]])]
+        every = [*self.workers, *([] if self.successor is None else [self.successor[1]])]
         for worker in every:
             worker.send(messages.Stop(goes_on))
             for connection in worker.waiting:
@@ -236,10 +236,10 @@ class WorkerGroup:
                 self.workers[index].send(content)
 
     def _ready(self, worker: WorkerProcess) -> None:
-        if self._successor is not None and worker is self._successor[1]:
+        if self.successor is not None and worker is self.successor[1]:
             # Its connections wait until the one before has saved everything.
             worker.has_started, worker.silent = True, 0
-            old = self.workers[self._successor[0]]
+            old = self.workers[self.successor[0]]
             old.ready = False
             old.send(messages.Stop())
             return
@@ -273,13 +273,13 @@ class WorkerGroup:
             return
         if worker not in self.workers:
             log.error("a new worker has ended with code %s; those that serve go on", code)
-            self._successor = None
+            self.successor = None
             self._to_renew.clear()
             return
         self._share_counts()
         index = self.workers.index(worker)
-        if self._successor is not None and self._successor[0] == index:
-            successor, self._successor = self._successor[1], None
+        if self.successor is not None and self.successor[0] == index:
+            successor, self.successor = self.successor[1], None
             self._put(index, successor)
             if successor.has_started:
                 self._serve(index)
@@ -292,7 +292,7 @@ class WorkerGroup:
 
     def renew(self) -> None:
         """Replace every worker, one after the other, by one that has loaded the program as it is now."""
-        begins = not self._to_renew and self._successor is None
+        begins = not self._to_renew and self.successor is None
         self._to_renew.extend(index for index in range(len(self.workers)) if index not in self._to_renew)
         if begins:
             log.info("all workers are replaced, one after the other")
@@ -313,7 +313,7 @@ class WorkerGroup:
         elif self.workers[index].process.returncode is None:
             # What comes after one that has ended loads the program as it is now.
             try:
-                self._successor = index, self._new(index)
+                self.successor = index, self._new(index)
             except OSError as error:
                 log.error("a worker cannot be replaced: %s", error)
                 self._to_renew.clear()
@@ -336,7 +336,7 @@ class WorkerGroup:
             if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
                 log.error("a worker draws nothing any more, and is ended")
                 worker.process.kill()
-        if self._successor is not None and not (new := self._successor[1]).has_started:
+        if self.successor is not None and not (new := self.successor[1]).has_started:
             new.silent += 1
             if new.silent > MOST_STARTING:
                 log.error("a new worker does not come to its start, and is ended")

@@ -29,14 +29,14 @@ class CurveControl:
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, label: str, spec: Spec, value: str) -> None:
-        self._key, self._session, self._trouble, self._known = spec.key, session, "", ""
-        self._board = DrawingBoard(gui, session.post, self._draw)
+        self._key, self._session, self._trouble, self.known = spec.key, session, "", ""
+        self._board = DrawingBoard(gui, session.post, self.draw)
         self._drawing: Drawing | None = None
-        self._drawn: Curve = ()
-        self.box = on_entry(gui.add_text(label, value, hint=tr(spec.help)), self._take)
-        self._note = gui.add_html("", visible=False)
+        self.drawn: Curve = ()
+        self.box = on_entry(gui.add_text(label, value, hint=tr(spec.help)), self.take)
+        self.note = gui.add_html("", visible=False)
 
-    def _take(self, text: str) -> None:
+    def take(self, text: str) -> None:
         try:
             curve, self._trouble = read_curve(text), ""
         except BadSetting as error:
@@ -44,29 +44,29 @@ class CurveControl:
         else:
             self._session.post(SetSetting(self._key, curve))
 
-    def _draw(self, place: Place, drawn: Curve) -> None:
+    def draw(self, place: Place, drawn: Curve) -> None:
         del place
         if self._drawing is not None:
-            self._drawn = drawn
+            self.drawn = drawn
         if self._drawing is not None and drawn:
-            self._known, self._trouble = law_curve(self._drawing, drawn), ""
-            self._session.post(SetSetting(self._key, self._known))
+            self.known, self._trouble = law_curve(self._drawing, drawn), ""
+            self._session.post(SetSetting(self._key, self.known))
 
     def show(self, settings: Settings, visible: bool) -> None:
         """Show the curve of the settings, unless it is the one that is being drawn or typed."""
         law = settings.run.law
         self.box.visible = visible
         self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None
-        if visible and law.curve != self._known:
-            self._known, self._trouble, curve = law.curve, "", curve_through(law.curve)
+        if visible and law.curve != self.known:
+            self.known, self._trouble, curve = law.curve, "", curve_through(law.curve)
             assert self._drawing is not None
-            self._drawn = tuple(curve.height(d) for d in self._drawing.columns)
-        self._board.show(("law", "curve"), self._drawing, self._drawn)
+            self.drawn = tuple(curve.height(d) for d in self._drawing.columns)
+        self._board.show(("law", "curve"), self._drawing, self.drawn)
         if visible and not self._trouble and _one_form(self.box.value) != law.curve:
             self.box.value = law.curve
-        words = self._trouble or ("" if self._drawn else N_("The last curve goes on until you draw another one."))
-        self._note.visible = visible and bool(words)
-        self._note.content = element("div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status")
+        words = self._trouble or ("" if self.drawn else N_("The last curve goes on until you draw another one."))
+        self.note.visible = visible and bool(words)
+        self.note.content = element("div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status")
 
 
 def _one_form(text: str) -> str:

@@ -141,7 +141,7 @@ def test_a_session_without_a_run_goes_on_by_button_and_by_key() -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
     run.enter("beliefs" + LAST, 9)
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     for key in (do.Press("run"), do.Press("next")):
         run.act(key)
         assert run.walk.phase is Phase.PREDICT and session.paused

@@ -38,7 +38,7 @@ def test_pictures(scene: str, details: Details) -> None:
     recorded, _ = piece(scene, 1.0)
     set_language("pseudo")
     with matplotlib.rc_context(STYLE):
-        figure = pictures._figure(recorded, 1.0, details, ())
+        figure = pictures.picture_figure(recorded, 1.0, details, ())
     found = [text.get_text() for text in figure.findobj(Text) if isinstance(text, Text)]
     assert any("⟦" in text for text in found)
     assert {text: left for text in found if (left := [w for w in untranslated(text) if w not in SYMBOLS])} == {}

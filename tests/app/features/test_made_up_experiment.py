@@ -19,7 +19,7 @@ from app.features.exports.plot_pictures import picture_bytes
 from app.features.exports.python_snippet import as_python
 from app.features.lessons.panel.lesson_keys import key_help
 from app.features.lessons.scripts import SCRIPTS
-from app.features.sweep.heatmaps import _Plan
+from app.features.sweep.heatmaps import HeatmapPlan
 from app.page.panels import contact_card
 from app.page.panels.hotkeys import help_html, hotkeys
 from app.page.panels.readout import status_html, tip_text
@@ -173,7 +173,7 @@ def test_exports_and_the_player_name_it(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_sweep_over_it_has_the_unit_of_its_error() -> None:
     grid = Grid(RunSettings(scene=NAME), (Axis("dm", (0.1, 0.15)),), 0.1)
-    table = _Plan(grid, {index: (0.1,) * len(FIGURES) for index in range(2)})
+    table = HeatmapPlan(grid, {index: (0.1,) * len(FIGURES) for index in range(2)})
     assert table.named("e2_max").endswith("[m²]")
 
 

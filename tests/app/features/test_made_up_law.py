@@ -207,7 +207,7 @@ def test_the_figures_draw_it() -> None:
     figure = laws_compared.sheet(2.0)
     whole, zoomed = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
     for curve in curves:
-        equal_safety._draw_curve(whole, zoomed, curve)
+        equal_safety.draw_curve(whole, zoomed, curve)
     assert zoomed.get_lines()[-1].get_label() == f"{SHORT}, over $k_r$"
 
 

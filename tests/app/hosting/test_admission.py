@@ -140,14 +140,14 @@ def test_a_robot_that_is_stored_is_not_fitted_again_and_is_the_same(store: Path)
 def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(preparation, "mesh_makers", lambda: [partial(preparation._furnish, "alone", True)])
     workers = Inline()
-    Preparation((), workers)._thread.join()
+    Preparation((), workers).thread.join()
     (job,) = workers.waiting()
     assert not list(store.iterdir()) and table_glb.cache_info().currsize == 0
     workers.work()
     assert job.state == "done" and [file.suffix for file in store.iterdir()] == [".bin"]
     # The worker has a memory of its own.
     table_glb.cache_clear()
-    Preparation((), workers)._thread.join()
+    Preparation((), workers).thread.join()
     assert len(workers.jobs) == 1 and table_glb.cache_info().currsize == 1
 
 

@@ -37,25 +37,25 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     session = park(LINK)
     now = AWAY
     claimed = parking.claim({**LINK, "window": "390x844"})
-    assert claimed is session and not parking._parked and parking.claim(LINK) is None
+    assert claimed is session and not parking.parked and parking.claim(LINK) is None
     session = park(LINK)
     now += AWAY + 0.1
     assert parking.claim(LINK) is None and session.closed, "too late"
     session = park(LINK)
     assert parking.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
-    assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not parking._parked, "no valid tab"
+    assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not parking.parked, "no valid tab"
     sessions = []
     for number in range(MOST_SESSIONS + 2):
         now += 1.0
         sessions.append(park({"resume": f"{number:016d}"}))
     assert [one.closed for one in sessions] == [True] * 2 + [False] * MOST_SESSIONS
     again = park({"resume": f"{5:016d}"})
-    assert sessions[5].closed and len(parking._parked) == MOST_SESSIONS
+    assert sessions[5].closed and len(parking.parked) == MOST_SESSIONS
     now += AWAY - 5.5
     parking.tidy()
     assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
     parking.close()
-    assert not parking._parked and again.closed and all(one.closed for one in sessions)
+    assert not parking.parked and again.closed and all(one.closed for one in sessions)
     assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
 
 

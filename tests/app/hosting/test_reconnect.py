@@ -96,7 +96,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     one.cut()
     one.come()
     assert one.session is not session and one.session.settings == changed(Settings(), "n", 9.0)
-    assert not opened.context.store._parked
+    assert not opened.context.store.parked
 
 
 def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
@@ -113,7 +113,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     assert all(after[key] == before[key] for key in ("settings", "state", "ghost"))
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-    assert not opened.context.store._parked  # what was left has gone on elsewhere
+    assert not opened.context.store.parked  # what was left has gone on elsewhere
     one.cut()
     one.come()
     assert one.remembered() == after

@@ -59,7 +59,7 @@ def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_
         ((number, again),) = live_sessions(opened).items()
         assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
         page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert not opened.context.store._parked
+    assert not opened.context.store.parked
 
     def goes_on(session: Session) -> bool:
         steps = session.simulation.steps

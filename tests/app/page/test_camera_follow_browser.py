@@ -16,7 +16,7 @@ from tests.scenes.helpers import place_of
 
 
 def camera_of(visitor: Visitor) -> CameraFollow:
-    return visitor.view._cameras[visitor.client.client_id]
+    return visitor.view.cameras[visitor.client.client_id]
 
 
 def left_alone(visitor: Visitor) -> bool:

@@ -106,21 +106,21 @@ def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn
 
     def says_something() -> bool:
         control.show(session.settings, True)
-        return control._note.visible
+        return control.note.visible
 
     assert not says_something()
-    control._take("no curve")
+    control.take("no curve")
     assert says_something()
     session.change("curve", "0.1:1,0.3:0")
     assert not says_something() and control.box.value == "0.1:1,0.3:0"
-    control._take("no curve")
+    control.take("no curve")
     assert says_something()
-    drawn = control._drawn
-    control._draw(("law", "curve"), drawn)
-    session.change("curve", control._known)
+    drawn = control.drawn
+    control.draw(("law", "curve"), drawn)
+    session.change("curve", control.known)
     assert not says_something()
     # An empty board changes no law, and says so.
-    control._draw(("law", "curve"), ())
-    assert says_something() and "The last curve goes on" in control._note.content
-    control._draw(("law", "curve"), drawn)
+    control.draw(("law", "curve"), ())
+    assert says_something() and "The last curve goes on" in control.note.content
+    control.draw(("law", "curve"), drawn)
     assert not says_something()

@@ -72,7 +72,7 @@ def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(hou
     """The camera looks past the arms, so that the closest pair is at an edge, or beyond it."""
     opened = house()
     guest = arrive(opened, "autopilot=0")
-    follow = visitor_of(opened).view._cameras[visitor_of(opened).client.client_id]
+    follow = visitor_of(opened).view.cameras[visitor_of(opened).client.client_id]
     rims = [name for name in drawn(guest.visitor) if "rim_around" in name]
     seen: set[bool] = set()
     for aside in (-2.5, -0.9, 0.0, 0.9, 2.5):

@@ -96,7 +96,7 @@ def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
 def write(visitor: BlockingClient, frames: bytes) -> None:
     opened = visitor.visitor._socket
     assert opened is not None
-    visitor._loop.call_soon_threadsafe(opened.transport.write, frames)
+    visitor.loop.call_soon_threadsafe(opened.transport.write, frames)
 
 
 _marks = itertools.count(1)

@@ -218,7 +218,7 @@ def test_a_message_may_come_in_pieces(room: Room, join: Join) -> None:
     raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}})
     opened = visitor.visitor._socket
     assert opened is not None
-    visitor._run(opened.send([raw[:1], raw[1:20], raw[20:]]))
+    visitor.run(opened.send([raw[:1], raw[1:20], raw[20:]]))
     roundtrip(visitor, room)
     assert room.values("d_m") == [0.25]
 

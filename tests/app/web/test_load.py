@@ -48,13 +48,13 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Start) -> N
         with BlockingClient(server.url, decode=False) as sleeper:
             sleeper.fall_asleep()
             witness.wait_for(lambda v: server.count_clients() == 2)
-            connections = [one for one in server._placed if isinstance(one, FilteredConnection)]
+            connections = [one for one in server.placed if isinstance(one, FilteredConnection)]
             noise = random.Random(1)
             texts = (noise.randbytes(200_000).hex() for _ in itertools.count())
 
             def gone(v: HeadlessClient) -> bool:
                 # Until the sleeper's buffers are full.
-                if not any(one._stalled for one in connections):
+                if not any(one.stalled for one in connections):
                     picture.content = next(texts)
                 return server.count_clients() == 1
 
@@ -85,7 +85,7 @@ def test_a_place_is_taken_with_the_first_message(start: Start) -> None:
             return opened.enter_context(BlockingClient(server.url, camera=False, query=f"resume={number:032d}"))
 
         first, second, third = map(silent, range(3))
-        third.wait_for(lambda _: len(server._holders) == 3)
+        third.wait_for(lambda _: len(server.holders) == 3)
         assert server.count_clients() == 0 and get(server.url)[0] == 200
         # The oldest of an address makes room.
         opened.enter_context(visiting(server))

@@ -59,11 +59,11 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(sta
     page.add_init_script(_IN_THE_BACKGROUND)
     page.goto(server.url)
     with BlockingClient(server.url) as program:
-        program.wait_for(lambda _: len(server._holders) == 2)
-        tab = next(one for one, holder in server._holders.items() if holder[0] == "tab")
+        program.wait_for(lambda _: len(server.holders) == 2)
+        tab = next(one for one, holder in server.holders.items() if holder[0] == "tab")
         assert isinstance(tab, FilteredConnection) and tab.request is not None
         program.wait_for(lambda _: tab.received)
-        assert server._holders[tab] == ("tab", tab_id(page_query(tab.request.path)))
+        assert server.holders[tab] == ("tab", tab_id(page_query(tab.request.path)))
         # viser itself does not know it yet.
         assert server.client_id(tab) not in server.get_clients()
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.web.pages import _LONGEST_PUSH, page_query
+from app.web.pages import LONGEST_PUSH, page_query
 from controllers.errors import BadInputFile, BadSetting
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import rerun
@@ -97,7 +97,7 @@ def test_a_forged_link_is_refused_like_a_forged_file() -> None:
     with pytest.raises(BadInputFile, match="longer than 3000 characters"):
         run_of_text("A" * (LONGEST_TEXT + 1))
     # A page names what it was sent too much of.
-    assert _LONGEST_PUSH == LONGEST_TEXT < len(page_query("/?push=" + "A" * 3900)["push"])
+    assert LONGEST_PUSH == LONGEST_TEXT < len(page_query("/?push=" + "A" * 3900)["push"])
 
 
 def test_what_does_not_fit_says_why() -> None:

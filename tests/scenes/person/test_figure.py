@@ -36,7 +36,7 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @cache
 def human() -> pin.Model:
-    return pin.buildModelFromUrdf(str(body._human_urdf()))
+    return pin.buildModelFromUrdf(str(body.human_urdf()))
 
 
 def model_points(angles: Array) -> Array:

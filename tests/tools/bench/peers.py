@@ -122,8 +122,8 @@ def measure_peers(steps: int) -> dict[str, Any]:
     }
     agreement = gate(baked, {name: next(iter(made.values()))(baked) for name, made in peers.items()})
     methods = {name: make(baked) for made in (METHODS, *peers.values()) for name, make in made.items()}
-    records = _interleaved(methods, baked)
-    figures = {name: _summary(record, baked) for name, record in records.items()}
+    records = interleaved(methods, baked)
+    figures = {name: summary(record, baked) for name, record in records.items()}
     for name, method in methods.items():
         figures[name]["unsolved"] = float(method.unsolved)
     fastest = figures["ours, single pair (paper)"]["median_us"]
@@ -150,7 +150,7 @@ class _Record:
     times: list[int]
 
 
-def _interleaved(methods: Mapping[str, Method], baked: Baked) -> dict[str, _Record]:
+def interleaved(methods: Mapping[str, Method], baked: Baked) -> dict[str, _Record]:
     shape = (baked.steps, baked.room.model.nv)
     records = {name: _Record(np.empty(shape), np.empty(shape), []) for name in methods}
     for first in range(0, baked.steps, BLOCK):
@@ -166,7 +166,7 @@ def _interleaved(methods: Mapping[str, Method], baked: Baked) -> dict[str, _Reco
     return records
 
 
-def _summary(record: _Record, baked: Baked) -> dict[str, float]:
+def summary(record: _Record, baked: Baked) -> dict[str, float]:
     off = float(np.abs(record.positions[:, baked.guided] - baked.guided_positions).max())
     if off > AGREEMENT:
         raise DuetError(f"Peers: the obstacle was {off:.1e} rad off; all methods must have the same one.")

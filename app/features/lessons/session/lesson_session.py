@@ -65,7 +65,7 @@ class LessonSession(SessionPart):
     def __init__(self, session: Session, book: LessonBook = NO_LESSONS) -> None:
         super().__init__(session)
         self.version = 0
-        self._session = session
+        self.session = session
         self._recordings: Mapping[str, Recorded] = {}
         self._errors = ThrottledLog(log)
         self.english = book
@@ -81,12 +81,12 @@ class LessonSession(SessionPart):
         self._reopened: SavedLesson | None = None
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._walk: Walkthrough | None = None
-        self._own = self._session.settings
+        self._own = self.session.settings
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
         self._stood = ("", 0)
         """Lesson and step where the visitor was last, of those that are open."""
-        self._runner = StepRunner(self._session)
+        self.runner = StepRunner(self.session)
         self._waiting: lesson_actions.LessonAction | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -105,16 +105,16 @@ class LessonSession(SessionPart):
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
         """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
         if not self.book.lessons:
-            self._session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
+            self.session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
             return
         self.listing = False
         try:
             if lesson is not None:
                 self.walk.go(lesson, step)
         except BadSetting as error:
-            self._session.notify("This step is not there", str(error))
+            self.session.notify("This step is not there", str(error))
         if not self.open:
-            self._own = self._session.settings
+            self._own = self.session.settings
             self.open = True
         self._run_id = -1
         self._guarded(self._follow)
@@ -127,15 +127,15 @@ class LessonSession(SessionPart):
             return
         self._waiting = None
         try:
-            let_custom_law_run(self._session, True)
-            self._session.hand.set_source(None)
-            self._runner.apply(with_look(self._own, self._session))
-            self._session.reset()
+            let_custom_law_run(self.session, True)
+            self.session.hand.set_source(None)
+            self.runner.apply(with_look(self._own, self.session))
+            self.session.reset()
         finally:
-            self._session.control.halt.go_on()
-            self._session.hand.on_grid = self._session.ghost_run.hidden = False
-            self._session.control.frame_ends_at = 0.0
-            self._session.player.leave()
+            self.session.control.halt.go_on()
+            self.session.hand.on_grid = self.session.ghost_run.hidden = False
+            self.session.control.frame_ends_at = 0.0
+            self.session.player.leave()
             self.open = False
             self.version += 1
 
@@ -182,7 +182,7 @@ class LessonSession(SessionPart):
         """What outlives a connection; None if no lesson was ever opened."""
         if self._walk is None:
             return self.left
-        settings, open_now = self._session.settings, self.open
+        settings, open_now = self.session.settings, self.open
         said = {step: tuple(numbers) for step, numbers in self._said.items()}
         return SavedLesson(
             self._walk.to_json(),
@@ -201,14 +201,14 @@ class LessonSession(SessionPart):
             return
         self.left = None
         self._walk = Walkthrough(self.book, saved.progress, saved.kept)
-        self._runner.seen = dict(saved.seen)
+        self.runner.seen = dict(saved.seen)
         self._said = {step: list(numbers) for step, numbers in saved.said.items()}
         if saved.open and reopen:
             self._reopened = saved
             self.enter()
             self._own = saved.own
             if saved.now is not None:
-                self._runner.apply(with_look(saved.now, self._session))
+                self.runner.apply(with_look(saved.now, self.session))
 
     @property
     def history(self) -> float | None:
@@ -236,7 +236,7 @@ class LessonSession(SessionPart):
         """True while a question waits for its answer or for the first step of its run: no page may say what the law does."""
         if not self.open or self.walk.step.question is None:
             return self.locked
-        waits = self.walk.phase is Phase.DO and self._session.simulation.steps == 0
+        waits = self.walk.phase is Phase.DO and self.session.simulation.steps == 0
         return self.locked or waits
 
     @property
@@ -247,7 +247,7 @@ class LessonSession(SessionPart):
     @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
         """Return the runs in which the visitor saw what came of a step, by lesson and step."""
-        return self._runner.seen
+        return self.runner.seen
 
     @property
     def hands_off(self) -> bool:
@@ -260,7 +260,7 @@ class LessonSession(SessionPart):
         walk = self.walk
         if walk.pushes:
             return walk.run_id == self._measured
-        return walk.ends and walk.finished(self._session.simulation)
+        return walk.ends and walk.finished(self.session.simulation)
 
     @property
     def computing(self) -> bool:
@@ -296,14 +296,14 @@ class LessonSession(SessionPart):
         try:
             what()
         except DuetError as error:
-            self._session.notify("This is not possible here", str(error))
+            self.session.notify("This is not possible here", str(error))
         except Exception:
             log.exception("an action of a lesson failed and was left out")
-            self._session.notify("Something went wrong", "It was left out. Reset restarts the step.")
+            self.session.notify("Something went wrong", "It was left out. Reset restarts the step.")
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
-        walk, session = self.walk, self._session
-        if action in (lesson_actions.Press("next"), lesson_actions.Press("check")) and not self._runner.further.done():
+        walk, session = self.walk, self.session
+        if action in (lesson_actions.Press("next"), lesson_actions.Press("check")) and not self.runner.further.done():
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.control.halt
@@ -321,7 +321,7 @@ class LessonSession(SessionPart):
                 walk.go(*self._place(action))
             case lesson_actions.Press("next"):
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
-                    self._runner.observe(walk)
+                    self.runner.observe(walk)
                 if not self._fast_forwards():
                     walk.next()
             case lesson_actions.Press("back"):
@@ -341,9 +341,9 @@ class LessonSession(SessionPart):
             case lesson_actions.Press("hint"):
                 walk.hint()
             case lesson_actions.Press("check") if walk.pushes and self._taken is None:
-                self._session.notify("Push first", "Take the hand and push it at the other one.")
+                self.session.notify("Push first", "Take the hand and push it at the other one.")
             case lesson_actions.Press("check"):
-                self._runner.check(walk, self.said)
+                self.runner.check(walk, self.said)
                 if walk.pushes:
                     self._measured = walk.run_id
                     session.control.halt.set("lesson")
@@ -364,7 +364,7 @@ class LessonSession(SessionPart):
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
-        walk, session = self.walk, self._session
+        walk, session = self.walk, self.session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         over = walk.run_id == self._measured or walk.finished(session.simulation)
         possible = bool(to_measure) and not (walk.yours or over or "teacher" in session.control.halt)
@@ -373,12 +373,12 @@ class LessonSession(SessionPart):
         return possible
 
     def _run(self) -> None:
-        walk, session = self.walk, self._session
+        walk, session = self.walk, self.session
         if walk.step.concept:
             walk.next()
             return
         if walk.locked and not walk.done.predicted:
-            self._session.notify("Predict first", "Choose an answer; then the run is free.")
+            self.session.notify("Predict first", "Choose an answer; then the run is free.")
             return
         if walk.locked:
             walk.next()
@@ -410,17 +410,17 @@ class LessonSession(SessionPart):
 
     def _stop_trouble(self, text: str) -> None:
         run_id = self.walk.run_id
-        self._session.control.halt.set("lesson")
+        self.session.control.halt.set("lesson")
         self._measured = run_id
         if self._reported_run == run_id:
             # Said once for a run, not once for a frame.
             return
         self._reported_run = run_id
-        self._session.notify("The lesson stopped here", text)
+        self.session.notify("The lesson stopped here", text)
         self.version += 1
 
     def _decide(self) -> None:
-        walk, session = self.walk, self._session
+        walk, session = self.walk, self.session
         if self._left_pace():
             self._follow()
         note = deviation_from_lesson(session, walk)
@@ -436,9 +436,9 @@ class LessonSession(SessionPart):
             self.version += 1
         if self._taken is None and session.held is not None:
             self._taken = simulation.time
-        if self._runner.advance_law_tests(walk):
+        if self.runner.advance_law_tests(walk):
             self.version += 1
-        if self._waiting is not None and self._runner.further.done():
+        if self._waiting is not None and self.runner.further.done():
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
@@ -450,22 +450,22 @@ class LessonSession(SessionPart):
             self._measured = walk.run_id
             self._show_moment()
             return
-        if not self._runner.further.done():
+        if not self.runner.further.done():
             return
         self._measured = walk.run_id
         if walk.challenge is None:
             if walk.step.measurements:
-                self._runner.observe(walk)
+                self.runner.observe(walk)
             elif not walk.yours:
                 walk.next()
         elif walk.ends and walk.challenge.criteria:
-            self._runner.check(walk, self.said)
+            self.runner.check(walk, self.said)
         self._follow()
         self._show_moment()
 
     def _push_goes_on(self) -> bool:
         """True if a push of a duel goes on: its time begins as the hand is taken. A hand that is left alone begins again."""
-        simulation, seconds = self._session.simulation, self.walk.setup.seconds
+        simulation, seconds = self.session.simulation, self.walk.setup.seconds
         if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
             self._begin(True)
         return self.walk.pushes and (self._taken is None or simulation.time < self._taken + seconds)
@@ -477,21 +477,21 @@ class LessonSession(SessionPart):
             self._stood = here
             return False
         walk.go(*(self._stood if pace.allows(*self._stood) else (pace.lesson, pace.nearest(*here))))
-        self._session.notify("Your teacher has not opened this step", pace.words)
+        self.session.notify("Your teacher has not opened this step", pace.words)
         return True
 
     def _show_moment(self) -> None:
         """Have the picture of a run that is measured stand at the moment that its step is about."""
         walk = self.walk
-        if walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
-            self._session.player.review(mark.time, mark)
-            self._session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self._session.settings.run.dt)
+        if walk.run_id == self._measured and (mark := walk.decisive(self.session.simulation)) is not None:
+            self.session.player.review(mark.time, mark)
+            self.session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self.session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
         """Change settings of the present run as a link asks for."""
         for key, value in query.items():
             if key in specs(RunSettings):
-                self._guarded(lambda key=key, value=value: self._session.change(key, value))
+                self._guarded(lambda key=key, value=value: self.session.change(key, value))
 
     def _follow(self) -> None:
         """Begin the run that the step asks for, if it is another than before."""
@@ -504,8 +504,8 @@ class LessonSession(SessionPart):
     def _begin(self, own_settings: bool = False) -> None:
         walk = self.walk
         self._run_id, self._measured, self._taken = walk.run_id, -1, None
-        self._runner.begin(walk, own_settings)
-        self._session.player.leave()
+        self.runner.begin(walk, own_settings)
+        self.session.player.leave()
         self.version += 1
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
@@ -513,7 +513,7 @@ class LessonSession(SessionPart):
     def link(self, query: dict[str, str]) -> dict[str, str]:
         if not self.open:
             return query
-        query = to_query(self._session.settings, self.walk.setup.settings(Settings()))
+        query = to_query(self.session.settings, self.walk.setup.settings(Settings()))
         query = {key: text for key, text in query.items() if key not in OF_STEPS}
         return {"lesson": self.walk.lesson.id, "step": str(self.walk.lesson.steps.index(self.walk.step) + 1), **query}
 
@@ -538,7 +538,7 @@ class LessonSession(SessionPart):
     @property
     def own_tests(self) -> ExaminationProgress | None:
         """Progress of the custom law's tests; None where the step does not ask for one."""
-        return tests_of(self._session) if self.open and asks_for_custom_law(self.walk) else None
+        return tests_of(self.session) if self.open and asks_for_custom_law(self.walk) else None
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown.

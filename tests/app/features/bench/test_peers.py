@@ -108,12 +108,12 @@ def test_ours_is_the_run_bit_for_bit(pairs: str) -> None:
     settings = changed(POSE, "pairs", pairs)
     done = run(settings, 1000 * settings.dt)
     hold = bake(POSE, 1000)
-    record = peers._interleaved({"ours": Ours(hold, pairs=pairs)}, hold)["ours"]
+    record = peers.interleaved({"ours": Ours(hold, pairs=pairs)}, hold)["ours"]
     history = done.simulation.history
     assert np.array_equal(record.positions, history.positions(done.table))
     assert np.array_equal(record.velocities, history.velocities(done.table))
     assert np.abs(record.velocities[:, hold.avoiding]).max() > 0.05
-    summary = peers._summary(record, hold)
+    summary = peers.summary(record, hold)
     for name in ("d_min", "share_below", "e2_max", "ddq_max"):
         assert summary[name] == pytest.approx(getattr(done.summary, name), rel=1e-12, abs=1e-15), name
 

@@ -48,7 +48,7 @@ def hangs(session: Session) -> bool:
 
 
 def patient(session: Session, limit: float = 60.0) -> None:
-    law = student_law(session)._law
+    law = student_law(session).law
     assert isinstance(law, CustomLaw)
     law.limits = replace(law.limits, call=limit)
 
@@ -129,7 +129,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
             assert sum(in_vain) <= MOST
         in_vain.clear()
         session.advance(FRAME)
-        law = student_law(session)._law
+        law = student_law(session).law
         assert isinstance(law, CustomLaw)
         assert np.isnan(law.line_rates(np.linspace(0.0, 0.6, 50), 0.1, 0.0, 1.0)).all()
         assert in_vain and sum(in_vain) == 0.0
@@ -179,7 +179,7 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
     write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
     with session_of(file) as session:
-        law = student_law(session)._law
+        law = student_law(session).law
         assert isinstance(law, CustomLaw)
         distances = np.array([0.0, 0.1, 0.3])
         assert np.isnan(law.activations(distances)).all()
@@ -192,7 +192,7 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = SimpleNamespace(now=0.0, used=0.0, wants=True, without_core=0.0)
     monkeypatch.setattr(law_limits.time, "monotonic", lambda: machine.now)
     monkeypatch.setattr(law_limits, "processor_time", lambda process: machine.used)
-    monkeypatch.setattr(law_limits, "_wants_a_core", lambda process: machine.wants)
+    monkeypatch.setattr(law_limits, "wants_a_core", lambda process: machine.wants)
     monkeypatch.setattr(law_limits, "without_core", lambda process: machine.without_core)
     # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
@@ -226,6 +226,6 @@ def test_this_process_by_its_own_number() -> None:
     sum(range(1_000_000))
     after = law_limits.processor_time(os.getpid())
     assert after is not None and after > before
-    assert law_limits._wants_a_core(os.getpid())
+    assert law_limits.wants_a_core(os.getpid())
     gone = 2**22 + 1
-    assert law_limits.processor_time(gone) is None and not law_limits._wants_a_core(gone)
+    assert law_limits.processor_time(gone) is None and not law_limits.wants_a_core(gone)

@@ -50,7 +50,7 @@ def kept(queue: ExportQueue, background: Inline) -> File:
     queue.ask("run", KEEP)
     background.work()
     queue.player.advance(0.0)
-    assert not queue._session.notices
+    assert not queue.session.notices
     (file,) = queue.take_files()
     return file
 
@@ -90,8 +90,8 @@ def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(file: Path, case
     for _ in range(2):
         background.work()
         queue.player.advance(0.0)
-    (news,) = queue._session.notices
-    queue._session.notices.clear()
+    (news,) = queue.session.notices
+    queue.session.notices.clear()
     said = f"The run was made with my_law.py (SHA-256 {digest[:12]}…) and is replayed, not computed again."
     assert news == ("Loaded: the same run", f"{saved.name}: {said}")
     replay = queue.player.replay
@@ -144,9 +144,9 @@ def test_what_needs_the_law_again_is_refused(made: tuple[Recorded, Array]) -> No
     for _ in range(2):
         background.work()
         queue.player.advance(0.0)
-    queue._session.notices.clear()
+    queue.session.notices.clear()
     queue.ask("python", 1.0)
-    ((_, news),) = queue._session.notices
+    ((_, news),) = queue.session.notices
     assert "my_law.py runs in its own process" in news and not background.waiting()
 
 

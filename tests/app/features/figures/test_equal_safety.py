@@ -56,7 +56,7 @@ def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> 
     """A law that keeps it for the easy person only is not better for that."""
     prices = [price(0, 0.1, 0.3, 0.5), price(1, np.nan, 0.2, 0.4), price(2, 0.01, 0.4, np.nan)]
     assert equal_safety.common(prices).tolist() == [False, True, False] and equal_safety.common([]).size == 0
-    table, sentence, *_ = equal_safety._found([p.curve for p in prices], prices, RunSettings())
+    table, sentence, *_ = equal_safety.findings([p.curve for p in prices], prices, RunSettings())
     means = [float(line.split("|")[3].split("(")[0]) for line in table.splitlines()[2:]]
     assert means == [0.2, 0.3, 0.4] and "of the 1 for whom every law" in sentence
 
@@ -82,7 +82,7 @@ def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])
 def test_the_report_says_where_a_rival_is_better_and_its_price(ratio: float, words: str) -> None:
     fed = next(i for i, knob in enumerate(knobs()) if knob.law == "barrier_qp" and knob.setting.feed_forward)
-    said = equal_safety._verdict(price(0, 0.1, np.nan), price(fed, 0.1 * ratio, np.nan, growth=1.0))
+    said = equal_safety.verdict(price(0, 0.1, np.nan), price(fed, 0.1 * ratio, np.nan, growth=1.0))
     assert words in said and f"{ratio:.2f} times" in said and "of 1 persons" in said
     assert "needs the obstacle's speed w" in said and "q̇ jumps" in said
 
@@ -111,9 +111,9 @@ def test_the_frames_of_the_film_differ() -> None:
     run, _ = imitation_run(PLAN)
 
     def least(rows: list[int]) -> float:
-        places = fig8_film._places(run, run.table[rows])
+        places = fig8_film.marker_places(run, run.table[rows])
         return float((np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * len(rows))).min())
 
-    picked = fig8_film._moments(run)
+    picked = fig8_film.moments_of(run)
     assert len(set(picked)) == fig8_film.FRAMES and picked == sorted(picked)
     assert least(picked) > 1.5 * least(np.linspace(0, len(run.table) - 1, fig8_film.FRAMES).astype(int).tolist())

@@ -126,10 +126,10 @@ def run() -> LessonSession:
     run = LessonSession(Session(Settings()), BOOK)
     run.enter(0)
     run.act(Choose(3))
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     run.act(Press("run"))
     while run.walk.phase is Phase.DO:
-        run._session.advance(0.05)
+        run.session.advance(0.05)
         run.decide()
     run.walk.write(f"I did not expect that.\n{NASTY}")
     run.walk.give_reason(f"no joint is locked {NASTY}", "redundancy", "freedom")
@@ -212,10 +212,10 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
 
 def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
-    queue = ExportQueue(run._session, ReplayPlayer(run._session, background, run._session.wake))
-    ask_report(queue, run._session, ())
-    assert [title for title, _ in run._session.notices] == ["There is nothing to report yet"] and not background.waiting()
-    ask_report(queue, run._session, steps_of(run))
+    queue = ExportQueue(run.session, ReplayPlayer(run.session, background, run.session.wake))
+    ask_report(queue, run.session, ())
+    assert [title for title, _ in run.session.notices] == ["There is nothing to report yet"] and not background.waiting()
+    ask_report(queue, run.session, steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()
     # It goes to another process, with what was written until now.

@@ -205,7 +205,7 @@ def invite(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
         for page in (teacher, bo):
             page.locator("#duet-overlay section").wait_for(state="detached")
         # The key takes it away as long as the panel has not shown that it is away.
-        until(teacher, lambda: not (host.control.presenter.inviting or panel._inviting), "away for all", WAIT)
+        until(teacher, lambda: not (host.control.presenter.inviting or panel.inviting), "away for all", WAIT)
         if away != "Alt+Shift+J":
             on_stage(teacher, "Alt+Shift+J")
             assert bo.locator("#duet-overlay section").count() == 0

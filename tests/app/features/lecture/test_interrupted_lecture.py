@@ -70,13 +70,13 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     assert not lecture_of(ended).lessons.open and not lecture_of(ended).classroom.ballots.rounds
     # Its counts and what was handed in are offered to the teacher with the key, also after a lecture in which nothing happened.
     for _ in range(2):
-        empty, left = lecture_of(ended)._summaries()
+        empty, left = lecture_of(ended).summaries()
         assert empty.empty and left is not None and [one.name for one in left.hand_ins] == ["Ann"]
         assert [tally.counts[:2] for tally in left.asked[0].rounds] == [(1, 0), (0, 1)] and STUDENT not in str(left)
         ended.close()
         ended = house(lecture=True, store=path, key="chalk")
     ended.close()
-    assert lecture_of(house(lecture=True, store=path))._summaries()[1] is None, "a lecture without a key"
+    assert lecture_of(house(lecture=True, store=path)).summaries()[1] is None, "a lecture without a key"
     # As a killed server leaves it.
     store = SessionStore(file=RecordWriter(saved, 3600.0, 10**8))
     assert record is not None
@@ -90,7 +90,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     assert kept.rounds == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
     # A student who is back first does not lead.
-    assert not again._leader.admits(1, {"resume": STUDENT}) and again._leader.admits(2, {"resume": TEACHER})
+    assert not again.leader.admits(1, {"resume": STUDENT}) and again.leader.admits(2, {"resume": TEACHER})
 
 
 def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
@@ -159,7 +159,7 @@ def test_a_store_of_the_release_before_is_read_whole_and_goes_on(house: OpenHous
     assert again.classroom.ballots.rounds_of(FREEDOM)[-1] == room.ballots[FREEDOM] and again.classroom.free
     assert again.classroom.board.names == room.names and again.classroom.places.groups == room.groups
     assert again.classroom.pace == room.pace and again.classroom.work.nearest == room.nearest
-    assert again._summaries()[1] is not None
+    assert again.summaries()[1] is not None
 
 
 def test_a_part_that_cannot_be_read_costs_the_rest_of_a_record_nothing(caplog: pytest.LogCaptureFixture) -> None:

@@ -207,7 +207,7 @@ def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: O
     click(late, "2 ")
     late.close()
     sees(teacher, "2 answered · 0 not yet", "votes without a page: 4")
-    assert ask(host.session, lambda _: host._summaries()[0].asked[0].rounds[0].counts[:2]) == (2, 0)
+    assert ask(host.session, lambda _: host.summaries()[0].asked[0].rounds[0].counts[:2]) == (2, 0)
     click(teacher, "Count votes without a page")
     sees(teacher, "6 answered · 0 not yet")
     click(teacher, "Leave out votes without a page")

@@ -90,7 +90,7 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
 def test_the_teacher_s_page_says_once_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path) -> None:
     opened = house(store=tmp_path / "store", lecture=True)
     store = store_of(opened.context)
-    assert store._file is not None and store._file._file is not None
+    assert store.file is not None and store.file.file is not None
     visitor = join(opened, f"resume={WORD}")
     visitor.wait_for(lambda _: lecture_of(opened).controls.operator is not None, 60.0)
     assert not any("damaged" in note for note in notes(visitor))

@@ -274,7 +274,7 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
     assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
     open_link(run, {"lesson": "1", "step": "77"}, None)
-    assert run._session.notices
+    assert run.session.notices
 
 
 def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:

@@ -56,10 +56,10 @@ class Student:
         self.run_out()
 
     def run_out(self) -> None:
-        self.run._runner.further.result(60.0)
+        self.run.runner.further.result(60.0)
         session, run = self.session, self.run
         self.frames_until(
-            lambda: session.paused and not run.computing and (run._runner.further.done() or session.simulation.steps == 0)
+            lambda: session.paused and not run.computing and (run.runner.further.done() or session.simulation.steps == 0)
         )
         self.run.decide()
 
@@ -166,7 +166,7 @@ def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
     # Frames that do not come out even at the end of the run.
     one.frames_until(lambda: session.simulation.steps > 0 and session.paused, 0.047)
     assert session.simulation.time == pytest.approx(run.walk.setup.seconds, abs=1e-6)
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     run.decide()
     assert run.walk.done.outcome is not None
     (measured,) = run.walk.done.outcome.known(run.walk.step)["switches"]
@@ -184,7 +184,7 @@ def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool
     one = Student()
     session, run = one.session, one.run
     run.act(do.Choose(1))
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     if halted:
         session.control.halt.set("teacher")
     run.act(do.Press("next"))
@@ -289,7 +289,7 @@ fails = ["near"]
     run.act(do.SayNumber(here[0], "another", 0, 7.0))
     assert run.said == []
     run.act(do.SayNumber(*here, 0, 1.0))
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     run.act(do.Press("check"))
     said = run.walk.done.last
     assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
@@ -324,8 +324,8 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     # A hand that is left alone costs no push, and a run that waits begins again.
     run.act(do.Press("check"))
     assert session.notices.pop()[0] == "Push first" and not run.walk.done.tries and run.walk.nearest is None
-    before = run.walk._watch.run
-    one.frames_until(lambda: run.walk._watch.run > before, 1.0)
+    before = run.walk.run_watch.run
+    one.frames_until(lambda: run.walk.run_watch.run > before, 1.0)
     assert not run.over and not session.paused and not run.walk.done.tries
     speeds = (0.15, 0.25, 0.2, 0.1, 0.15, 0.4)
     tables: list[np.ndarray] = []
@@ -460,7 +460,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     for _ in range(20):
         if run.walk.locked:
             run.act(do.Choose(0))
-        run._runner.further.result(60.0)
+        run.runner.further.result(60.0)
         run.act(do.Press("next"))
         student.frame(0.03)
     assert run.walk.step is not here or (last and run.walk.phase is run.walk.phases[-1]), "next gets on"
@@ -472,7 +472,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     assert run.walk.phase is Phase.DO
     student.session.change("speed", 2.0)
     student.session.control.halt.go_on()
-    run._runner.further.result(60.0)
+    run.runner.further.result(60.0)
     student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
     assert not [record for record in caplog.records if record.exc_info], caplog.text
 

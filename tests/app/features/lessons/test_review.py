@@ -50,7 +50,7 @@ class Watched:
         self.lessons.enter(lesson, step)
         self.lessons.act(do.Choose(0))
         self.lessons.act(do.Press("run"))
-        self.lessons._runner.further.result(60.0)
+        self.lessons.runner.further.result(60.0)
         frames: list[Frame] = []
         while self.lessons.walk.phase is not Phase.OBSERVE:
             frames.append(self.frame())
@@ -89,7 +89,7 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
     watched.observe(5, 0)
     watched.lessons.act(do.Press("why"))
     assert watched.lessons.walk.showing
-    watched.lessons._runner.further.result(60.0)
+    watched.lessons.runner.further.result(60.0)
     while not watched.player.reviewing:
         watched.frame()
     frame, ghost = watched.frame(), watched.session.ghost

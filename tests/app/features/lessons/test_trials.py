@@ -83,7 +83,7 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
         assert run.own_tests == ExaminationProgress("my_law.py")
 
         def check() -> None:
-            until(lambda: run._runner.further.done())
+            until(lambda: run.runner.further.done())
             run.act(Press("check"))
             for name in NAMES:
                 background.work(name)
@@ -91,7 +91,7 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
                 run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
-        until(lambda: run._runner.further.done())
+        until(lambda: run.runner.further.done())
         run.act(Press("check"))
         check()
         assert run.walk.done.attempts == 1 and not run.walk.done.passed

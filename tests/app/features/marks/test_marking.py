@@ -30,7 +30,7 @@ from app.features.lessons.loading import load_lessons
 from app.features.lessons.progress import StepProgress
 from app.features.marks.fence import FenceLimits
 from app.features.marks.graded_file import REPORT
-from app.features.marks.marked import LawMarks, _take, marked
+from app.features.marks.marked import LawMarks, marked, take
 from app.i18n.catalogue import words_of
 from app.plots.curve_chart import COLUMNS
 from controllers.errors import LazyText
@@ -270,7 +270,7 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
         marks = LawMarks()
         said = {"name": "smooth", "passed": False, "reason": "no", "as_template": True, "curve": good | change}
         with suppress(ValueError):
-            _take(marks, said)
+            take(marks, said)
         (verdict,) = marks.verdicts.values()
         assert (verdict.name, verdict.passed, verdict.reason) == ("smooth", False, "no") and marks.as_template
         assert (verdict.curve is not None) is (change == {})

@@ -98,9 +98,9 @@ def test_only_what_is_new_is_written_and_what_is_over_is_deleted(tmp_path: Path,
     def save() -> Change | None:
         writes.clear()
         store.save(record_of(session, 1))
-        assert store._file is not None
+        assert store.file is not None
         # A question is answered after the writing of its turn; the tab's own would make what was read the newest.
-        while store._file._waiting:
+        while store.file.waiting:
             find(store, {"resume": tab(2)})
         find(store, {"resume": tab(2)})
         return writes[0] if writes else None
@@ -292,9 +292,9 @@ def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
             find(store, {"resume": tab(9)})
 
     store.save(small(3))
-    wait(lambda: not writer._waiting)
-    assert writer._file is not None
-    file = writer._file.connection
+    wait(lambda: not writer.waiting)
+    assert writer.file is not None
+    file = writer.file.connection
     file.execute("PRAGMA max_page_count = 1")
     with caplog.at_level(logging.INFO):
         store.save(record_of(session, 1))

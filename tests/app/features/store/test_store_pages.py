@@ -40,14 +40,14 @@ def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
     monkeypatch.setattr(visitor_module, "SAVING", 0.1)
     opened = house(features=kept_in(tmp_path / "store"))
     store = store_of(opened.context)
-    assert store._file is not None and store._file._file is not None
+    assert store.file is not None and store.file.file is not None
     visitor = join(opened, f"resume={WORD}")
     visitor.wait_for(lambda _: live_sessions(opened), 60.0)
     (session,) = live_sessions(opened).values()
-    file = store._file._file
+    file = store.file.file
     file.connection.execute("PRAGMA max_page_count = 1")
     visitor.wait_for(lambda v: any("disk" in note for note in notes(v)), 60.0)
-    assert store._file._file is file, "it is still read"
+    assert store.file.file is file, "it is still read"
     file.connection.execute("PRAGMA max_page_count = 1000000")
     steps = session.simulation.steps
     visitor.wait_for(lambda _: not store.state.problem and session.simulation.steps > steps + 100, 60.0)
@@ -57,7 +57,7 @@ def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
 def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path) -> None:
     opened = house(features=kept_in(tmp_path / "store"))
     store = store_of(opened.context)
-    assert store._file is not None and store._file._file is not None
+    assert store.file is not None and store.file.file is not None
     visitor = join(opened, f"resume={WORD}")
     assert not any("damaged" in note for note in notes(visitor))
     with closing(sqlite3.connect(tmp_path / "store", timeout=60.0)) as file:

@@ -177,7 +177,7 @@ def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.Monke
 
 def test_a_library_of_another_version_is_named() -> None:
     with pytest.raises(BadSetting, match=r"The worker W has coal 0\.0, and this computer \d.*: install the same"):
-        dask_cluster._compare("worker W", environment(), environment() | {"coal": "0.0"})
+        dask_cluster.compare("worker W", environment(), environment() | {"coal": "0.0"})
 
 
 def test_a_worker_with_other_meshes_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, registry: None) -> None:
@@ -185,15 +185,15 @@ def test_a_worker_with_other_meshes_is_named(tmp_path: Path, monkeypatch: pytest
     trimesh.creation.box((0.1, 0.1, 0.2)).export(mesh)
     path.write_text(arm_urdf(shape='<mesh filename="box.stl"/>'), encoding="utf-8")
     register(path)
-    monkeypatch.setattr(dask_cluster, "_checked", set())
+    monkeypatch.setattr(dask_cluster, "checked", set())
     asked = environment(), given_at_start(), abs, (-3,)
-    assert dask_cluster._called_there(*asked) == 3
+    assert dask_cluster.called_there(*asked) == 3
     mesh.write_bytes(mesh.read_bytes() + b" ")
     # Looked at once.
-    assert dask_cluster._called_there(*asked) == 3
-    dask_cluster._checked.clear()
+    assert dask_cluster.called_there(*asked) == 3
+    dask_cluster.checked.clear()
     with pytest.raises(BadInputFile, match=r"box\.urdf: is another file on a worker"):
-        dask_cluster._called_there(*asked)
+        dask_cluster.called_there(*asked)
 
 
 def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

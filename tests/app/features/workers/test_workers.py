@@ -290,8 +290,8 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         # One that hangs before it has started is given up.
         (worker,) = group.workers
         group.renew()
-        assert group._successor is not None
-        new = group._successor[1]
+        assert group.successor is not None
+        new = group.successor[1]
         os.kill(new.process.pid, signal.SIGSTOP)
         for _ in range(MOST_STARTING):
             worker.silent = 0
@@ -299,10 +299,10 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         assert new.process.poll() is None
         worker.silent = 0
         group.look()
-        hear_until(lambda: group._successor is None)
+        hear_until(lambda: group.successor is None)
         assert gone(new.process.pid) and group.workers == [worker] and worker.process.poll() is None
         group.renew()
-        assert group._successor is not None
+        assert group.successor is not None
 
 
 @pytest.mark.usefixtures("real")
