@@ -27,9 +27,10 @@ except MissingLibrary as _missing:
 
 from scenes.given_robots import GIVEN  # noqa: E402
 from scenes.setting_spec import added_choices  # noqa: E402
+from tests.approved import approve, pytest_addoption  # noqa: E402
 from tests.browser import FAILED, browser, browser_in, page_at, used_tabs  # noqa: E402
 
-__all__ = ["browser", "browser_in", "page_at", "used_tabs"]
+__all__ = ["approve", "browser", "browser_in", "page_at", "pytest_addoption", "used_tabs"]
 
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("explore", deadline=None, max_examples=1000, print_blob=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from app.features.lessons.commands import book_of
+from app.features.lessons.commands import LessonFolder, book_of
 from app.features.lessons.folder import FOLDER
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES
@@ -29,7 +29,7 @@ class Handout:
     """Instead, every question with its replies as Moodle XML, to import into a question bank; one file a lesson."""
     out: Path = Path("handouts")
     """Folder for the files; made if there is none."""
-    folder: Path = FOLDER
+    folder: LessonFolder = FOLDER
     """Where the lesson files are."""
     playlist: Path | None = None
     """The lessons that this file names instead, of ours and of the folder."""

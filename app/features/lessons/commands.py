@@ -7,7 +7,7 @@ import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from app.features.lessons.lesson import LessonBook, LessonProblem
 
 
+LessonFolder = Annotated[Path, tyro.conf.arg(help_behavior_hint="(default: the lessons of Duet)")]
+"""Option for a folder with lesson files; its help names no path of the computer."""
+
+
 @dataclass(frozen=True)
 class Lessons:
     """List the lessons, or check them by walking every path.
@@ -31,7 +35,7 @@ class Lessons:
     """Walk every path; exit code 1 if one does not go as declared."""
     only: tuple[str, ...] = ()
     """Names or numbers of lessons; all of them without it."""
-    folder: Path = FOLDER
+    folder: LessonFolder = FOLDER
     """Where the lesson files are."""
     playlist: Path | None = None
     """The lessons that this file names instead, of ours and of the folder; see app/features/lessons/files/README.md."""

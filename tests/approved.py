@@ -1,0 +1,45 @@
+"""Approved texts: what a test makes is compared with a file in the folder `approved` beside it: a change of words is a diff to read.
+
+After a wanted change, `pytest --approve` writes the files again; read the diff before you commit it.
+"""
+
+import re
+from collections.abc import Callable
+from html import unescape
+from pathlib import Path
+
+import pytest
+
+Approve = Callable[[str, str], None]
+"""(name of the file, text) → compares; a test may call it several times."""
+
+FOLDER = "approved"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--approve", action="store_true", help="write the approved texts instead of comparing them")
+
+
+@pytest.fixture
+def approve(request: pytest.FixtureRequest) -> Approve:
+    folder, writes = request.path.parent / FOLDER, bool(request.config.getoption("approve"))
+
+    def compare(name: str, text: str) -> None:
+        path = folder / name
+        if writes:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        wanted = path.read_text(encoding="utf-8") if path.exists() else ""
+        assert text.splitlines() == wanted.splitlines(), f"{path.name} has changed; read the diff, then pytest --approve"
+
+    return compare
+
+
+def shown_text(html: object) -> str:
+    """Text of a piece of HTML, a line for what stands between two tags."""
+    lines = (" ".join(part.split()) for part in unescape(re.sub(r"<[^>]+>", "\n", str(html))).splitlines())
+    return "\n".join(line for line in lines if line) + "\n"
+
+
+def approved_files(root: Path) -> list[Path]:
+    return sorted(path for folder in root.rglob(FOLDER) if folder.is_dir() for path in folder.iterdir())
