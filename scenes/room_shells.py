@@ -155,7 +155,8 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> by
 
 
 def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
-    return (glb.merged_glb if coarse else glb.glb)(parts, MATERIALS)
+    pack = glb.merged_glb if coarse else glb.glb
+    return pack(parts, MATERIALS)
 
 
 def _key(*more: object) -> str:

@@ -101,7 +101,8 @@ def _unpacked(data: bytes) -> Recorded:
     targets = PackedTargets(codes, counts, np.zeros(int(WIDTH[codes].sum())))
     begin += 3 * count
     for places in _places(codes):
-        size = 8 * len(places) * (width := int(WIDTH[codes[places[0]]]))
+        width = int(WIDTH[codes[places[0]]])
+        size = 8 * len(places) * width
         planes = np.frombuffer(data, np.uint8, size, begin).reshape(width, 8, len(places))
         targets.numbers[_numbers(targets, places)] = rows_of(planes)
         begin += size

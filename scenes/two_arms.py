@@ -63,7 +63,7 @@ def mirror_signs(axes: Array) -> Array:
         axes: (3, n) of the joints at q = 0 in the base's frame, where y points to the left. A mirror turns the sense of a rotation
             about an axis that lies in it.
     """
-    return 1.0 - 2.0 * (abs(axes[1]) < 0.5)
+    return np.where(abs(axes[1]) < 0.5, -1.0, 1.0)
 
 
 SPEED_RANGE: Final = (0.10, 0.22)

@@ -129,7 +129,8 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     remove_abandoned()
     try:
         with ExitStack() as held:
-            listener = (listen_near if command.port == "auto" else listen)(options.host, options.port)
+            bind = listen_near if command.port == "auto" else listen
+            listener = bind(options.host, options.port)
             held.callback(listener.close)
             options = replace(options, port=listener.getsockname()[1])
             options = replace(options, features=tuple(one.held(options.port, held) for one in of_features))

@@ -78,7 +78,8 @@ class CameraFollow:
         way: Callable[[], Array],
         picture: PictureReport,
     ) -> None:
-        self._camera, self._aim, self._view, self._way, self.picture = camera, aim, view, way, picture
+        self._camera, self._aim, self.picture = camera, aim, picture
+        self._view, self._way = view, way
         self.left_alone = False
         self._pose: Pose | None = None
         self._glide: tuple[float, Pose, Pose] | None = None

@@ -45,7 +45,8 @@ def axes(toward: Array) -> tuple[Array, Array, Array]:
     """Return which way is right, up and towards the eye, as unit vectors (3,). `toward`: any length, not upright."""
     x, y, z = (float(part) for part in toward)
     length, across = math.sqrt(x * x + y * y + z * z), math.hypot(x, y)
-    x, y, z, right, ahead = x / length, y / length, z / length, -y / across, x / across
+    right, ahead = -y / across, x / across
+    x, y, z = x / length, y / length, z / length
     return np.array([right, ahead, 0.0]), np.array([-z * ahead, z * right, x * ahead - y * right]), np.array([x, y, z])
 
 

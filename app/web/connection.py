@@ -185,7 +185,10 @@ class FilteredConnection(ServerConnection):
                 self.is_page = True
                 continue
             if isinstance(raw, bytes) and raw in _SIGHT:
-                (self._seen.set if _SIGHT[raw] else self._seen.clear)()
+                if _SIGHT[raw]:
+                    self._seen.set()
+                else:
+                    self._seen.clear()
                 continue
             if self._client_id is None:
                 self._client_id = duet.client_id(self)

@@ -54,7 +54,8 @@ class Entries:
             settle: gives the control this value on the server, whatever was written there meanwhile.
         """
         with self._lock:
-            self._dealt = self._waiting[control] = number = self._dealt + 1
+            self._dealt += 1
+            self._waiting[control] = number = self._dealt
         entry = _Entry(lambda: self._end(control, number, settle))
         token = _present.set(entry)
         try:

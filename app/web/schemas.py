@@ -99,7 +99,8 @@ def _or_none(item: Field) -> Field:
     return Field(item.type | None, lambda value: None if value is None else item.check(value))
 
 
-_name, _point, _pixel, _any_text, _blob = text(256), row(3, number()), row(2, number()), Field(str), Field(bytes)
+_name, _any_text, _blob = text(256), Field(str), Field(bytes)
+_point, _pixel = row(3, number()), row(2, number())
 _whole, _turn = Field(int, number(0).check), Field(_four.type, _check_turn)
 _updates = Field(Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=16)], _check_updates)
 _owned = {"name": _name, "owner": _name}

@@ -287,7 +287,8 @@ def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
         raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
-        return (glb.merged_glb if coarse else glb.glb)(parts, materials)
+        pack = glb.merged_glb if coarse else glb.glb
+        return pack(parts, materials)
     # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
     parts = {name: swollen(part, -(COARSE_INSET if coarse else GHOST_INSET)) for name, part in parts.items()}
     # Colours on vertices would not be seen through. A ghost has one colour anyway.

@@ -83,7 +83,9 @@ def remembered(angle: float, previous: float, sine: float, trusted: float) -> fl
 def fill_arm_rotation(angles: Vector, sign: float, R: Matrix) -> None:
     """Fill R (3, 3) of the upper arm in the torso frame. `angles`: (4,) [rad]; `sign`: s of the arm."""
     f, a, r = angles[0], sign * angles[1], sign * angles[2]
-    cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
+    cf, sf = math.cos(f), math.sin(f)
+    ca, sa = math.cos(a), math.sin(a)
+    cr, sr = math.cos(r), math.sin(r)
     R[0, 0], R[0, 1], R[0, 2] = cf * cr - sf * sa * sr, -cf * sr - sf * sa * cr, -sf * ca
     R[1, 0], R[1, 1], R[1, 2] = ca * sr, ca * cr, -sa
     R[2, 0], R[2, 1], R[2, 2] = sf * cr + cf * sa * sr, -sf * sr + cf * sa * cr, cf * ca

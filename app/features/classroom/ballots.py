@@ -114,7 +114,10 @@ class Ballots:
     def note(self, student: str, origin: FilteredConnection) -> None:
         """Note where a student comes from now."""
         self._addresses[student] = origin.address
-        (self.pageless.discard if origin.is_page else self.pageless.add)(student)
+        if origin.is_page:
+            self.pageless.discard(student)
+        else:
+            self.pageless.add(student)
         self._counts.clear()
 
     def voters_of(self, question: QuestionId) -> VoterCount:

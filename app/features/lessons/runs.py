@@ -106,4 +106,5 @@ def _change_text(key: str, value: object) -> LazyText:
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:
     """Return settings as a person reads them, in a language; None for that of the page."""
-    return (spoken() if language is None else words_of(language))(changes_text(changes)).replace("d_m", "dₘ")
+    translate = spoken() if language is None else words_of(language)
+    return translate(changes_text(changes)).replace("d_m", "dₘ")

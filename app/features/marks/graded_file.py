@@ -244,6 +244,6 @@ def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
 def _lessons() -> dict[str, int]:
     """Return name of a lesson → how many questions and challenges it has."""
     return {
-        lesson.id: sum((step.question is not None) + (step.challenge is not None) for step in lesson.steps)
+        lesson.id: len([asked for step in lesson.steps for asked in (step.question, step.challenge) if asked is not None])
         for lesson in load_lessons().lessons
     }

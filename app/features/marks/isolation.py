@@ -31,7 +31,8 @@ SYSTEM: Final = (
 UNAVAILABLE: Final = 96
 """Exit code of a try for which the system gives no permission."""
 
-_USER, _MOUNTS, _PROCESSES, _NETWORK, _MESSAGES = 0x10000000, 0x00020000, 0x20000000, 0x40000000, 0x08000000
+_USER, _MOUNTS, _PROCESSES = 0x10000000, 0x00020000, 0x20000000
+_NETWORK, _MESSAGES = 0x40000000, 0x08000000
 """Namespaces, `CLONE_NEW…` of <sched.h>."""
 _PRIVATE, _BIND, _DETACH = 1 << 14 | 1 << 18, 1 << 14 | 1 << 12, 2
 """`MS_REC | MS_PRIVATE`, `MS_REC | MS_BIND` and `MNT_DETACH` of <sys/mount.h>."""

@@ -245,7 +245,8 @@ class _UrdfReader:
         geometry = self._only(part, "geometry", place)
         forms = [] if geometry is None else list(geometry)
         if len(forms) != 1:
-            raise self._fault(f"{place}: it has {len(forms) or 'no'} shape{'s' * (len(forms) > 1)} in its <geometry>; give one")
+            plural = "s" if len(forms) > 1 else ""
+            raise self._fault(f"{place}: it has {len(forms) or 'no'} shape{plural} in its <geometry>; give one")
         material = self._only(part, "material", place)
         colour = None
         if material is not None:
@@ -273,7 +274,9 @@ class _UrdfReader:
         radius, *rest = (self._numbers(form, key, (1,), place)[0] for key in SHAPES[form.tag])
         if not radius > 0.0 or any(length < 0.0 for length in rest):
             raise self._fault(f"{place}: its {form.tag} measures {_shown((radius, *rest))} m; give positive lengths")
-        return Sphere(radius) if not rest else (Pill if form.tag == "capsule" else Cylinder)(radius, rest[0])
+        if not rest:
+            return Sphere(radius)
+        return Pill(radius, rest[0]) if form.tag == "capsule" else Cylinder(radius, rest[0])
 
     def _joint(self, joint: Element) -> UrdfJoint:
         name, kind = self._called(joint, "joint"), joint.get("type", "")

@@ -109,7 +109,8 @@ class ComparePanel(PagePanel):
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
         self._state, self._answers = state, answers
-        self._what_if.visible = self._smoothness.visible = self._matched.visible = self._broken.visible = visible
+        for block in (self._what_if, self._smoothness, self._matched, self._broken):
+            block.visible = visible
         self._button.show(visible=visible)
         self._match.show(visible=visible)
         self._what_if.content = _in_panel(self._asked(questions) if asks else "")

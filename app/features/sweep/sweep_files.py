@@ -88,7 +88,10 @@ class SweepFiles:
 
     def finish(self) -> None:
         """Write the complete table in order, and remove the rows so far."""
-        (self._write_csv if self.form == "csv" else self._write_parquet)(self.table)
+        if self.form == "csv":
+            self._write_csv(self.table)
+        else:
+            self._write_parquet(self.table)
         self.part.unlink(missing_ok=True)
 
     def _line(self, index: int, figures: SweepFigures) -> str:

@@ -53,7 +53,9 @@ def trend(rate: float, before: int) -> int:
     """Return 1 if the gap opens at ḋ [m/s], −1 if it closes, 0 if it holds; `before`: what it did a moment ago."""
     if rate * before > HOLDING:
         return before
-    return (rate > OPENING) - (rate < -OPENING)
+    if rate > OPENING:
+        return 1
+    return -1 if rate < -OPENING else 0
 
 
 def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
