@@ -300,7 +300,7 @@ def _check_targets(kind: int, rows: Array, joints: int) -> None:
         _check(np.isin(rows[:, 0], range(1, joints + 1)).all(), "pulls a link that no arm has")
         places = rows[:, 1:]
     elif kind & (ROTATION | TURNED):
-        _check(_are_rotations(rows[:, 3:12]), "has an orientation that is none")
+        _check(_are_rotations(rows[:, 3:12]), "has an orientation that is not valid")
         places = np.delete(rows, np.s_[3:12], axis=1)
     _check((np.abs(places) <= REACH).all(), "has a target that is out of any reach")
 

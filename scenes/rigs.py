@@ -150,7 +150,7 @@ def place_bases(left: str, right: str) -> str:
         low, high = (-2.0, -2.0, 0.0, -360.0), (2.0, 2.0, 2.0, 360.0)
         if len(numbers) != 4 or not all(a <= n <= b for a, n, b in zip(low, numbers, high, strict=True)):
             raise BadSetting(
-                "{key} = {value!r} is no place for a base; give x,y,z,yaw: x and y from -2 to 2 m, z from 0 to 2 m, yaw from -360 to "
+                "{key} = {value!r} is not a place for a base; give x,y,z,yaw: x and y from -2 to 2 m, z from 0 to 2 m, yaw from -360 to "
                 "360 degrees, as in --{key}=-0.5,0,0.75,0.",
                 key=key,
                 value=text[:60],

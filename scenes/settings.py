@@ -100,7 +100,7 @@ class LawSettings:
         "Points of a λ of your own: distance in metres, a colon, λ from 0 to 1; with commas between them.", words="your curve",
     )  # fmt: skip
     hand_lever: float = LAW.number(
-        0.5, "lever", "λ", "Where your lever stands: 0 is the task alone, 1 the retreat alone.",
+        0.5, "lever", "λ", "Your lever: 0 is only the task, 1 only the retreat.",
         "", 0.0, 1.0, 0.01, words="your lever",
     )  # fmt: skip
 

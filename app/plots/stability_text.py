@@ -80,7 +80,7 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     if abs(error_rate) < AT_REST:
         if analysis.independent:
             return tr_html("The error stays as it is: {size}.", size=size)
-        return tr_html("The error stays as it is: {size}, for avoidance and task are dependent.", size=size)
+        return tr_html("The error stays as it is: {size}, because avoidance and task are dependent.", size=size)
     if error_rate > 0.0:
         grows = tr("The error grows even so") if holds else tr("The error grows")
         return Markup("{}: {}, {}.").format(grows, size, speed)

@@ -129,7 +129,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
     """
     table = rerun(recorded).table
     if last is not None and table[-1].tobytes() != last:
-        raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
+        raise BadSetting("Computed again, this run gives another result, so it was not saved. Restart it with R.")
     outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
     return recorded_bytes(recorded, {MADE: made, **outcomes.outcome_arrays(outcome)})
@@ -151,7 +151,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
         )
     if not {MADE, *outcomes.ARRAYS} <= parts.keys():
         raise BadInputFile(
-            "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
+            "{name}: holds inputs but no results, so nothing can be compared; use it with --inputs.",
             name=name,
         )
     try:
@@ -201,23 +201,23 @@ def load_run(data: bytes, name: str) -> Loaded:
 def _words(verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
     steps = comparison.steps_then
     if verdict == "exact":
-        return LazyText("Made again: all {steps} steps are the same, to the last bit.", steps=steps)
+        return LazyText("Repeated: all {steps} steps are the same, to the last bit.", steps=steps)
     parts: list[LazyText] = []
     if verdict == "close":
         parts.append(
             LazyText(
-                "Made again: all {steps} steps are the same within {limit:g}, but not to the last bit.",
+                "Repeated: all {steps} steps agree within {limit:g}, but not to the last bit.",
                 steps=steps,
                 limit=outcomes.CLOSE,
             )
         )
     else:
-        parts.append(LazyText("Made again, it comes out differently."))
+        parts.append(LazyText("The repeated run gives another result."))
     if comparison.steps_now != steps:
         parts.append(LazyText("It had {then} steps and has {now} now.", then=steps, now=comparison.steps_now))
     if comparison.first_step is not None:
         number = comparison.first_step + 1
-        parts.append(LazyText("The first step that is not the same is number {number} of {steps}.", number=number, steps=steps))
+        parts.append(LazyText("The first step that differs is number {number} of {steps}.", number=number, steps=steps))
     if comparison.first is not None and comparison.largest is not None:
         parts.append(LazyText("First stored difference: {what}.", what=comparison.first.words(error_unit)))
         if comparison.largest != comparison.first:

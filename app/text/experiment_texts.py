@@ -64,7 +64,7 @@ def _master_slave(run: RunSettings, itself: bool) -> ExperimentTexts:
 def _imitation(run: RunSettings, itself: bool) -> ExperimentTexts:
     del itself
     watched = tr(
-        "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
+        "Both arms follow the person by four angles each, and {avoids}. The translucent arms show where they should be.",
         avoids=_avoids(run, tr("the other one keeps clear"), tr("your own one keeps clear")),
     )
     return ExperimentTexts(f"{watched} {tr('Pull the arms of the figure anywhere.')}", watched)

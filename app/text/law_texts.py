@@ -67,7 +67,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         trends=(
             "the task has no say, and the gap closes",
             "the task has no say, and the gap holds",
-            "a retreat for ever, whatever the task wants",
+            "an endless retreat, whatever the task wants",
         ),
     ),
     "strict_switched": LawTexts(
@@ -144,7 +144,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",
          r"{lam} \in [0, 1]"), "(32), your hand", "λ",
         lambda law, line: float(line.xs[len(line.xs) // 3]),
-        promise=lambda law: tr_html("a lever promises nothing: it sees no d"),
+        promise=lambda law: tr_html("your lever promises no distance: it does not depend on d"),
     ),
     NO_AVOIDANCE: LawTexts(
         (r"\dot q = \dot q_n",), "the task alone", "λ",

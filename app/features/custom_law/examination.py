@@ -162,7 +162,7 @@ class Examination:
         for job in self._jobs:
             if job.state in ("failed", "dropped"):
                 self.drop()
-                message = job.message or LazyText("The tests were given up; make them again.")
+                message = job.message or LazyText("The tests were stopped; start them again.")
                 self.progress = self._none._replace(verdicts=tuple(verdicts), message=message)
                 return True
             if job.state != "done":

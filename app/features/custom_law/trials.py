@@ -182,7 +182,7 @@ TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
 
 WHY: Final[dict[str, str]] = {
     N_("keeps its distance"): N_("That is what it is for."),
-    N_("leaves the task alone"): N_("A hand that something far off pushes about cannot work."),
+    N_("leaves the task alone"): N_("A hand that a distant obstacle moves cannot work."),
     N_("gets out"): N_("Distances are negative there, and a law that divides by d turns round."),
     N_("smooth"): N_("A jump of q̇ is an endless acceleration, and no motor can follow it."),
     N_("bounded where J_d is singular"): N_("A division by next to nothing asks for speeds that no arm has."),

@@ -63,7 +63,7 @@ class ExportsPanel(PagePanel):
                 tr("Load a run"),
                 icon=viser.Icon.UPLOAD,
                 color="gray",
-                hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
+                hint=tr("A file saved with Run: it is computed again, compared with the saved result, and replayed."),
             )
             self._state = gui.add_html("")
         on_file(upload, lambda name, content: session.post(LoadRun(name, content)))

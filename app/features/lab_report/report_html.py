@@ -110,7 +110,7 @@ def read_records(page: bytes) -> tuple[StepRecord, ...]:
     """
     found = _RECORD.search(page)
     if found is None:
-        raise ValueError(LazyText("is no lab report of Duet, or one of an older version"))
+        raise ValueError(LazyText("is not a lab report of Duet, or is from an older version"))
     try:
         data = json.loads(html.unescape(found[1].decode()))
         if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:

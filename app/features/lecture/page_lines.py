@@ -8,7 +8,7 @@ from app.i18n.speaking import N_, tr
 from app.text.templates import element, macros, tr_html
 from app.web.address import Address, qr_svg
 
-WATCHING: Final = N_("Another one of you operates it.")
+WATCHING: Final = N_("Another member of your group has control.")
 TAKE_OVER: Final = N_("Take over")
 
 

@@ -51,7 +51,7 @@ class BoardPanel:
         self._next = 0.0
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
-            hint = tr("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+            hint = tr("Open steps, for example 2 or 2-3. Leave empty to open all.")
             pace = gui.add_text(tr("only steps"), "", hint=hint)
             self._pace, self._table = gui.add_html(""), gui.add_html("")
             self._student = gui.add_dropdown(tr("student"), (NO_ONE,))

@@ -232,7 +232,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
         return Judgement(m.id, passed, LazyText(text, label=label, value=_text(m, value, digits), **parts), value)
 
     if value is None:
-        text = N_("{label}: this run does not tell yet. Let it go on for {seconds}.")
+        text = N_("{label}: not known yet. Let the run go on for {seconds}.")
         return Judgement(m.id, False, LazyText(text, label=label, seconds=NumberText(f"{seconds:g} s")), None)
     if low is not None and high == low:
         if abs(value - low) <= 1e-9 * max(1.0, abs(low)):

@@ -186,7 +186,7 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
     row.remarks = [Remark("", None, said) for said in whole]
     for one in verdicts:
         points = weights[one.name] if one.passed and not untouched and (one.name in GATES or not gated) else 0.0
-        mend = tr("Mend this line; `lwr-duet law-test` says whether it runs, before you hand it in.")
+        mend = tr("Correct this line; `lwr-duet law-test` says whether it runs, before you hand it in.")
         more = "" if one.passed else mend if one in own else tr(advice(one.name))
         row.remarks.append(Remark(tr(one.name), one.passed, one.reason, points, weights[one.name], more, one.curve))
         row.points += points

@@ -159,7 +159,7 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
                 least=SLOWEST,
             )
         if not float(np.linalg.norm(joint.axis)) > 1e-6:
-            raise BadInputFile("{name}: the axis of its joint {joint} is no direction.", name=name, joint=called)
+            raise BadInputFile("{name}: the axis of its joint {joint} is not a direction.", name=name, joint=called)
 
 
 def _movable(children: dict[str, list[UrdfJoint]], link: str) -> list[UrdfJoint]:

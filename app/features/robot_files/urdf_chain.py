@@ -78,7 +78,7 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
     try:
         model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
+        raise BadInputFile("{name}: is not a URDF file ({reason}).", name=name, reason=first_line(error)) from None
     _check_placements(model, tree, chain, name)
     data = model.createData()
     axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:]

@@ -161,14 +161,14 @@ def _root(text: bytes, name: str) -> Element:
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise BadInputFile("{name}: is no URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)) from None
+        raise BadInputFile("{name}: is not a URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)) from None
     space = re.match(r"\{.*\}", robot.tag)
     for part in robot.iter():
         # A default namespace on <robot> changes nothing.
         part.tag = part.tag.removeprefix(space[0]) if space else part.tag
     if robot.tag != "robot":
         raise BadInputFile(
-            "{name}: is no URDF file: it begins with <{tag}>, a URDF with <robot>.", name=name, tag=str(robot.tag)[:40]
+            "{name}: is not a URDF file: it begins with <{tag}>, a URDF with <robot>.", name=name, tag=str(robot.tag)[:40]
         )
     unexpanded = re.compile(r"\$[{(]")
     if any("xacro" in part.tag or any(map(unexpanded.search, part.attrib.values())) for part in robot.iter()):
@@ -176,7 +176,7 @@ def _root(text: bytes, name: str) -> Element:
             "{name}: is xacro, from which a URDF is made: run `xacro {name} > robot.urdf` and give that file.", name=name
         )
     if robot.find("link") is None:
-        raise BadInputFile("{name}: is no URDF file with a robot: it has no links.", name=name)
+        raise BadInputFile("{name}: is not a URDF file with a robot: it has no links.", name=name)
     return robot
 
 

@@ -153,7 +153,7 @@ def guest_tip(shown: Shown) -> str:
     """What a guest can do."""
     run = shown.settings.run
     if shown.replay.time is not None:
-        return tr("What you see is over: your host looks at it again.")
+        return tr("Recording: your host looks at an earlier moment.")
     if not run.experiment.for_two:
         return tr("Here only your host holds something. In the experiment “Hold” the silver arm is yours.")
     yours = tr("You hold the silver arm, and your host the orange one: pull yours by any link.")

@@ -101,7 +101,7 @@ def late_law_html(law: LateLawStatus) -> Markup:
         needs, allowed = (decimal(f"{1e3 * seconds:.2g}") for seconds in law.slow)
         pill = "halt", tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
     elif law.away:
-        pill = "past", tr("{file} is gone; what it said last runs on", file=file)
+        pill = "past", tr("{file} is gone; its last version keeps running", file=file)
     else:
         pill = "go", tr("runs {file}", file=file) if own else tr("the ghost runs {file}", file=file)
     return pills_html([pill])
@@ -161,10 +161,10 @@ def tip_text(session: Shown, operated: bool = True) -> str:
     """Return one or two sentences on what to do and what to watch; on the stage of a class what to watch alone."""
     if session.replay.reviewed:
         return tr(
-            "The run stands, and this is an earlier moment of it. Drag over a plot for another one; Space goes on from the end."
+            "The run is stopped, and this is an earlier moment. Drag over a plot for another one. Space continues from the end."
         )
     if session.replay.time is not None:
-        return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
+        return tr("Recording. Space: play or pause. Full stop: one step. R: back to live.")
     run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None
     tip, watched = EXPERIMENT_TEXTS[run.scene](run, itself)

@@ -79,7 +79,7 @@ class ReplayBar(PagePanel):
             gui,
             "replay",
             {"Watch": OperateReplay("watch"), "Play": OperateReplay("play"), "Back to live": OperateReplay("leave")},
-            "The run waits while you look at what was; Space plays and rests, . goes one step.",
+            "The live run waits while you look back. Space: play or pause. Full stop: one step.",
             session.post,
         )
         self._replay.show(offered=(0,))
@@ -151,5 +151,5 @@ class ReplayBar(PagePanel):
         if self._player.loaded:
             return tr("This is {file}, not the live run.", file=self._player.loaded)
         if self._player.reviewing:
-            return tr("The run stands; this is an earlier moment of it.")
+            return tr("The run is stopped; this is an earlier moment.")
         return tr("This is the past; the live run waits.")

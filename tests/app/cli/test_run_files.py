@@ -108,7 +108,7 @@ def test_options_name_robots() -> None:
         (["--robot", "r2d2"], "robot = 'r2d2' is not possible; choose from lwr, panda, ur5"),
         (["--robot-left", "r2d2"], "robot = 'r2d2_lwr' is not possible"),
         (["--hand-right", "l6"], "hand-right = 'l6': the hand of the arm lwr is known; name a link of a URDF file"),
-        (["--base-left=1,2"], "base-left = '1,2' is no place for a base"),
+        (["--base-left=1,2"], "base-left = '1,2' is not a place for a base"),
         (["--base-left=0,0,0.7,0", "--base-right=0,0,0.7,0"], "find no start on the rig"),
     ],
 )

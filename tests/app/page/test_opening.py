@@ -98,9 +98,9 @@ STILL = changed(Settings(), "autopilot", False)
 """An arm that stands still can be taken by the mouse."""
 
 WORDS = {
-    "en": "Pull the orange arm into it.",
-    "de": "Ziehen Sie den orangen Arm in ihn hinein.",
-    "sl": "Potegnite oranžnega robota vanj.",
+    "en": "Pull the orange hand into the ring.",
+    "de": "Ziehen Sie die orange Hand in den Ring.",
+    "sl": "Potegnite oranžno roko v obroč.",
 }
 
 

@@ -395,7 +395,7 @@ def test_a_joint_at_its_limit_is_named() -> None:
     [
         ("law=drawn_curve&curve=0.1:1,0.2:0", "this curve promises d ≥ 100 mm while w ≤ v"),
         ("law=drawn_curve&curve=0.1:0.9,0.2:0", "this curve promises no distance: it does not begin at 1"),
-        ("law=lever&lever=0.4", "a lever promises nothing: it sees no d"),
+        ("law=lever&lever=0.4", "your lever promises no distance: it does not depend on d"),
         *((f"law={law}", "this law does not promise d ≥ dm") for law in [*LAWS][1:] if LAW_TEXTS[law].promise is None),
     ],
 )

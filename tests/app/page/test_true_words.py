@@ -47,7 +47,7 @@ def untrue(simulation: Simulation) -> list[str]:
         "has failed": not failed,
         "dm is promised": min(d, sample.law_distance) < d_m - BELOW,
         ": below dm": not failed,
-        "a retreat for ever": v == 0.0 or now.true_change <= 0.0,
+        "an endless retreat": v == 0.0 or now.true_change <= 0.0,
         "w > v": w <= v,
         "faster than v": w <= v,
         "no rest": not math.isnan(resting_now(simulation, sample)),

@@ -31,7 +31,7 @@ def activation_now(evidence: Evidence) -> Value:
     return float(evidence.column("lambda")[-1])
 
 
-@quantity(N_("λ met at d = {ratio} dₘ"), "", 3, obstacle=True)
+@quantity(N_("λ at d = {ratio} dₘ"), "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Reading:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
     d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance

@@ -110,7 +110,7 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
     desk.queue.ask("run", KEEP)
     desk.work()
     ((_, text),) = desk.take_news()
-    assert "comes out differently" in text and not desk.queue.take_files()
+    assert "gives another result" in text and not desk.queue.take_files()
 
 
 def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -265,7 +265,7 @@ def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Des
     assert desk.queue.busy == "the run of the file" and not desk.session.paused
     assert desk.work() == ["load"]
     ((title, text),) = desk.take_news()
-    assert title == "Loaded: the same run" and text.startswith("theirs.duet.npz: Made again: all 200 steps")
+    assert title == "Loaded: the same run" and text.startswith("theirs.duet.npz: Repeated: all 200 steps")
     assert desk.work() == ["film"]
     past = desk.queue.player.past
     assert past is not None and past.settings.run.scene == "ball" and desk.queue.player.loaded == "theirs.duet.npz"

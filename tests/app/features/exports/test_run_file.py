@@ -97,7 +97,7 @@ def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
 def test_last_bits_of_another_machine_count_as_the_same_run() -> None:
     file = with_setting(replace(saved(), made={**made_here(), "numpy": "1.0"}), "k", 2.0 + 1e-12)
     found = verify(file)
-    assert found.verdict == "close" and "the same within 1e-09, but not to the last bit" in found.words
+    assert found.verdict == "close" and "agree within 1e-09, but not to the last bit" in found.words
     assert f"numpy 1.0 then, {np.__version__} now" in found.words and found.words.count(" then, ") == 1
 
 
@@ -159,7 +159,7 @@ FOREIGN, SILENT = "does not belong to its inputs", "says nothing of its outcome"
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        *(({"outcome_hashes": None}, "holds inputs but not what came out"), ({"codes": None}, "a part is missing")),
+        *(({"outcome_hashes": None}, "holds inputs but no results"), ({"codes": None}, "a part is missing")),
         *(({"outcome_places": np.array(places, np.uint32)}, FOREIGN) for places in ([5, 5], [0, 99999])),
         *(({"outcome_rows": np.zeros((2, 8, 3), kind)}, FOREIGN) for kind in (np.uint8, float)),
         *(({"outcome_about": as_bytes(about)}, SILENT) for about in ("{", "[1]", '{"columns": 4, "digest": ""}')),

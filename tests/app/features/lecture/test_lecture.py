@@ -291,7 +291,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(
     sees(ann, "You are 3 at this robot, and answer together. You operate it.", "Lesson 1 · step 1")
     sees(bo, "Sie sind zu 3 an diesem Roboter", "Lektion 1", 'data-words="de"')
     # On a phone the page leaves room for the button of who watches.
-    sees(cy, "Another one of you operates it.", "Lesson 1 · step 1", 'class="duet-banner own watches duet-say"')
+    sees(cy, "Another member of your group has control.", "Lesson 1 · step 1", 'class="duet-banner own watches duet-say"')
     sees(nameless, "Your browser blocks storage")
     sees(teacher, "exploring: 3", "without a place: 1", "groups of 4", f"{drawn_name(ann)} × 3")
     assert drawn_name(cy) == drawn_name(ann) in shown(bo) and len(sessions_of(host)) == 1
@@ -321,7 +321,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(
         classroom.is_sent_away(name)
     cy, ann = classroom.come("cy", "ann")
     assert sessions_of(host)[classroom.number("cy")] is session
-    sees(ann, "Another one of you operates it.")
+    sees(ann, "Another member of your group has control.")
     cy.wait_for(lambda _: bo.closed is None and "Jemand anderes von Ihnen bedient ihn." in shown(bo), WAIT)
     assert session.settings.page.speed == 0.5
     # Their report is everybody's: ann hands it in, though cy operates.
@@ -336,7 +336,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(
     classroom.is_sent_away("di")
     (di,) = classroom.come("di")
     bo = come(classroom.opened, "bo", query="lang=de")
-    sees(di, "You are 4 at this robot", "Another one of you")
+    sees(di, "You are 4 at this robot", "Another member of your group")
     sees(bo, "Sie sind zu 4 an diesem Roboter")
     # The one who operates goes for good: after a while the page that was there first comes again, and does.
     monkeypatch.setattr(breakout_sessions, "AWAY", 1.0)

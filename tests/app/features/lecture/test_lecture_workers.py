@@ -82,7 +82,7 @@ def comes_late(come: Come, name: str) -> BlockingClient:
 def are_together(served: Served, operator: BlockingClient, watcher: BlockingClient) -> None:
     """Both see their group's session, in one process."""
     sees(operator, "You are 2 at this robot", "You operate it.")
-    sees(watcher, "You are 2 at this robot", "Another one of you operates it.")
+    sees(watcher, "You are 2 at this robot", "Another member of your group has control.")
     assert worker_of(served, operator) == worker_of(served, watcher)
 
 

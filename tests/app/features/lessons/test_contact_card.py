@@ -21,7 +21,7 @@ def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(
     def seen() -> list[str]:
         return [part for part in LAW if any(text.strip() for text in page.locator(f"{part}:visible").all_text_contents())]
 
-    # The words "a retreat for ever", the curve to be drawn, the resting distance, and what the next steps make of an error.
+    # The words "an endless retreat", the curve to be drawn, the resting distance, and what the next steps make of an error.
     for lesson, step in ((2, 0), (3, 1), (5, 0), (1, 2)):
         shown_step(page, session, run, lesson, step)
         page.locator("#duet-contact.asks").wait_for()

@@ -56,7 +56,7 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
 ) -> None:
     ended = LazyText("it did not end within {seconds:g} s", seconds=2.0)
     monkeypatch.setattr(graded_file, "marked", lambda *given: LawMarks(ended=ended))
-    for name, said in (("law.py", ended), ("report.html", "is no lab report of Duet, or one of an older version")):
+    for name, said in (("law.py", ended), ("report.html", "is not a lab report of Duet, or is from an older version")):
         (tmp_path / name).touch()
         row = row_of(tmp_path / name, language)
         assert row.reason == words_of(language)(said) != said

@@ -144,7 +144,7 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert sum(one["score"] for one in good) == 11 and {one["status"] for one in good} == {"passed"}
     said = {name: text for name, (_, text) in NASTY.items()}
     said |= {"'=1+1.py": "division by zero", "bytes.py": "cannot be read as text", "loop.py": "a link", "pipe.py": "a pipe"}
-    said |= {"huge.py": "larger than 1", "huge.html": "larger than 33", "empty.html": "is no lab report"}
+    said |= {"huge.py": "larger than 1", "huge.html": "larger than 33", "empty.html": "is not a lab report"}
     assert {name: by_name[name]["reason"] for name, text in said.items() if not re.search(text, by_name[name]["reason"])} == {}
     assert all(by_name[name]["reason"] for name in by_name if name != "deep/good.py")
     assert [by_name["report.html"][key] for key in ("kind", *REPORT, "points")] == ["report", "2", "1", "0", "1", "1", "2", "1"]

@@ -105,7 +105,7 @@ BAD = {
         '<robot name="x" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="arm.xacro"/></robot>',
         r"run `xacro .*arm\.urdf > robot\.urdf`",
     ),
-    "no axis": (arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1), "axis of its joint l2 is no direction"),
+    "no axis": (arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1), "axis of its joint l2 is not a direction"),
     "parallel": (arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>'), "all its axes are parallel"),
     "millimetres": (
         re.sub(r"(?<=[ \"])(0\.\d+|\.\d+)", lambda m: str(1000 * float(m[0])), arm_urdf()),

@@ -171,7 +171,7 @@ REFUSED: dict[str, tuple[str | bytes, str]] = {
     "a word for a stop": (joint('lower="-2.7"', 'lower="left"'), "joint l1: its limit has lower = 'left', which is not a number"),
     "lower left out": (joint('lower="-2.7" ', ""), "limit of its joint l1 has no lower; give lower and upper"),
     "no limit": (joint(LIMIT, ""), "joint l1 has no limits"),
-    "no direction": (joint('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'), "axis of its joint l2 is no direction"),
+    "no direction": (joint('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'), "axis of its joint l2 is not a direction"),
     "half an axis": (joint('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>'), "joint l2: its <axis> has xyz = '0 1'"),
     "an axis without xyz": (joint('<axis xyz="0 1 0"/>', "<axis/>"), "joint l2: its <axis> has no xyz"),
     "half an origin": (joint(PLACE, '<origin xyz="0 0.14"/>'), "joint l3: its <origin> has xyz = '0 0.14'; give 3 numbers"),
