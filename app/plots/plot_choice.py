@@ -12,7 +12,7 @@ from scenes.settings import RunSettings, specs
 
 CHARTS: Final[dict[str, str]] = {
     "curve": N_('Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]'),
-    "laws": N_('what each law makes of it: J<sub>d</sub>q̇ [m/s] over <b class="d">d</b> [m]'),
+    "laws": N_('each law: J<sub>d</sub>q̇ [m/s] over <b class="d">d</b> [m]'),
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
     "laps": "laps of the hand",

@@ -1,4 +1,4 @@
-"""Drawn arms: nested nodes of which only the rotations change; and translucent copies of them where a ghost or a wish differs."""
+"""Drawn arms: nested frames of which only the rotations change, a mesh on each; translucent copies where a ghost or a wish differs."""
 
 import math
 from collections.abc import Callable
@@ -16,12 +16,17 @@ from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
 
+SHAPE: Final = "shape"
+"""Name of the mesh on the frame of a link."""
+
 WHOLE: Final = "whole"
 """Name of the node at the end of an arm."""
 
 
 class ArmView:
-    """The links of one robot as GLB nodes, each the child of the link before it.
+    """The links of one robot: frames, each the child of the frame before it, and on each a GLB node without children.
+
+    The browser mounts what hangs on a GLB node once that is loaded. So no node hangs on one, and all links load at the same time.
 
     Args:
         scene: where to draw.
@@ -37,20 +42,25 @@ class ArmView:
 
     def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
-        add = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
+        add_frame = partial(scene.add_frame, show_axes=False)
+        add_shape = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
         path = f"{name}/base"
-        self.root = fresh(add(path, glbs[0], wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
-        """The node of the base."""
-        self.links: list[viser.GlbHandle] = []
-        """The node that turns with each joint, from the base on."""
+        self.root = fresh(add_frame(path, wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
+        """The frame of the base."""
+        self.links: list[viser.FrameHandle] = []
+        """The frame that turns with each joint, from the base on."""
         self._turns: list[tuple[Quaternion, Quaternion]] = []
-        for joint, glb in zip(joint_frames(robot), glbs[1:], strict=True):
+        paths = [path]
+        for joint in joint_frames(robot):
             path = f"{path}/{joint.name}"
-            self.links.append(fresh(add(path, glb, position=joint.position, wxyz=joint.rotation)))
+            paths.append(path)
+            self.links.append(fresh(add_frame(path, position=joint.position, wxyz=joint.rotation)))
             turned = pin.Quaternion(*joint.rotation) * pin.Quaternion(0.0, *joint.axis)
             self._turns.append((joint.rotation, (turned.w, turned.x, turned.y, turned.z)))
-        # The browser puts a node up once the one before it is loaded: with this one an arm is whole, see `contact_look.js`.
-        scene.add_frame(f"{path}/{WHOLE}", show_axes=False)
+        # Its name tells the browser all links of the arm, see `contact_look.js`.
+        add_frame(f"{path}/{WHOLE}")
+        for path, glb in zip(paths, glbs, strict=True):
+            add_shape(f"{path}/{SHAPE}", glb)
         self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:
@@ -64,7 +74,7 @@ class ArmView:
                 turn(self.links[i], (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h))
 
     def link(self, joint: int) -> str:
-        """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""
+        """Return the name of the frame that turns with a joint, 0 for the base; what hangs on it goes with it."""
         return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:

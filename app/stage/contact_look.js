@@ -77,33 +77,52 @@
       .convertSRGBToLinear();
   };
 
-  // The links of an arm are loaded one after the other, which takes seconds on a slow machine.
+  // All links of an arm load at the same time, and come one by one: it is seen with the last of them. The node at its end names them all.
   const BASE = /^\/(?:arms|ghost|wish)\/[^/]+\/base$/;
-  const END = /^(\/[^/]+\/[^/]+\/base)\/.*\/whole$/;
+  const isWhole = (base) => {
+    const end = Object.keys(nodes()).find((name) => name.startsWith(`${base}/`) && name.endsWith("/whole"));
+    const up = (name) => name.slice(0, name.lastIndexOf("/"));
+    let link = end ? up(end) : "";
+    while (link.length > base.length && nodes()[`${link}/shape`]) link = up(link);
+    return link === base && Boolean(nodes()[`${link}/shape`]);
+  };
   const awaited = new Set();
-  const hideParts = () => {
-    const all = Object.entries(nodes()).filter(([, node]) => node);
-    const whole = new Set(all.map(([name]) => name.match(END)?.[1]));
-    for (const [name, node] of all) {
-      if (!BASE.test(name)) continue;
-      if (!whole.has(name)) {
-        awaited.add(node);
-        node.visible = false;
-      } else if (awaited.delete(node)) node.visible = true;
+
+  // A drawn frame looks at these; they are made again when a node has come or gone.
+  let known = [];
+  let parts = [];
+  let lines = [];
+  let shells = [];
+  let arms = [];
+  const find = () => {
+    const now = Object.values(nodes());
+    if (now.length === known.length && now.every((node, place) => node === known[place])) return;
+    known = now;
+    parts = lines = shells = arms = [];
+    for (const [name, node] of Object.entries(nodes())) {
+      if (!node) continue;
+      if (BASE.test(name)) {
+        if (!isWhole(name)) parts = [...parts, node];
+        else if (awaited.delete(node)) node.visible = true;
+      } else if (name.startsWith("/closest/")) lines = [...lines, node];
+      else if (name.startsWith("/tint/")) {
+        const own = [];
+        const arm = nodes()[`/arms/${name.slice(6)}/base`];
+        if (arm) meshes(arm, (mesh) => own.push(mesh));
+        arms = [...arms, [node, own]];
+      } else if (SHELL.test(name)) shells = [...shells, node];
     }
   };
 
   const draw = () => {
-    hideParts();
-    for (const [name, node] of Object.entries(nodes())) {
-      if (!node) continue;
-      if (name.startsWith("/closest/")) meshes(node, drawThrough);
-      else if (name.startsWith("/tint/")) {
-        const arm = nodes()[`/arms/${name.slice(6)}/base`];
-        const share = node.position.x;
-        if (arm) meshes(arm, (mesh) => drawTint(mesh, share));
-      } else if (SHELL.test(name)) meshes(node, drawShell);
+    find();
+    for (const node of parts) {
+      awaited.add(node);
+      node.visible = false;
     }
+    for (const node of lines) meshes(node, drawThrough);
+    for (const node of shells) meshes(node, drawShell);
+    for (const [node, own] of arms) for (const mesh of own) drawTint(mesh, node.position.x);
   };
   setInterval(() => {
     let scene = nodes()[""];

@@ -27,7 +27,7 @@ class Grip:
         holder: who pulls, and to whom a pull is posted.
     """
 
-    def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
+    def __init__(self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
         self._holder = holder
         self._nodes = {node.name: node for node in nodes}
         self._taken: str | None = None

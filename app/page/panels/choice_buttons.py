@@ -11,9 +11,6 @@ from app.session.actions import Action
 MARK: Final = "● "
 """Stands before the present choice: a cue that is no colour."""
 
-UNTICKED: Final = "○ "
-"""Stands before a choice that is not ticked, where several can be: as wide as `MARK`, so that a tick moves no button."""
-
 Asked = TypeVar("Asked", bound=Action)
 
 
@@ -26,7 +23,6 @@ class ChoiceButtons:
         hint: one line that explains it, in English.
         post: called with what a button that was pressed asks for, on the network's thread.
         order: place among its neighbours, None for the end.
-        numbered: whether each button begins with its number, from 1.
     """
 
     def __init__(
@@ -37,17 +33,16 @@ class ChoiceButtons:
         hint: str,
         post: Callable[[Asked], None],
         order: float | None = None,
-        numbered: bool = False,
     ) -> None:
-        said = {f"{i} {tr(label)}" if numbered else tr(label): choice for i, (label, choice) in enumerate(choices.items(), 1)}
+        said = {tr(label): choice for label, choice in choices.items()}
         self._labels = tuple(said)
         self._buttons = gui.add_button_group(tr(label), self._labels, hint=tr(hint), order=order)
 
         @self._buttons.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             # A press may have been on its way while the mark moved, or the button was taken away.
-            plain = event.target.value.removeprefix(MARK).removeprefix(UNTICKED)
-            if plain in {one.removeprefix(MARK).removeprefix(UNTICKED) for one in event.target.options}:
+            plain = event.target.value.removeprefix(MARK)
+            if plain in {one.removeprefix(MARK) for one in event.target.options}:
                 post(said[plain])
 
     @property
@@ -65,14 +60,4 @@ class ChoiceButtons:
         """
         indices = range(len(self._labels)) if offered is None else offered
         self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)
-        self._buttons.visible = visible
-
-    def tick(self, ticked: tuple[int, ...], visible: bool) -> None:
-        """Update a row of which several choices can be marked.
-
-        Args:
-            ticked: indices of the choices that are marked.
-            visible: whether the row is there.
-        """
-        self._buttons.options = tuple((MARK if i in ticked else UNTICKED) + label for i, label in enumerate(self._labels))
         self._buttons.visible = visible

@@ -1,19 +1,26 @@
-"""The laws that can be drawn beside the running one, a button each; they are there while the plot of laws is."""
+"""The laws that can be drawn beside the running one, in a drop-down that takes one row; it is there while the plot of laws is."""
 
 from typing import Final
 
-from app.i18n.speaking import N_
+from app.i18n.speaking import N_, tr
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
-from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.choice_buttons import MARK
 from app.plots.ticked_laws import TickedLaws
 from app.session.actions import Action
 from app.session.frame import Frame
+from app.web.control_events import on_entry
 from scenes.law_answers import LawOfFile
 from scenes.laws import LAWS
 
 HINT: Final = N_("Draws up to three laws beside the running one; a fourth takes the place of the oldest.")
-"""Hint of the row of ticks."""
+"""Hint of the row."""
+
+NOT_DRAWN: Final = "○ "
+"""Stands before a law that is not drawn."""
+
+NO_LAW: Final = N_("up to three laws")
+"""Stands in the row while no law is ticked."""
 
 
 class TickLaw(Action, newest_by=None):
@@ -23,31 +30,42 @@ class TickLaw(Action, newest_by=None):
 
 
 class LawTicks(PagePanel):
-    """The row below the plots. The running law is always drawn and marked, so that no button ever moves.
+    """The row below the plots: which laws are ticked. Every entry of its list ticks a law, or takes its tick away.
 
     Args:
         page: with the panel of plots.
     """
 
     def __init__(self, page: PanelContext) -> None:
-        client, session, view, handlers = page.client, page.session, page.view, page.handlers
-        self._view, self._laws = view, session.parts.of(TickedLaws)
-        handlers.add(TickLaw, lambda action: self._laws.tick(action.law))
-        with view.plots_tab:
-            self._buttons = ChoiceButtons(
-                client.gui,
-                N_("also draw"),
-                {law.short: TickLaw(name) for name, law in LAWS.items()},
-                HINT,
-                session.post,
-                order=90.0,
-                numbered=True,
+        session, self._view, self._laws = page.session, page.view, page.session.parts.of(TickedLaws)
+        page.handlers.add(TickLaw, lambda action: self._laws.tick(action.law))
+        self._said = {name: f"{number} {tr(law.short)}" for number, (name, law) in enumerate(LAWS.items(), 1)}
+        said, self._no_law = self._said, tr(NO_LAW)
+
+        def take(entered: str) -> None:
+            # The mark may have changed while the entry was on its way.
+            plain = entered.removeprefix(MARK).removeprefix(NOT_DRAWN)
+            for law in (name for name, text in said.items() if text == plain and entered != plain):
+                session.post(TickLaw(law))
+
+        with self._view.plots_tab:
+            self._list = on_entry(
+                page.client.gui.add_dropdown(tr("also draw"), self._entries((), ()), hint=tr(HINT), order=90.0, visible=False),
+                take,
             )
-        self._buttons.tick((), visible=False)
 
     def show(self, frame: Frame) -> None:
-        """Mark the laws that are drawn."""
-        names, drawn = list(LAWS), set(self._laws.places)
-        if not isinstance(frame.simulation.law, LawOfFile):
-            drawn.add(frame.settings.run.law.law)
-        self._buttons.tick(tuple(names.index(name) for name in drawn), "laws" in self._view.plots.shown)
+        """Mark the laws that are drawn; those that are ticked stand in the row."""
+        ticked = tuple(self._laws.places)
+        running = () if isinstance(frame.simulation.law, LawOfFile) else (frame.settings.run.law.law,)
+        self._list.visible = "laws" in self._view.plots.shown
+        entries = self._entries(ticked, (*running, *ticked))
+        if entries != self._list.options:
+            self._list.options = entries
+        if self._list.value != entries[0]:
+            self._list.value = entries[0]
+
+    def _entries(self, ticked: tuple[str, ...], drawn: tuple[str, ...]) -> tuple[str, ...]:
+        """Return what the row says, which is the first entry of its list, and the entries of the laws."""
+        row = ", ".join(self._said[name] for name in ticked) or self._no_law
+        return (row, *((MARK if name in drawn else NOT_DRAWN) + text for name, text in self._said.items()))

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.page.panels.choice_buttons import MARK, UNTICKED
+from app.page.panels.choice_buttons import MARK
+from app.page.panels.law_ticks import NOT_DRAWN
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.bins import POINTS, WINDOW
 from app.plots.plot_choice import cells, is_chart
@@ -68,17 +69,28 @@ def test_a_tick_draws_its_law_at_once() -> None:
 def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "plot=laws")
 
+    def row() -> tuple[str, ...]:
+        (options,) = [one["options"] for one in bodies(guest.visitor, "GuiDropdownMessage") if one["label"] == "also draw"]
+        return tuple(options)
+
     def drawn() -> set[str]:
-        rows = [one["options"] for one in bodies(guest.visitor, "GuiButtonGroupMessage") if one["label"] == "also draw"]
-        return {said.removeprefix(MARK) for row in rows for said in row if said.startswith(MARK)}
+        return {said.removeprefix(MARK) for said in row() if said.startswith(MARK)}
+
+    def said() -> object:
+        return guest.visitor.mirror.labelled("also draw")["value"]
 
     guest.visitor.wait_for(lambda _: drawn() == {"1 Smooth priority"})
+    assert said() == row()[0] == "up to three laws" and len(row()) == 1 + len(LAWS)
     for place, law in ((3, "Strict, switched"), (6, "Barrier QP"), (15, "Unprotected"), (5, "Potential field")):
-        guest.visitor.set_value("also draw", f"{UNTICKED}{place} {law}")
+        guest.visitor.set_value("also draw", f"{NOT_DRAWN}{place} {law}")
         guest.visitor.wait_for(lambda _, law=f"{place} {law}": law in drawn())
     assert drawn() == {"1 Smooth priority", "6 Barrier QP", "15 Unprotected", "5 Potential field"}
+    # The row says what is ticked, not what was chosen last.
+    guest.visitor.wait_for(lambda _: said() == row()[0] == "6 Barrier QP, 15 Unprotected, 5 Potential field")
+    guest.visitor.set_value("also draw", row()[0])
     guest.visitor.set_value("also draw", f"{MARK}6 Barrier QP")
-    guest.visitor.wait_for(lambda _: "6 Barrier QP" not in drawn())
+    guest.visitor.wait_for(lambda _: said() == "15 Unprotected, 5 Potential field")
+    assert drawn() == {"1 Smooth priority", "15 Unprotected", "5 Potential field"}
 
 
 def test_ten_refreshes_a_second_at_most() -> None:

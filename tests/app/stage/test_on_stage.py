@@ -11,7 +11,7 @@ from viser import SceneApi
 
 from app.page.handles.transform_handles import swivel_frame, wanted_pose
 from app.session.session import Session
-from app.stage.arms import ArmView
+from app.stage.arms import SHAPE, ArmView
 from app.stage.person_figure import SCALE, on_person, on_stage
 from controllers.kinematics import Array
 from scenes import solo
@@ -270,10 +270,14 @@ def arm_moves(guest: Guest, scene: SceneApi, name: RobotName) -> None:
     arm = ArmView(scene, "/arm", BASE, "ghost", False) if is_default else ArmView(scene, "/arm", BASE, "orange", False, name)
     paths = ["/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1]) for n in range(model.njoints)]
     assert paths == [arm.link(joint) for joint in range(model.njoints)]
-    visitor.wait_for(lambda v: set(paths) <= set(v.mirror.nodes))
+    shapes = [f"{path}/{SHAPE}" for path in paths]
+    visitor.wait_for(lambda v: set(paths) | set(shapes) <= set(v.mirror.nodes))
+    # What hangs on a mesh waits until that is loaded: only frames have something below them.
+    assert {visitor.mirror.nodes[path]["type"] for path in paths} == {"FrameMessage"}
+    assert not [node for node in visitor.mirror.nodes if node.startswith(tuple(f"{shape}/" for shape in shapes))]
     # A ghost casts no shadow.
-    assert all(visitor.mirror.nodes[path]["cast_shadow"] is not is_default for path in paths)
-    assert all(visitor.mirror.nodes[path]["receive_shadow"] is not is_default for path in paths)
+    assert all(visitor.mirror.nodes[shape]["cast_shadow"] is not is_default for shape in shapes)
+    assert all(visitor.mirror.nodes[shape]["receive_shadow"] is not is_default for shape in shapes)
     data = model.createData()
 
     def stands() -> bool:

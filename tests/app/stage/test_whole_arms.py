@@ -2,26 +2,26 @@
 
 from playwright.sync_api import Page
 
+from app.stage.arms import SHAPE
 from tests.app.conftest import OpenHouse
 from tests.app.page.by_hand import WRIST, visit
 from tests.browser import PageAt, until
 
 WATCH = f"""(() => {{
-  const seen = window.duetArms = {{ drawn: 0, early: 0, late: 0 }}, watched = new WeakSet();
-  const nodes = () => window.__viserMutable?.nodeRefFromName ?? {{}};
+  const seen = window.duetArms = {{ drawn: 0, early: 0 }}, watched = new WeakSet();
+  const nodes = () => window.__viserMutable?.nodeRefFromName ?? {{}}, links = {WRIST!r}.split('/').slice(1);
+  const shapes = (arm) => links.map((_, i) => nodes()[`${{arm}}/${{links.slice(0, i + 1).join('/')}}/{SHAPE}`]);
   const look = () => {{
     for (const arm of ['/arms/left', '/arms/right']) nodes()[`${{arm}}/base`]?.traverse((mesh) => {{
       if (!mesh.isMesh || watched.has(mesh)) return;
       watched.add(mesh);
-      const whole = () => Boolean(nodes()[arm + {WRIST!r}]);
-      if (!whole()) seen.late += 1;
-      mesh.onAfterRender = () => {{ seen[whole() ? 'drawn' : 'early'] += 1; }};
+      mesh.onAfterRender = () => {{ seen[shapes(arm).every(Boolean) ? 'drawn' : 'early'] += 1; }};
     }});
     requestAnimationFrame(look);
   }};
   requestAnimationFrame(look);
 }})()"""
-"""Count how often a part of an arm is drawn with its last link and without, and the parts that were there before that link."""
+"""Count how often a part of an arm is drawn with all of its links and without."""
 
 
 def seen(page: Page) -> dict[str, int]:
@@ -34,4 +34,14 @@ def test_no_part_of_an_arm_is_drawn_before_its_hand(house: OpenHouse, page_at: P
     page.add_init_script(WATCH)
     visit(page, house(), "panel=small")
     until(page, lambda: seen(page)["drawn"] > 50, "the arms")
-    assert seen(page)["late"] > 0 and seen(page)["early"] == 0, seen(page)
+    assert seen(page)["early"] == 0, seen(page)
+    base, others = "__viserMutable.nodeRefFromName['/arms/right/base'].visible", "/arms/left/base"
+    for link in (WRIST, "/base/j1/j2", "/base"):
+        shape = f"/arms/right{link}/{SHAPE}"
+        # As long as viser has no such mesh, it is not loaded.
+        page.evaluate("name => { const all = __viserMutable.nodeRefFromName; window.kept = all[name]; delete all[name]; }", shape)
+        until(page, lambda: not page.evaluate(base), f"nothing of an arm without {shape}")
+        assert page.evaluate("name => __viserMutable.nodeRefFromName[name].visible", others)
+        page.evaluate("name => { __viserMutable.nodeRefFromName[name] = window.kept; }", shape)
+        until(page, lambda: page.evaluate(base), "the whole arm")
+    assert seen(page)["early"] == 0, seen(page)

@@ -49,7 +49,7 @@ def test_the_still_scene_is_in_viser_s_format() -> None:
     assert content["durationSeconds"] == 0.0
     names = {message.get("name") for _, message in content["messages"]}
     assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
-    assert {"/room", f"/arms/left{WRIST}", f"/arms/right{WRIST}"} <= set(filmed("hold").bodies) <= names
+    assert {"/room", f"/arms/left{WRIST}/shape", f"/arms/right{WRIST}/shape"} <= set(filmed("hold").bodies) <= names
     assert any("/skin_of_right" in name for name in names if name)
     assert {time for time, _ in content["messages"]} == {0.0} and not any("Gui" in m["type"] for _, m in content["messages"])
 
@@ -88,7 +88,7 @@ def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     late = {
         m["name"] for _, m in read_scene(film.scene)["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")
     }
-    assert f"/wish/left{WRIST}" in late
+    assert f"/wish/left{WRIST}/shape" in late
     tracks = {(t.node, t.what): t for t in film.tracks}
     seen = tracks["/wish/left/base", SEEN]
     assert (seen.frames[0], seen.values[0]) == (0, False) and True in seen.values and seen.frames[1] > 0
