@@ -1,4 +1,4 @@
-"""What a feature opens once for a whole server, such as a device."""
+"""State of a feature for a whole server, such as a device."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ class OpenedFeature:
 
     Attributes:
         panels: makers of panels that use this state.
-        law: makes the law that may answer later of each session; None if this feature has none.
+        law: makes each session's late law; None if this feature has none.
     """
 
     panels: Sequence[PanelMaker] = ()

@@ -1,4 +1,5 @@
-"""What the rounds of a frame loop take, and how many sessions a machine carries: estimated from the speed of its steps, then corrected."""
+"""Duration of the frame loop's rounds, and number of sessions that a machine carries: estimated from the
+speed of its steps, then corrected."""
 
 import math
 import time
@@ -11,25 +12,25 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 MEMORY: Final = 3.0
-"""Rounds are averaged over about so long [s]."""
+"""Time constant of the average over rounds [s]."""
 
 ENOUGH: Final = 2.5
-"""With fewer sessions than this on average, rounds say little about what one more would take."""
+"""With fewer sessions on average, rounds say little about the cost of one more."""
 
 BAND: Final = 0.1
-"""The number of places changes when the measured one differs by more than this part."""
+"""Relative difference from the measured number at which the number of places changes."""
 
 REPORT: Final = 1.0
 """Time between two reports [s]."""
 
 
 class Workload:
-    """Belongs to the frame loop's thread; `places` and `report` may be read from any.
+    """Measures rounds. Belongs to the frame loop's thread; `places` and `report` may be read from any thread.
 
     Args:
-        places: sessions at once; to begin with, where they are corrected.
+        places: sessions at once; an initial value if `corrected`.
         loops: frame loops that share them.
-        corrected: whether the measured rounds correct them.
+        corrected: whether measured rounds correct `places`.
 
     Attributes:
         sessions: that had a frame in the last round.
@@ -46,7 +47,7 @@ class Workload:
 
     @property
     def budget(self) -> float:
-        """Wall time that each session may use for its steps in one frame [s]."""
+        """Wall time of each session's steps in one frame [s]."""
         return budget_of(self.sessions, self._drawing)
 
     def drew(self, stepping: float) -> None:
@@ -55,12 +56,13 @@ class Workload:
         self._stepping += stepping
 
     def note(self, work: float, elapsed: float) -> None:
-        """Take note of a round. `work`: wall time that it took; `elapsed`: from its beginning to that of the next one [s]."""
+        """Record a round. `work`: its wall time [s]; `elapsed`: time from its beginning to the next one's
+        [s]."""
         part = min(elapsed / MEMORY, 1.0) if self._interval else 1.0
         self._work += (work - self._work) * part
         self._mean_sessions += (self._drawn - self._mean_sessions) * part
         self._interval += (elapsed - self._interval) * part
-        # What comes next is drawn like this.
+        # The next round's drawing is assumed to take as long.
         self._drawing = work - self._stepping
         self.sessions, self._drawn, self._stepping = self._drawn, 0, 0.0
         if self._corrected and self._mean_sessions >= ENOUGH:
@@ -75,16 +77,17 @@ class Workload:
 
 
 DRAWING: Final = 36.0
-"""What drawing and sending one session's frame costs, in steps of the room that a newcomer sees."""
+"""Cost of drawing and sending one session's frame, in steps of the room that a newcomer sees."""
 
 BATCHES, BATCH = 5, 20
-"""The steps that are timed: the quickest batch counts, as whatever else runs makes it slower only."""
+"""Timed batches, and steps of each. The quickest batch counts, as other work only makes a batch slower."""
 
 
 def step_seconds() -> float:
-    """Measure how much processor time one step takes here, in some 50 ms [s].
+    """Processor time of one step on this machine; the measurement takes about 50 ms [s].
 
-    Before the loops of a step are machine code, which takes longer to load than a first picture may wait, this is how long it will take.
+    Before the loops of a step are compiled, which takes longer than a first picture may wait, this is an
+    estimate of their time.
     """
     run = RunSettings()
     simulation, least = Simulation(run), math.inf
@@ -98,16 +101,17 @@ def step_seconds() -> float:
 
 
 def places(step: float, loops: int = 1) -> int:
-    """Estimate how many sessions have 1 / `SLOWEST` frames a second at once, each at real time.
+    """Estimated number of sessions at real time with 1 / `SLOWEST` frames a second each.
 
     Args:
         step: see `step_seconds` [s].
-        loops: frame loops, and a core for each.
+        loops: frame loops, each with a core.
     """
     session = (SLOWEST / RunSettings().dt + DRAWING) * step
     return affordable(session) * loops
 
 
 def affordable(session: float) -> int:
-    """Number of sessions that fit into one frame loop, at least one. `session`: share of a round that each takes [s]."""
+    """Number of sessions that fit into one frame loop, at least one. `session`: share of a round that each
+    takes [s]."""
     return max(int(SLOWEST / max(session, 1e-9)), 1)
