@@ -1,4 +1,4 @@
-"""The listening socket from which connections come, bound before viser starts, so that a failure can be reported."""
+"""The listening socket, bound before viser starts, so that a failure can be reported."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def port_answers(host: str, port: int) -> bool:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens on `host`:`port`, bound in the caller's thread.
+    """Socket that listens on `host`:`port`, bound in the caller's thread.
 
     Raises:
         PortInUse: another program has the port.
@@ -67,10 +67,10 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def listen_near(host: str, first: int) -> socket.socket:
-    """Return a socket that listens on the first free port from `first` on; see `listen`.
+    """Socket on the first free port from `first` on; see `listen`.
 
     Raises:
-        PortInUse: all of them are taken.
+        PortInUse: all `MOST_TRIED` ports are taken.
         BadSetting: the host can't be used at all.
     """
     for port in range(first, first + MOST_TRIED - 1):
@@ -80,6 +80,6 @@ def listen_near(host: str, first: int) -> socket.socket:
 
 
 def url_of(host: str, port: int) -> str:
-    """Return the address to open in a browser on this computer."""
+    """Address to open in a browser on this computer."""
     name = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
     return f"http://{name}:{port}"
