@@ -34,7 +34,7 @@ READ_BYTES: Final = 16 * 1024
 _SMALL_FRAME_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
 _SIGHT: Final = {msgspec.msgpack.encode({"type": kind}): kind == SHOWN for kind in (HIDDEN, SHOWN)}
-"""Message of a page whose tab is hidden or shown → True if shown."""
+"""Message that a page's tab is hidden or shown → True if shown."""
 
 _QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
 _ANSWER: Final = pack(())

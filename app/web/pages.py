@@ -160,7 +160,7 @@ def page_query(request_path: str) -> dict[str, str]:
         if is_appended(key):
             continue
         if key == PUSH:
-            # One byte more, so that a too long value is reported as such.
+            # One character more, so that a too long value is reported as such.
             found.setdefault(key, value[: _LONGEST_PUSH + 1])
         elif 0 < len(key) <= _LONGEST_KEY and len(value) <= _LONGEST_VALUE:
             found.setdefault(key, value)

@@ -175,7 +175,7 @@ class DuetServer(viser.ViserServer):
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Number of browsers with a place, including those whose page is still being built."""
+        """Number of browsers with a place, also while their pages are being built."""
         return len(self._placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:

@@ -1,4 +1,5 @@
-"""What a visitor sends of a duel: a link that replays the nearest push to the last bit, and a film of five seconds around it."""
+"""Shares of a duel: a link that replays the nearest push to the last bit, and a film of five seconds around
+it."""
 
 import viser
 
@@ -25,7 +26,7 @@ class AskPushFilm(Action):
 
 
 def make_push_film(language: Language, push: Recorded) -> bytes:
-    """Return the film of a push in a language: a WebP file. Imports what draws in the process that makes it alone."""
+    """WebP film of the push. Only the process that makes it imports what draws."""
     from app.features.duel.push_film import film_bytes
 
     set_language(language)
@@ -33,11 +34,7 @@ def make_push_film(language: Language, push: Recorded) -> bytes:
 
 
 class DuelBox(PagePanel):
-    """The link and the button, below the score.
-
-    Args:
-        page: its panel of lessons has them.
-    """
+    """The link and the button, below the score in the panel of lessons."""
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports

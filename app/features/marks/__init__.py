@@ -1,4 +1,5 @@
-"""Marks for what a class hands in: points of laws and lab reports, tables for other systems, and a page of feedback for every student."""
+"""Marks for a class's hand-ins: points for laws and lab reports, tables for other systems, and a feedback
+page per student."""
 
 from collections.abc import Mapping
 from pathlib import Path

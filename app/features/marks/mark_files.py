@@ -1,5 +1,5 @@
-"""The marks as files: a table of all that was handed in, one row a student for Moodle or Canvas, the result of one at Gradescope; and a
-page of feedback for each student: every test with its reason, what to try, and the run that failed as a picture."""
+"""Files of marks: a table of all hand-ins, one row per student for Moodle or Canvas, a result for Gradescope;
+and a feedback page per student with every test, reason, advice, and a picture of the failed run."""
 
 import json
 import re
@@ -21,7 +21,8 @@ from scenes.files import csv_text, replacing
 
 
 class StudentMarks(NamedTuple):
-    """All that one student handed in; of several laws the best one counts, and a step in several reports counts once, the best."""
+    """Hand-ins of one student; the best of several laws counts, and a step in several reports counts once,
+    the best."""
 
     student: Student
     files: tuple[GradedFile, ...]
@@ -48,13 +49,13 @@ class StudentMarks(NamedTuple):
 
 
 def by_student(rows: Sequence[GradedFile]) -> list[StudentMarks]:
-    """Return the files of each student, sorted by name."""
+    """Files of each student, sorted by name."""
     ordered = sorted(rows, key=lambda row: row.student)
     return [StudentMarks(student, tuple(files)) for student, files in groupby(ordered, key=lambda row: row.student)]
 
 
 def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
-    """Write the table with one row a file."""
+    """Write the table with one row per file."""
     head = ("name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback")
     values = [
         (
@@ -67,7 +68,7 @@ def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
 
 
 def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a grading worksheet of Moodle's: the columns that its assignment reads, and finds a student by."""
+    """Write a Moodle grading worksheet: the columns that its assignment reads, and identifies a student by."""
     head = ("Identifier", "Full name", "Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
     rows = [
         (
@@ -80,14 +81,15 @@ def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a table for Canvas' gradebook, which finds a student by ID, and takes numbers alone."""
+    """Write a table for Canvas' gradebook, which identifies a student by ID, and takes only numbers."""
     most = max((one.maximum for one in students), default=0.0)
     rows = [(one.student.name, one.student.id, "", _number(one.points)) for one in students]
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])
 
 
 def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write the `results.json` of one submission, all files together: a test for each of a law's, and one for each other file."""
+    """Write the `results.json` of one submission with all files: a test for each of a law's, and one for each
+    other file."""
     rows = [row for one in students for row in one.files]
     tests: list[dict[str, object]] = []
     for row in rows:
@@ -104,7 +106,7 @@ def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 WRITERS: Final = {"moodle": write_moodle, "canvas": write_canvas, "gradescope": write_gradescope}
-"""Option → what writes its file, from all that was handed in."""
+"""Option → writer of its file."""
 
 
 def _number(value: float) -> str:
@@ -116,7 +118,7 @@ def _write(path: Path, rows: Sequence[Sequence[object]]) -> None:
 
 
 def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Language) -> None:
-    """Write a page for each student into a folder, which is made if there is none.
+    """Write a page for each student into a folder, which is created if necessary.
 
     Raises:
         OSError: it cannot be written.
@@ -125,7 +127,7 @@ def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Lan
     folder.mkdir(parents=True, exist_ok=True)
     taken: set[str] = set()
     for marks in students:
-        # Names come from files: they may hold any sign, and differ only in those that a system does not take.
+        # Names from files may hold any character, and may differ only in those that a system does not allow.
         name = re.sub(r"[^\w -]+", "-", "-".join(filter(None, (marks.student.name[:80], marks.student.id))))
         while name.casefold() in taken:
             name += "+"
@@ -135,7 +137,7 @@ def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Lan
 
 
 def feedback_page(marks: StudentMarks) -> str:
-    """Return the page, which loads and runs nothing, in the language that is spoken here."""
+    """Page that loads and runs nothing, in the current language."""
     title = tr("What {name} handed in", name=marks.student.name)
     return locked_page("features/marks/feedback.html", title, (SHEET,), marks=marks, chart=_chart)
 

@@ -1,4 +1,4 @@
-"""What a mouse or a finger takes hold of and pulls across the view: the visitor's arm, the ball, or the person who is imitated."""
+"""What a mouse or a finger pulls across the view: the visitor's arm, the ball, or the imitated person."""
 
 from collections.abc import Iterable
 from typing import Any, get_args
@@ -20,10 +20,10 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 
 
 class Grip:
-    """Nodes of the stage of which one is pulled at a time.
+    """Nodes of the 3-D view, of which one is pulled at a time.
 
     Args:
-        nodes: what can be taken hold of.
+        nodes: that can be pulled.
         holder: who pulls, and to whom a pull is posted.
     """
 
@@ -41,11 +41,10 @@ class Grip:
 
     @property
     def dragged(self) -> bool:
-        """Whether the visitor pulls at one of the nodes."""
         return self._taken is not None
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at one of the nodes; nothing happens at a pull at anything else, or after a reset until the pointer is
+        """Follow a pull at one of the nodes; ignores other pulls, and any after a reset until the pointer is
         released."""
         if action.handle not in self._nodes:
             return
@@ -69,7 +68,6 @@ class Grip:
         raise NotImplementedError
 
     def _let_go(self) -> None:
-        """Leave what was taken where it is."""
         self._holder.hold(None)
 
     def _ended_elsewhere(self) -> bool:
@@ -77,21 +75,20 @@ class Grip:
         return self._holder.held is None
 
     def show(self) -> None:
-        """Bring it up to date with the session."""
+        """Update it from the session."""
 
     def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
         self._taken = None
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the nodes plain again. `nodes_stay`: whether they are still on the stage."""
+        """Make the nodes plain again. `nodes_stay`: whether they remain in the scene."""
         if nodes_stay:
             for node in self._nodes.values():
                 node.remove_drag_callback()
 
 
 class ArmGrip(Grip):
-    """A pull at a link is a pull at the point of it that was taken."""
+    """Pulls a link at the point where it was taken."""
 
     def __init__(self, arm: ArmView, holder: Holder) -> None:
         super().__init__(arm.links, holder)
@@ -108,14 +105,14 @@ class ArmGrip(Grip):
 
 
 class BallGrip(Grip):
-    """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
+    """Takes the ball from the autopilot, and leaves it where it is released."""
 
     def __init__(self, view: BallView, holder: Holder) -> None:
         super().__init__((view.ball,), holder)
         self._ball, self._offset = view.ball, np.zeros(3)
 
     def _take(self, name: str, point: Array) -> None:
-        # It was taken at its surface, and must not jump by its radius.
+        # Taken at its surface, it must not jump by its radius.
         self._offset = point - np.asarray(self._ball.position, float)
 
     def _pull(self, place: Array) -> None:
@@ -123,7 +120,7 @@ class BallGrip(Grip):
 
 
 class FigureGrip(Grip):
-    """A pull makes the figure the person who is imitated; it stays as it was pulled."""
+    """A pull makes the figure the imitated person; it keeps its last posture."""
 
     def __init__(self, view: FigureView, hand: VisitorHand) -> None:
         self._limbs: dict[str, tuple[ArmName, bool]] = {
@@ -159,17 +156,16 @@ class FigureGrip(Grip):
         return self._grasp is None
 
     def _begin(self) -> None:
-        """Become the source, standing as the person stands who is drawn."""
+        """Become the source, in the posture of the drawn person."""
         drawn = self._view.angles
         self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
         self._hand.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:
-        """State of the figure's arms, at any time."""
         return AnglesTarget(None if self._figure is None else self._figure.angles(time))
 
     def show(self) -> None:
-        """Begin where the settings have made it the source, and end where they have chosen another one."""
+        """Begin when the settings make the figure the source, and end when they choose another one."""
         chosen = self._hand.settings.page.source == "figure"
         if chosen and self._figure is None:
             self._begin()
@@ -177,13 +173,13 @@ class FigureGrip(Grip):
             self._figure = None
 
     def forget_drag(self) -> None:
-        """Stand as at the start, with nothing pulled."""
+        """Return to the initial posture, with nothing pulled."""
         super().forget_drag()
         if self._figure is not None:
             self._figure.reset()
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the figure plain again, and take it out of another experiment."""
+        """Make the figure plain again, and remove it from another experiment."""
         super().remove(nodes_stay)
         if self._figure is not None and self._hand.settings.run.experiment.moves != "person":
             self._hand.set_source(None)

@@ -1,4 +1,4 @@
-"""Who moves something on the stage by handles and keys."""
+"""Who moves something in the 3-D view by handles and keys."""
 
 from typing import Protocol
 
@@ -13,14 +13,10 @@ class Holder(Protocol):
     """A person with a hand on an arm, a ball or a figure; see `app.session.visitor_hand.VisitorHand`."""
 
     @property
-    def settings(self) -> Settings:
-        """Settings of the run, and of the page."""
-        ...
+    def settings(self) -> Settings: ...
 
     @property
-    def simulation(self) -> Simulation:
-        """The run."""
-        ...
+    def simulation(self) -> Simulation: ...
 
     @property
     def arm(self) -> Arm:
@@ -29,7 +25,7 @@ class Holder(Protocol):
 
     @property
     def held(self) -> Target | None:
-        """What they hold, and where; None while they hold nothing."""
+        """What they hold, and where, or None."""
         ...
 
     def hold(self, target: Target | None) -> None:
@@ -41,5 +37,5 @@ class Holder(Protocol):
         ...
 
     def post(self, action: Action) -> None:
-        """Queue what their browser asks for; from any thread."""
+        """Queue an action of their browser; from any thread."""
         ...

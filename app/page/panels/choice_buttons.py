@@ -9,10 +9,10 @@ from app.i18n.speaking import tr
 from app.session.actions import Action
 
 MARK: Final = "● "
-"""Stands before the present choice: a cue that is no colour."""
+"""Prefix of the present choice: a cue that does not need colour."""
 
 UNTICKED: Final = "○ "
-"""Stands before a choice that is not ticked, where several can be: as wide as `MARK`, so that a tick moves no button."""
+"""Prefix of an unticked choice, as wide as `MARK`, so that a tick moves no button."""
 
 Asked = TypeVar("Asked", bound=Action)
 
@@ -22,10 +22,10 @@ class ChoiceButtons:
 
     Args:
         label: before the row, in English; may be empty.
-        choices: what a button says, in English → what it asks for.
-        hint: one line that explains it, in English.
-        post: called with what a button that was pressed asks for, on the network's thread.
-        order: place among its neighbours, None for the end.
+        choices: label in English → value to post.
+        hint: one line, in English.
+        post: called with the value of a pressed button, on the network's thread.
+        order: among its neighbours, None for the end.
         numbered: whether each button begins with its number, from 1.
     """
 
@@ -45,34 +45,27 @@ class ChoiceButtons:
 
         @self._buttons.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-            # A press may have been on its way while the mark moved, or the button was taken away.
+            # The mark may have moved, or the button been removed, while the press was on its way.
             plain = event.target.value.removeprefix(MARK).removeprefix(UNTICKED)
             if plain in {one.removeprefix(MARK).removeprefix(UNTICKED) for one in event.target.options}:
                 post(said[plain])
 
     @property
     def order(self) -> float:
-        """Place among its neighbours."""
         return self._buttons.order
 
     def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:
         """Update the row.
 
         Args:
-            marked: index of the present choice; −1 for none.
-            offered: indices of the choices that have a button; None for all.
-            visible: whether the row is there.
+            marked: index of the present choice, or −1.
+            offered: indices of the choices with a button; None for all.
         """
         indices = range(len(self._labels)) if offered is None else offered
         self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)
         self._buttons.visible = visible
 
     def tick(self, ticked: tuple[int, ...], visible: bool) -> None:
-        """Update a row of which several choices can be marked.
-
-        Args:
-            ticked: indices of the choices that are marked.
-            visible: whether the row is there.
-        """
+        """Update a row with several marked choices. `ticked`: their indices."""
         self._buttons.options = tuple((MARK if i in ticked else UNTICKED) + label for i, label in enumerate(self._labels))
         self._buttons.visible = visible

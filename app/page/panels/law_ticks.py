@@ -1,4 +1,4 @@
-"""The laws that can be drawn beside the running one, a button each; they are there while the plot of laws is."""
+"""Buttons of the laws that can be drawn beside the running one, shown with the plot of laws."""
 
 from typing import Final
 
@@ -13,21 +13,16 @@ from scenes.law_answers import LawOfFile
 from scenes.laws import LAWS
 
 HINT: Final = N_("Draws up to three laws beside the running one; a fourth takes the place of the oldest.")
-"""Hint of the row of ticks."""
 
 
 class TickLaw(Action, newest_by=None):
-    """Draw a law beside the running one, or no longer."""
+    """Draw a law beside the running one, or remove it."""
 
     law: str
 
 
 class LawTicks(PagePanel):
-    """The row below the plots. The running law is always drawn and marked, so that no button ever moves.
-
-    Args:
-        page: with the panel of plots.
-    """
+    """Row below the plots. The running law is always drawn and marked, so that no button moves."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -46,7 +41,6 @@ class LawTicks(PagePanel):
         self._buttons.tick((), visible=False)
 
     def show(self, frame: Frame) -> None:
-        """Mark the laws that are drawn."""
         names, drawn = list(LAWS), set(self._laws.places)
         if not isinstance(frame.simulation.law, LawOfFile):
             drawn.add(frame.settings.run.law.law)
