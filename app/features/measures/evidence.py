@@ -1,4 +1,4 @@
-"""A run, finished or still going on, as it can be measured. Nothing here touches the simulation's own kinematics."""
+"""A run, finished or not, for measurements. Nothing here touches the simulation's own kinematics."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -14,19 +14,19 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 SAMPLES: Final = 600
-"""Rows of a run at which a place that has to be computed from the joints is looked at, at most."""
+"""Most rows of a run at which a position is computed from the joints."""
 
 
 class Evidence:
-    """What a run has left behind.
+    """Record of a run.
 
     Args:
-        until: rows from this time on do not count [s].
-        newest: number of the newest rows; None for all.
+        until: later rows do not count [s].
+        newest: number of newest rows; None for all.
 
     Attributes:
-        settings, room: with which the run ended, and where it is.
-        table: its rows (rows, columns of `scenes.history`), oldest first; the history may have forgotten the first of them.
+        settings, room: at the end of the run.
+        table: rows (rows, columns of `scenes.history`), oldest first; the history may have dropped the first.
         arm: the arm with the shown task.
     """
 
@@ -44,21 +44,21 @@ class Evidence:
 
     @property
     def whole(self) -> bool:
-        """True if the run is here from its first step on."""
+        """True if the table begins with the run's first step."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
     @property
     def has_obstacle(self) -> bool:
-        """True if there is something to keep clear of, and a step was made."""
+        """True if there is an obstacle, and a step was made."""
         return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
 
     def column(self, name: str) -> Array:
-        """Return one column (rows,), see `scenes.history.SCALARS`."""
+        """One column (rows,), see `scenes.history.SCALARS`."""
         return self.table[:, COLUMN[name]]
 
     @property
     def times(self) -> Array:
-        """Time of every row (rows,) [s]."""
+        """(rows,) [s]."""
         return self.column("t")
 
     @property
@@ -77,7 +77,7 @@ class Evidence:
         return self._simulation.history.desired(self.table)[:, self.arm.joints]
 
     def row_at(self, time: float) -> int | None:
-        """Return the row nearest to a time [s]; None if the run does not reach it, or has forgotten it."""
+        """Row nearest to a time [s]; None if the run does not reach it, or has dropped it."""
         times, half = self.times, self.settings.dt * 0.75
         if not len(times):
             return None
@@ -93,28 +93,27 @@ class Evidence:
         return ProximityDetector(self.kinematics, self.room.geometry)
 
     def kinematics_at(self, row: int) -> Kinematics:
-        """Return the kinematics with the arms as they were in a row."""
         self.kinematics.update(np.ascontiguousarray(self.positions[row]))
         return self.kinematics
 
     def lever(self, row: int) -> Array:
-        """Return J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
+        """J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
         self.kinematics_at(row)
         law = self.settings.law
         return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
-        """Place of the arm's hand (3,) [m]."""
+        """(3,) [m]."""
         return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
-        """Place of the arm's elbow (3,) [m]."""
+        """(3,) [m]."""
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:
-        """Return evenly spaced rows of the whole run, which has some: at most `SAMPLES`, the last one among them."""
+        """At most `SAMPLES` evenly spaced rows of a non-empty run, including the last."""
         return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
 
     def along(self, what: Callable[[int], Array]) -> Array:
-        """Return something at the rows of `sampled_rows` (k, …)."""
+        """Values at `sampled_rows` (k, …)."""
         return np.array([what(row) for row in self.sampled_rows()])

@@ -1,5 +1,3 @@
-"""The persons that a server was started with, shared by its sessions."""
-
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -19,8 +17,8 @@ class OpenedPersons(OpenedFeature):
     """The server's person from a file, and its camera.
 
     Args:
-        bvh: the person of the file; None if no file was named.
-        camera: the person in front of the camera or in the video; None if there is no camera.
+        bvh: person of the file, or None.
+        camera: person in front of the camera or in the video, or None.
     """
 
     def __init__(self, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:

@@ -1,4 +1,4 @@
-"""`lwr-duet robots`: which arms there are."""
+"""`lwr-duet robots`: list of available arms."""
 
 from dataclasses import dataclass
 from typing import get_args

@@ -19,18 +19,16 @@ from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 
 MOST_TRIANGLES: Final = 1_500_000
-"""Largest number of triangles in all meshes of a robot together."""
+"""Most triangles in all meshes of a robot together."""
 
 
 @dataclass(frozen=True)
 class FileArm:
-    """The arm in a URDF file, without what takes long.
+    """The arm in a URDF file, without its slow parts.
 
     Attributes:
-        file: where it is from.
-        tree: what is in the file.
         model: of the arm on its column.
-        column: height of the column [m].
+        column: height [m].
     """
 
     file: RobotFile
@@ -39,7 +37,6 @@ class FileArm:
     column: float
 
     def robot(self, capsules: tuple[Capsule, ...]) -> Robot:
-        """Return the robot with its capsules."""
         labels = tuple(f"joint {i}" for i in range(1, self.model.njoints))
         name = self.file.key.rpartition("-")[0]
         named = self.file.chain.hand
@@ -48,7 +45,7 @@ class FileArm:
 
 
 def load_arm(file: RobotFile) -> FileArm:
-    """Return the arm of a file.
+    """Arm of a file.
 
     Raises:
         BadInputFile: it cannot be read.
@@ -59,7 +56,7 @@ def load_arm(file: RobotFile) -> FileArm:
 
 
 def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
-    """Yield every shape, as one or more meshes.
+    """Every shape, as one or more meshes.
 
     Raises:
         BadInputFile: a mesh cannot be read, or there are too many triangles.
@@ -84,9 +81,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
 
 
 def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
-    """Return a capsule around the collision shapes of every link, of a link without any around what is drawn of it.
-
-    The first link shares one with the base that it turns on.
+    """A capsule around the collision shapes of every link, or around its visible ones if it has no others.
+    The first link shares one with its base.
 
     Raises:
         BadInputFile: as `solids`; or nothing has a shape.
@@ -124,7 +120,8 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
 
 
 def _own_capsule(shapes: list[Solid]) -> tuple[Array, Array, float] | None:
-    """The capsule (centres (3,), radius [m]) that is the only shape of a joint in the file; None if it has others, or is a ball."""
+    """Capsule (centres (3,), radius [m]) that is a joint's only shape in the file; None with other shapes, or
+    for a ball."""
     from scenes.robots.fitting import SHORTEST
 
     (first, *more) = shapes

@@ -1,6 +1,6 @@
-"""The one strict reader of URDF files (versions 1.0 to 1.2): the joints and the shapes of an arm both come from what it returns.
+"""The one strict reader of URDF files (versions 1.0 to 1.2), for both the joints and the shapes of an arm.
 
-A number, an attribute or a shape that it does not know is refused by name: two lenient readers would make two different arms of it.
+It refuses unknown numbers, attributes and shapes by name: two lenient readers would find two different arms.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SHAPES: Final = {
 """Shapes and their attributes."""
 
 GREATEST: Final = 1e6
-"""Greatest number in a place or a size [m, rad]."""
+"""Greatest number in a position or a size [m, rad]."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ANY_NUMBER: Final = re.compile(rf"{_NUMBER.pattern}|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
@@ -55,7 +55,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere [m]."""
+    """[m]."""
 
     radius: float
 
@@ -81,7 +81,8 @@ ShapeForm = Box | Cylinder | Sphere | Pill | MeshFile
 
 @dataclass(frozen=True)
 class Shape:
-    """One shape of a link. `pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1; None if not given."""
+    """One shape of a link. `pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1,
+    or None."""
 
     form: ShapeForm
     pose: Array
@@ -90,7 +91,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Link:
-    """A link with what is drawn of it and what collides."""
+    """A link with its visible and collision shapes."""
 
     name: str
     visuals: tuple[Shape, ...]
@@ -105,11 +106,11 @@ class UrdfJoint:
         kind: one of `KINDS`.
         parent, child: names of links.
         pose: (4, 4) of the child in the frame of the parent at angle 0 [m].
-        axis: (3,), not yet of unit length.
-        lower, upper, velocity: as the file has them [rad, rad/s]; None if it has none.
+        axis: (3,), not normalised.
+        lower, upper, velocity: as in the file [rad, rad/s], or None.
         mimic: whether it only follows another joint.
-        origin: the attributes of its <origin>, as the file has them.
-        direction: its axis, as the file has it.
+        origin: attributes of its <origin>, as in the file.
+        direction: its axis, as in the file.
     """
 
     name: str
@@ -133,7 +134,7 @@ class UrdfTree:
     Attributes:
         version: of the format.
         links, joints: in the order of the file; their names are unique.
-        root: name of the link that hangs on no joint.
+        root: name of the link without a parent.
     """
 
     version: str
@@ -143,21 +144,21 @@ class UrdfTree:
 
 
 def short(name: str) -> str:
-    """A name in a file as a message may show it."""
+    """A name in a file, shortened for messages."""
     return "".join(c if c.isprintable() else "?" for c in name)[:40]
 
 
 def read_urdf(text: bytes, name: str) -> UrdfTree:
-    """Return the robot in a URDF file. `name`: of the file, for messages.
+    """Robot in a URDF file. `name`: of the file, for messages.
 
     Raises:
-        BadInputFile: damaged, not a URDF, or with something in it that could be understood in two ways.
+        BadInputFile: damaged, not a URDF file, or ambiguous.
     """
     return _UrdfReader(name).robot(_root(text, name))
 
 
 def _root(text: bytes, name: str) -> Element:
-    """The <robot> of a file. Refuses damaged XML, other XML, and what has to be expanded by xacro."""
+    """<robot> of a file. Refuses damaged XML, other XML, and xacro that is not expanded."""
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
@@ -181,8 +182,6 @@ def _root(text: bytes, name: str) -> Element:
 
 
 class _UrdfReader:
-    """Reads the parts of one file. `name`: of the file, for messages."""
-
     def __init__(self, name: str) -> None:
         self._name = name
         self._version = VERSIONS[0]
@@ -206,7 +205,6 @@ class _UrdfReader:
         return UrdfTree(self._version, links, joints, self._tree_root(links, joints))
 
     def _tree_root(self, links: Sequence[Link], joints: Sequence[UrdfJoint]) -> str:
-        """The link on which all others hang."""
         names = {link.name for link in links}
         for joint in joints:
             for end in (joint.parent, joint.child):
@@ -315,7 +313,7 @@ class _UrdfReader:
         return float(text)
 
     def _pose(self, origin: Element | None, place: str) -> Array:
-        """The pose (4, 4) of an <origin>."""
+        """Pose (4, 4) of an <origin>."""
         if origin is None:
             return np.eye(4)
         # Slow to import.
@@ -350,7 +348,7 @@ class _UrdfReader:
         return name
 
     def _only(self, part: Element, tag: str, place: str) -> Element | None:
-        """The child of that tag, which may not be there twice."""
+        """Child with that tag, which may occur once at most, or None."""
         found = part.findall(tag)
         if len(found) > 1:
             raise self._fault(f"{place}: it has {len(found)} <{tag}>; give one")
@@ -366,7 +364,8 @@ class _UrdfReader:
     def _numbers(
         self, part: Element, key: str, counts: Sequence[int], place: str, usual: tuple[float, ...] | None = None
     ) -> tuple[float, ...]:
-        """The finite numbers of an attribute. `counts`: how many there may be. `usual`: where the attribute is left out."""
+        """Finite numbers of an attribute. `counts`: allowed numbers of them. `usual`: if the attribute is
+        missing."""
         text = part.get(key)
         if text is None:
             if usual is None:

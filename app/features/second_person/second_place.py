@@ -1,4 +1,4 @@
-"""The place of a second person in a session: the word of the link that leads to it, and who has it."""
+"""The place of a second person in a session: the word of its link, and its guest."""
 
 from typing import ClassVar
 
@@ -13,7 +13,7 @@ class SecondPlace(SessionPart):
 
     Attributes:
         word: of the link; "" without an invitation.
-        guest: the page of the person who has the place; None while it is free.
+        guest: page of the person in the place, or None.
     """
 
     name: ClassVar[str] = "invitation"
@@ -28,7 +28,7 @@ class SecondPlace(SessionPart):
         return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """Open the same link again; the part of a damaged record opens none."""
+        """Open the same link again; a damaged record opens none."""
         try:
             self.word = msgspec.msgpack.decode(saved, type=str)
         except msgspec.MsgspecError:

@@ -1,4 +1,5 @@
-"""What a sweep writes: a row a point, at once while it runs, and one table in order at the end, CSV or Parquet."""
+"""Files of a sweep: one row per point, written at once while it runs, and one ordered table at the end, CSV
+or Parquet."""
 
 import csv
 import io
@@ -18,28 +19,29 @@ _MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
-    """Return the head of the table: the settings that all rows share, and the values of the swept ones."""
+    """Head of the table: the settings that all rows share, and the values of the swept ones."""
     fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
     swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
 
 
 def sweep_columns(grid: Grid) -> tuple[str, ...]:
-    """Return the table's columns: the swept keys, then the figures."""
+    """Columns of the table: the swept keys, then the figures."""
     return (*(axis.key for axis in grid.axes), *FIGURES)
 
 
 class SweepFiles:
-    """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so far, `sweep.part.csv`.
+    """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so
+    far, `sweep.part.csv`.
 
     Args:
-        folder: made by `recording` if it is not there.
+        folder: created by `recording`.
         grid: its points are the rows.
         form: of the complete table.
 
     Raises:
-        BadSetting: it holds another sweep, or Parquet is asked for and pyarrow is not installed.
-        BadInputFile: a table that is there cannot be read.
+        BadSetting: it holds another sweep, or pyarrow is missing for Parquet.
+        BadInputFile: an existing table cannot be read.
     """
 
     def __init__(self, folder: Path, grid: Grid, form: Literal["csv", "parquet"]) -> None:
@@ -63,7 +65,7 @@ class SweepFiles:
         """Yield a function that writes a point's row to disk at once.
 
         Raises:
-            BadSetting: the folder cannot be made, or not be written to.
+            BadSetting: the folder cannot be made or written to.
         """
         with writable(self.folder, "out"):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -82,7 +84,8 @@ class SweepFiles:
             with out:
                 yield add
         except KeyboardInterrupt:
-            # It may come between a row's line and its place among the rows: what the file holds counts.
+            # An interruption may come between the write of a row and its entry here: the file's content
+            # counts.
             self.rows |= self._read(self.part)
             raise
 
@@ -148,7 +151,7 @@ def _short(text: str | None) -> str:
 def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     with _readable(path):
         data = read_file(path, _MOST_BYTES)
-        # What follows the last line break is a row that was being written.
+        # After the last line break the write of a row was interrupted.
         data = data[: data.rfind(b"\n") + 1]
         head = tuple(line[2:] for line in data.decode("utf-8").split("\n") if line.startswith("# "))
         table = read_text_table(data, str(path), "remove it, or give another --out")

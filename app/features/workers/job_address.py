@@ -1,4 +1,4 @@
-"""Where processes find the pool of jobs that they share, and how it is started; imports nothing slow."""
+"""Address and start of the shared pool of jobs; imports nothing slow."""
 
 import subprocess
 from pathlib import Path
@@ -15,7 +15,8 @@ class JobAddress(NamedTuple):
 
 
 def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
-    """Start a process that runs jobs until its standard input is closed; see `app.features.workers.shared_jobs.main`."""
+    """Start a process that runs jobs until its standard input is closed; see
+    `app.features.workers.shared_jobs.main`."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
     process = subprocess.Popen(own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0)

@@ -10,7 +10,7 @@ from app.web.request import request_query
 
 
 class WorkerHost(PrivateHost):
-    """A host of private sessions that sends tabs to other workers where they belong, or have room.
+    """Host of private sessions that sends tabs to other workers which have them, or more room.
 
     Args:
         link: to the other processes.
@@ -22,7 +22,7 @@ class WorkerHost(PrivateHost):
         self._announced: set[str] = set()
 
     def connect(self) -> None:
-        """Hear what other workers announce, and send tabs that wait for their pages to another worker, once one has more room."""
+        """Handle other workers' announcements, and send waiting tabs to another worker that has more room."""
         super().connect()
         for message in self._link.received():
             if isinstance(message, Announced):
@@ -35,7 +35,7 @@ class WorkerHost(PrivateHost):
                     self.context.server.send_elsewhere(client)
 
     def join(self) -> None:
-        """Tell the other workers which visitors can be joined here."""
+        """Announce to the other workers which visitors can be joined here."""
         super().join()
         words = {word for pages in self.joining for word in pages.words(self.visitors.values())}
         for word in words - self._announced:
