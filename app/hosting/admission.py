@@ -1,5 +1,4 @@
-"""Browsers that have connected or gone, and the queue for pages: one is built at a time, piece by piece,
-between the others' frames."""
+"""Arrival of browsers, and the queue for pages, which are built one at a time between the others' frames."""
 
 from collections import deque
 from collections.abc import Callable, Generator
@@ -12,7 +11,7 @@ import viser
 from app.hosting.app_context import AppContext
 
 SLICE: Final = 0.008
-"""Wall time in one frame after which no further piece of a page is built [s]."""
+"""Wall time per frame for building pages [s]."""
 
 Pieces = Generator[None, None, None]
 """Building of a page; yields after every piece."""
@@ -21,8 +20,7 @@ _WHOLE: Final = object()
 
 
 class Admission:
-    """Browsers that connect and disconnect, and the queue for their pages. Belongs to the frame loop's
-    thread.
+    """Arriving and leaving browsers, and the queue for pages. Belongs to the frame loop's thread.
 
     Args:
         build: begins a client's page; the language of others may be set between two pieces.
@@ -42,12 +40,10 @@ class Admission:
 
     @property
     def busy(self) -> bool:
-        """True while a page is still to be built."""
         return self._current is not None or bool(self._waiting)
 
     def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Clients that have connected and are still there, and ids of those that have disconnected, since the
-        last call.
+        """Clients that have connected, and ids of those that have disconnected, since the last call.
 
         Disconnected clients leave the queue; a half-built page is given up.
         """
@@ -70,7 +66,7 @@ class Admission:
 
     def advance(self) -> None:
         """Build the first client's page for `SLICE`, at least one piece; the next page waits for another
-        frame, at once."""
+        frame."""
         if self._current is None and self._waiting:
             client = self._waiting.popleft()
             self._current = client, self._build(client), copy_context()

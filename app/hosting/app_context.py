@@ -1,4 +1,4 @@
-"""What all hosts and visitors of a running app share."""
+"""Parts shared by all hosts and visitors of an app."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -28,11 +28,8 @@ class AppContext:
     """What all hosts and visitors share.
 
     Attributes:
-        options: of the server.
         jobs: background jobs of all sessions.
         law: makes the late law of a session.
-        store: what absent visitors left behind.
-        workload: duration of rounds, and number of private sessions at once.
         errors: log of failures in the pages' frames.
         panels: makers of the features' panels on an operator's page.
         key_help: rows of features in the page's table of keys.
@@ -79,8 +76,8 @@ class AppContext:
 
     @contextmanager
     def apart(self, what: str, client_id: int) -> Iterator[None]:
-        """Log an exception of one browser's page, so that the others lose no frame. A tab that is closing has
-        no page any more."""
+        """Log an exception of one browser's page, so that the others lose no frame; ignored if the tab is
+        closing."""
         try:
             yield
         except Exception as error:

@@ -1,5 +1,4 @@
-"""The one thread that simulates and draws, and how often a page has a frame: seldom while it rests or is
-hidden."""
+"""The one thread that simulates and draws; resting and hidden pages have few frames."""
 
 import logging
 import threading
@@ -15,13 +14,13 @@ from app.web.sending import waking_together
 log = logging.getLogger("duet.hosts")
 
 SOONEST: Final = 0.008
-"""Least wall time between two frames when an action asks for one at once [s]."""
+"""Least time between two frames when an action asks for one at once [s]."""
 
 STUCK: Final = 3.0
-"""A frame that takes longer than this may be stuck [s]."""
+"""Duration after which a frame may be stuck [s]."""
 
 MOST_WORK, LONGEST = 15.0, 120.0
-"""Most processor time, and most wall time, of a frame that is not stuck [s]."""
+"""Most processor and wall time of a frame that is not stuck [s]."""
 
 
 class FrameLoop:
@@ -65,13 +64,12 @@ class FrameLoop:
         return worked == seen or worked - self._worked > MOST_WORK or self._clock() - self._began > LONGEST
 
     def stop(self) -> None:
-        """Stop, and wait for the end of the last frame."""
         self._stopped = True
         self._due.set()
         self._thread.join(timeout=5.0)
 
     def round(self) -> tuple[float, float]:
-        """Make one frame. Returns the times of the next frame: if one is asked for, and otherwise [s]."""
+        """Make one frame. Returns the earliest and the latest time of the next one [s]."""
         now, last = self._clock(), self._began
         self._began, self._worked = now, _processor_time(self._thread)
         try:
@@ -101,10 +99,10 @@ def _processor_time(thread: threading.Thread) -> float:
 
 
 LIVELY: Final = 3.0
-"""Time after any event during which a page has a frame in every round: a camera may still be moving [s]."""
+"""Time after any event with a frame in every round: a camera may still be moving [s]."""
 
 RESTING: Final = 0.5
-"""Time between two frames of a page on which nothing happens [s]."""
+"""Time between two frames of a resting page [s]."""
 
 UNSEEN: Final = 1.0
 """Time between two frames of a hidden page, so that a requested file is still sent [s]."""
@@ -123,7 +121,6 @@ class Attention:
 
         Args:
             hidden: whether its tab is hidden.
-            paused: whether its run is paused.
             stirred: whether its browser has sent anything, or a result has arrived, since the last frame.
         """
         turned = (hidden, paused) != (self._hidden, self._paused)

@@ -9,7 +9,7 @@ class Host(Protocol):
     admission: Admission
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. `now`, `elapsed`: wall time, and time since the last frame [s]."""
+        """Times are wall time, and time since the last frame [s]."""
 
     def close(self, goes_on: bool = False) -> None:
         """Save the visitors' work and close every session. `goes_on`: whether the next server continues it."""

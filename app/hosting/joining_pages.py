@@ -1,4 +1,4 @@
-"""Pages of people who join a visitor's private session; a feature makes them."""
+"""Pages that join a visitor's private session; a feature makes them."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from app.hosting.visitor import Visitor
 
 @dataclass(frozen=True)
 class Joining:
-    """Makers of the joining pages of a private host, one per feature; see `AppContext.given`."""
+    """Makers of a private host's joining pages, one per feature; see `AppContext.given`."""
 
     makers: "tuple[Callable[[AppContext], JoiningPages], ...]" = ()
 
@@ -30,15 +30,15 @@ class JoiningPages(Protocol):
         ...
 
     def leave(self, client_id: int) -> None:
-        """Close the page of a disconnected client, if it has one here."""
+        """Close the page of a disconnected client, if any."""
         ...
 
     def follow(self, visitors: Collection[Visitor]) -> None:
-        """Update `Visitor.beside` of all visitors; called before every round of frames."""
+        """Update `Visitor.beside`; called before every round of frames."""
         ...
 
     def words(self, visitors: Collection[Visitor]) -> Collection[str]:
-        """Words of the links that lead to visitors of this host; see `app.settings.JOIN`."""
+        """Words of the links to this host's visitors; see `app.settings.JOIN`."""
         ...
 
     def opened_elsewhere(self, word: str) -> None:

@@ -13,7 +13,7 @@ AWAY: Final = 600.0
 """Time that a live session waits for its visitor [s]."""
 
 MOST_SESSIONS: Final = 8
-"""Live sessions kept at once, each with the history of its run; the oldest is closed first."""
+"""Most live sessions, each with the history of its run; the oldest is closed first."""
 
 
 @dataclass(frozen=True)
@@ -24,14 +24,11 @@ class _Parked:
 
 
 class Parking:
-    """Keeps live sessions in memory, so that a tab that reconnects with the same link continues. Belongs to
-    the frame loop's thread.
+    """Keeps live sessions in memory, for tabs that reconnect with the same link. Belongs to the frame loop's
+    thread.
 
     A visitor without a valid id leaves nothing. Records are kept by a feature, if at all
     (`app.feature.Feature.store`).
-
-    Args:
-        clock: time [s].
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -44,7 +41,7 @@ class Parking:
 
     @property
     def health(self) -> Mapping[str, object]:
-        """Its part of `/healthz`; called on the network's thread."""
+        """Part of `/healthz`; called on the network's thread."""
         return {}
 
     @property
@@ -52,20 +49,19 @@ class Parking:
         """Title and text, in English, of a warning for visitors, or None."""
         return None
 
-    def save(self, record: VisitorRecord) -> None:
-        """Keep a visitor's record in place of the earlier one."""
+    def save(self, record: VisitorRecord) -> None: ...
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
-        """Find the record of a visitor by the query of the new link. Yields while it is read.
+        """Record of a visitor by the query of the new link; yields while it is read.
 
         Returns:
-            None if there is no record, or if the live session waits for this visitor.
+            None without a record, or if the live session waits for this visitor.
         """
         yield from ()
         return None
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
-        """True if only this process has what a tab comes back for."""
+        """True if no other process has what a tab comes back for."""
         return tab_id(query) in self._parked
 
     def park(self, query: Mapping[str, str], session: Session) -> None:
@@ -80,8 +76,7 @@ class Parking:
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> Session | None:
-        """Live session of a tab that is back by the same link, or None; by another link the session is
-        closed."""
+        """Live session of a tab that is back by the same link, or None; another link closes it."""
         self.tidy()
         tab = tab_id(query) or ""
         if not self.awaits(query):
@@ -90,17 +85,15 @@ class Parking:
         return self._parked.pop(tab).session
 
     def awaits(self, query: Mapping[str, str]) -> bool:
-        """True if a live session waits for this tab and link."""
         parked = self._parked.get(tab_id(query) or "")
         return parked is not None and link_of(parked.query) == link_of(query)
 
     def is_reload(self, query: Mapping[str, str]) -> bool:
-        """True if the tab of a live session has loaded its page again; False if only the connection was lost."""
+        """True if a live session's tab has loaded its page again; False if it only lost its connection."""
         parked = self._parked.get(tab_id(query) or "")
         return parked is not None and parked.query.get(OPENED) != query.get(OPENED)
 
     def tidy(self) -> None:
-        """Drop sessions that are too old or too many."""
         now = self._clock()
         # The oldest first.
         for tab, parked in list(self._parked.items()):

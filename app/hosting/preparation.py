@@ -1,5 +1,5 @@
-"""Prepares at the start what is slow the first time: catalogues, features, and meshes. Meshes not in the
-user's cache are made in another process, as they would delay the frames for seconds."""
+"""Prepares slow things at the start: catalogues, features, and meshes. Missing meshes are made in another
+process, as they would delay the frames for seconds."""
 
 import logging
 import threading
@@ -24,7 +24,7 @@ from scenes.room_shells import furniture_glb
 log = logging.getLogger("duet.hosts")
 
 PAUSE: Final = 0.02
-"""Time after each item that belongs to the frames alone [s]."""
+"""Pause after each item, for the frames [s]."""
 
 ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
@@ -62,7 +62,7 @@ class Preparation:
 
 
 def mesh_makers() -> Iterator[Callable[[], object]]:
-    """Yield one function per mesh, which reads it from the user's cache or makes it."""
+    """One function per mesh, which reads it from the user's cache or makes it."""
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
@@ -78,5 +78,5 @@ def _furnish(rig: str, coarse: bool) -> None:
 
 
 def make(draw: Callable[[], object]) -> None:
-    """Make one mesh for the user's cache; runs in a worker."""
+    """Runs in a worker."""
     draw()

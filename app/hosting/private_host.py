@@ -33,7 +33,7 @@ class PrivateHost:
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self, goes_on: bool = False) -> None:
-        """Save every visitor's work, and close every session, also of absent visitors."""
+        """Also saves and closes the sessions of absent visitors."""
         del goes_on
         self.admission.close()
         for visitor in self.visitors.values():
@@ -64,7 +64,6 @@ class PrivateHost:
             self.admission.come(client)
 
     def join(self) -> None:
-        """Assign joining pages to their visitors."""
         for visitor in self.visitors.values():
             visitor.beside = ()
         for pages in self.joining:
@@ -75,7 +74,7 @@ class PrivateHost:
         return next((pages for pages in self.joining if pages.expects(query)), None)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        """Build a visitor's page piece by piece; it is drawn once it is whole."""
+        """Build a visitor's page piece by piece, and draw it once it is whole."""
         context, query = self.context, request_query(client)
         joined = self.joined(query)
         if joined is not None:

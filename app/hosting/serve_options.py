@@ -35,11 +35,7 @@ class FeatureOptions:
         return ""
 
     def check(self) -> None:
-        """Check the options before anything is served.
-
-        Raises:
-            BadSetting: an option is not possible.
-        """
+        """Raises `BadSetting` before anything is served."""
 
     def held(self, port: int, until: ExitStack) -> Self:
         """Take what the server holds while it runs, such as a file's lock; return the options to serve with.
@@ -55,11 +51,7 @@ class FeatureOptions:
         return self
 
     def fits(self, options: "ServeOptions") -> None:
-        """Check the options together with the others before anything is served.
-
-        Raises:
-            BadSetting: an option is not possible.
-        """
+        """Check the combination with the other options; raises `BadSetting` before anything is served."""
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
         """Lines printed at the start. `places`: private sessions at once."""
@@ -76,12 +68,12 @@ class ServeOptions:
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
         key: the teacher's, or None.
-        allowed_origins: web addresses from which pages may connect besides our own.
+        allowed_origins: web addresses of other pages that may connect.
         embed_origins: web addresses of pages that may show ours in a frame.
-        proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
+        proof: of a notebook server, see `app.web.origin_policy.PROOF`, or "".
         ahead: whether to prepare what is slow the first time.
-        loops: frame loops that share the sessions, each with a core of its own.
-        features: what is asked of features, at most one of each type.
+        loops: frame loops that share the sessions, each with its own core.
+        features: at most one of each type.
     """
 
     host: str = "127.0.0.1"
@@ -97,7 +89,6 @@ class ServeOptions:
     features: tuple[FeatureOptions, ...] = ()
 
     def of(self, kind: type[T]) -> T:
-        """Options of a feature, or its defaults."""
         return next((one for one in self.features if isinstance(one, kind)), None) or kind()
 
     @property

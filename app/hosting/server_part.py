@@ -1,4 +1,4 @@
-"""What a feature keeps for a whole server, and for one visitor."""
+"""A feature's parts for a whole server, and for one visitor."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,6 @@ class Visit:
     """A visitor's session before its page is built.
 
     Attributes:
-        query: of the visitor's link.
         private: whether the session is this visitor's alone, not of a class or group.
         back: whether a live session was claimed from the store.
         new: whether the store has nothing of the visitor.
@@ -32,19 +31,16 @@ class Visit:
 
 
 class VisitorPart:
-    """What a feature does for one visitor besides its panels; a subclass overrides what it needs."""
+    """A feature's part for one visitor, besides panels; a subclass overrides what it needs."""
 
     def open(self, record: VisitorRecord | None) -> tuple[str, ...]:
-        """Open what the visitor's link or record asks for.
-
-        Returns:
-            A message for every part of the link that is not possible.
-        """
+        """Open what the visitor's link or record asks for; return a message for every impossible part of the
+        link."""
         del record
         return ()
 
     def notify(self) -> None:
-        """Notify of problems with the feature's files, once the page is built, also again after `outdated`."""
+        """Report problems with the feature's files, once the page is built, also again after `outdated`."""
 
     def add_to(self, client: viser.ClientHandle, view: View) -> None:
         """Add to the visitor's page, after its panels."""
@@ -62,10 +58,9 @@ class VisitorPart:
 
 
 class ServerPart:
-    """What a feature keeps for a whole server; a subclass overrides what it needs."""
+    """A feature's part for a whole server; a subclass overrides what it needs."""
 
     def visit(self, visit: Visit) -> VisitorPart | None:
-        """Part for a new visitor; None if the feature has none."""
         del visit
         return None
 
@@ -73,4 +68,4 @@ class ServerPart:
         """Read or make what is slow the first time, in its own thread."""
 
     def close(self) -> None:
-        """End threads and release files after the server has ended."""
+        """End threads and release files, after the server's end."""

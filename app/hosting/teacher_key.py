@@ -9,10 +9,9 @@ from app.web.traffic_limits import Allowance, remember
 from controllers.errors import BadSetting
 
 AUTO: Final = "auto"
-"""Option that asks for a random key."""
 
 SHORTEST: Final = 12
-"""Shortest key [characters]: an attacker who hangs up before the answer may guess as fast as the network
+"""Shortest key [characters]: an attacker who does not wait for answers may guess as fast as the network
 allows."""
 
 PERIOD: Final = 1.0
@@ -22,7 +21,6 @@ LONGEST: Final = 5.0
 """Longest wait for an answer to a wrong key [s]; the library gives a request 10 s."""
 
 MOST_ADDRESSES: Final = 1000
-"""Most addresses of wrong keys that are remembered."""
 
 
 def chosen_key(asked: str | None) -> str | None:
@@ -42,9 +40,8 @@ def chosen_key(asked: str | None) -> str | None:
 
 
 class Guesses:
-    """Delays the answers to wrong keys, one `PERIOD` after the other from one address, each on its own
+    """Delays answers to wrong keys, one `PERIOD` after the other from one address, each on its own
     connection. The right key never waits: behind a proxy a guessing student has the teacher's address.
-
     Belongs to the network's thread.
 
     Args:
@@ -57,7 +54,7 @@ class Guesses:
         self._wrong: dict[str, Allowance] = {}
 
     def delay(self, address: str, query: Mapping[str, str]) -> float:
-        """Time that a request waits for its answer [s]."""
+        """Delay of an answer [s]."""
         if not is_mistaken(self._key, query):
             return 0.0
         answers = self._wrong.get(address) or Allowance(1.0 / PERIOD, 0.0)
@@ -66,7 +63,6 @@ class Guesses:
 
 
 def is_teacher(key: str | None, query: Mapping[str, str]) -> bool:
-    """True if a link carries the key; False if there is no key."""
     return key is not None and secrets.compare_digest(query.get("key", "").encode(), key.encode())
 
 

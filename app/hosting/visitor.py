@@ -1,4 +1,4 @@
-"""One visitor with a private session: session, page and controls, and what a link or a record asks for."""
+"""One visitor with a private session, a page, and a link or a record."""
 
 import logging
 from collections.abc import Iterator, Mapping
@@ -31,8 +31,7 @@ SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
-"""Time from one record to the next while nothing happens [s]: a record's age counts from when the tab was
-last there."""
+"""The same at rest [s]: a record's age counts from when the tab was last there."""
 
 
 class Beside(Protocol):
@@ -40,8 +39,7 @@ class Beside(Protocol):
 
     client: viser.ClientHandle
 
-    def act(self) -> None:
-        """Carry out what this person's browser has sent."""
+    def act(self) -> None: ...
 
     def show(self, frame: Frame) -> None:
         """Draw a frame; never raises."""
@@ -53,7 +51,7 @@ class Visitor:
     Args:
         problems: messages about the visitor's link.
         private: True if the session belongs to no student: others may join it.
-        query: under which the store has the session; None for the page's own.
+        query: key of the session in the store; None for the page's own.
 
     Attributes:
         is_back: whether the session was claimed from the store.
@@ -96,8 +94,8 @@ class Visitor:
         self.operation: Operation
 
     def build(self) -> Pieces:
-        """Build the page piece by piece; the browser is sent the whole of it at once. After a failure a
-        claimed session goes back to the store, and a new one is closed."""
+        """Build the page piece by piece, for the browser at once. After a failure a claimed session goes back
+        to the store, and a new one is closed."""
         try:
             yield
             yield from self._pieces()
@@ -129,7 +127,6 @@ class Visitor:
             self._begin_run()
 
     def _page(self, whole: bool) -> Pieces:
-        """Draw the page in the present language. `whole`: see `Operation`."""
         client = self.client
         self.view = View(client, self.session, lambda: [client], overlays=self._context.overlays)
         yield
@@ -151,13 +148,12 @@ class Visitor:
         self.view.welcome(client)
 
     def _begin_run(self) -> None:
-        """Apply what a link asks of a new run, besides its settings."""
         if MOTION in self.query and not self.session.parts.lead:
             self.session.control.halt.set("visitor")
         self._replay_link()
 
     def _replay_link(self) -> None:
-        """Replay the run in the link; the visitor's own run is paused, and continues after the replay."""
+        """Replay the run in the link; the visitor's own run is paused meanwhile."""
         for part in self.session.parts:
             self.operation.notify_problems(part.open_link(self.query))
         if PUSH in self.query:
@@ -168,8 +164,7 @@ class Visitor:
                 self.operation.notify_problems((str(error),))
 
     def _translate(self) -> None:
-        """Build the page again in another language, or with files that were read again; the session
-        continues."""
+        """Build the page again, in another language or with changed files; the session continues."""
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
         set_language(self.language)
@@ -182,11 +177,11 @@ class Visitor:
                 pass
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. A resting or hidden page is drawn only now and then; a hidden run is paused.
+        """Advance and draw. A resting or hidden page is drawn seldom; a hidden run is paused.
 
         Args:
             now: wall time [s].
-            elapsed: wall time since the last round [s].
+            elapsed: since the last round [s].
         """
         workload = self._context.workload
         clients = self.client, *(one.client for one in self.beside)
@@ -219,8 +214,7 @@ class Visitor:
         self._attention.note(now, frame.state)
 
     def _keep_record(self, now: float) -> None:
-        """Save the record every `SAVING`, at once after a rest, and warn once of trouble with the store.
-        `now`: wall time [s]."""
+        """Save the record every `SAVING`, at once after a rest, and warn once of trouble with the store."""
         store = self._context.store
         if not store.lasting or self.superseded or tab_id(self.query) is None:
             return
@@ -236,12 +230,12 @@ class Visitor:
         return record_of(self.query, self.session)
 
     def save(self) -> None:
-        """Save settings and progress, unless a later connection of the same tab has them."""
+        """Save the record, unless a later connection of the same tab has the session."""
         if not self.superseded:
             self._context.store.save(self.record())
 
     def leave(self) -> None:
-        """Close the page after its connection has gone, and keep the session for the visitor's return."""
+        """Close the page of a lost connection, and keep the session for the visitor's return."""
         self.session.posts.drop()
         for reason in NOT_THE_VISITORS:
             self.session.control.halt.set(reason, False)
@@ -257,7 +251,6 @@ log = logging.getLogger("duet.hosts")
 
 
 def record_of(query: Mapping[str, str], session: Session) -> VisitorRecord:
-    """Record from which a session can be made again. `query`: of its visitor."""
     parts = session.parts
     return VisitorRecord(query, session.settings, state_of(session), parts.saved(), parts.recordings())
 

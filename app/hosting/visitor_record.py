@@ -1,4 +1,4 @@
-"""What a visitor leaves behind, and the id of the tab under which it is found again."""
+"""What a visitor leaves behind, found again by the id of the tab."""
 
 import logging
 import re
@@ -19,17 +19,17 @@ P = TypeVar("P")
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
 _OF_THE_TAB: Final = ("resume", "window", "key", MOTION, OPENED, LANGUAGES_KEY, PANEL)
-"""Parts of a query that describe the tab and its visitor, not what it shows."""
+"""Keys of a query that describe the tab and its visitor, not what it shows."""
 
 
 def tab_id(query: Mapping[str, str]) -> str | None:
-    """Id that a tab keeps in its browser's storage; None if its query has no valid one."""
+    """Id in the tab's storage; None if its query has no valid one."""
     word = query.get("resume", "")
     return word if _TAB_ID.match(word) else None
 
 
 def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """True if two queries come from the same tab with the same link."""
+    """True for the same tab with the same link."""
     return tab_id(query) is not None and tab_id(query) == tab_id(other) and link_of(query) == link_of(other)
 
 
@@ -43,8 +43,8 @@ class VisitorRecord:
     """What a visitor can come back to, as immutable plain data.
 
     Attributes:
-        state: of the session; None if it cannot continue from there.
-        parts: what features add, by name; see `with_part`.
+        state: of the session; None if it cannot continue.
+        parts: of features, by name; see `with_part`.
         recordings: runs that these parts keep, by name; see `app.session.parts.SessionPart.recordings`.
     """
 
@@ -56,14 +56,14 @@ class VisitorRecord:
 
 
 def with_part(record: VisitorRecord, name: str, part: object) -> VisitorRecord:
-    """Record with a feature's part (plain data) in place of an earlier one of this name; None removes it."""
+    """Record with a feature's part (plain data) replaced; None removes it."""
     others = {key: value for key, value in record.parts.items() if key != name}
     added = {} if part is None else {name: msgspec.msgpack.encode(part)}
     return replace(record, parts={**others, **added})
 
 
 def part_of(record: VisitorRecord, name: str, kind: type[P]) -> P | None:
-    """A feature's part of a record; None if there is none of this type."""
+    """A feature's part of a record; None without one of this type."""
     content = record.parts.get(name)
     if content is None:
         return None

@@ -1,5 +1,5 @@
-"""Duration of the frame loop's rounds, and number of sessions that a machine carries: estimated from the
-speed of its steps, then corrected."""
+"""Duration of rounds, and number of sessions that a machine carries: estimated from the speed of its steps,
+then corrected."""
 
 import math
 import time
@@ -12,20 +12,19 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 MEMORY: Final = 3.0
-"""Time constant of the average over rounds [s]."""
+"""Time constant of averages [s]."""
 
 ENOUGH: Final = 2.5
-"""With fewer sessions on average, rounds say little about the cost of one more."""
+"""Mean number of sessions below which rounds say little about the cost of one more."""
 
 BAND: Final = 0.1
-"""Relative difference from the measured number at which the number of places changes."""
+"""Relative deviation at which the measured number of places is used."""
 
 REPORT: Final = 1.0
-"""Time between two reports [s]."""
 
 
 class Workload:
-    """Measures rounds. Belongs to the frame loop's thread; `places` and `report` may be read from any thread.
+    """Measures rounds. Belongs to the frame loop's thread; `places` and `report` may be read from any.
 
     Args:
         places: sessions at once; an initial value if `corrected`.
@@ -51,13 +50,12 @@ class Workload:
         return budget_of(self.sessions, self._drawing)
 
     def drew(self, stepping: float) -> None:
-        """Count a session that had a frame in this round. `stepping`: wall time of its steps [s]."""
+        """Count a session's frame. `stepping`: wall time of its steps [s]."""
         self._drawn += 1
         self._stepping += stepping
 
     def note(self, work: float, elapsed: float) -> None:
-        """Record a round. `work`: its wall time [s]; `elapsed`: time from its beginning to the next one's
-        [s]."""
+        """Record a round. `work`: its wall time; `elapsed`: time to the next one's beginning [s]."""
         part = min(elapsed / MEMORY, 1.0) if self._interval else 1.0
         self._work += (work - self._work) * part
         self._mean_sessions += (self._drawn - self._mean_sessions) * part
@@ -77,18 +75,15 @@ class Workload:
 
 
 DRAWING: Final = 36.0
-"""Cost of drawing and sending one session's frame, in steps of the room that a newcomer sees."""
+"""Cost of a session's frame besides its steps [steps of the usual room]."""
 
 BATCHES, BATCH = 5, 20
-"""Timed batches, and steps of each. The quickest batch counts, as other work only makes a batch slower."""
+"""Timed batches, and steps of each. The quickest batch counts, as other work only slows it down."""
 
 
 def step_seconds() -> float:
-    """Processor time of one step on this machine; the measurement takes about 50 ms [s].
-
-    Before the loops of a step are compiled, which takes longer than a first picture may wait, this is an
-    estimate of their time.
-    """
+    """Processor time of one step, measured within about 50 ms [s]. Before the loops are compiled, which takes
+    too long for a first picture, an estimate for compiled loops."""
     run = RunSettings()
     simulation, least = Simulation(run), math.inf
     source = simulation.source()
@@ -101,7 +96,7 @@ def step_seconds() -> float:
 
 
 def places(step: float, loops: int = 1) -> int:
-    """Estimated number of sessions at real time with 1 / `SLOWEST` frames a second each.
+    """Estimated number of real-time sessions with 1 / `SLOWEST` frames a second each.
 
     Args:
         step: see `step_seconds` [s].
@@ -112,6 +107,5 @@ def places(step: float, loops: int = 1) -> int:
 
 
 def affordable(session: float) -> int:
-    """Number of sessions that fit into one frame loop, at least one. `session`: share of a round that each
-    takes [s]."""
+    """Number of sessions in one frame loop, at least one. `session`: share of a round that each takes [s]."""
     return max(int(SLOWEST / max(session, 1e-9)), 1)

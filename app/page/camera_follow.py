@@ -1,5 +1,5 @@
-"""A visitor's camera: shows the whole experiment or what a part of the page asks for, always with whole arms,
-and follows until the visitor moves it."""
+"""A visitor's camera: shows the experiment or what a part asks for, always with whole arms, and follows until
+the visitor moves it."""
 
 import math
 from collections import deque
@@ -16,44 +16,43 @@ from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
 GLIDE: Final = 1.4
-"""Time of a camera move to a view that shows everything [s of wall time]."""
+"""Duration of a camera move [s of wall time]."""
 
 REST: Final = 1.5
-"""Least time without a move after that, unless something has left the free part [s of wall time]."""
+"""Least rest after a move, unless something has left the free part [s of wall time]."""
 
 LOOK_EVERY: Final = 0.2
 """Time between two checks of the hands and the free part [s of wall time]."""
 
 RECENT: Final = 25
-"""Number of the newest hand positions that count for the view."""
+"""Newest hand positions that count for the view."""
 
 NEAR_EDGE: Final = 0.04
 """Margin of the free part at which the camera begins to follow [share]."""
 
 ROOM: Final = 0.12
-"""Margin of the free part after the camera has followed [share]."""
+"""Margin of the free part after a move [share]."""
 
 SETTLING: Final = 6.0
-"""Time during which a newcomer's camera is corrected at once when the picture changes its shape [s of wall
-time]."""
+"""Time during which a newcomer's camera follows the picture's shape at once [s of wall time]."""
 
 STAYS: Final = 0.7
-"""Gain in size above which the other part of the picture is used [share]."""
+"""Gain in size above which the other free part is used [share]."""
 
 WAY: Final = 0.05
 """Space shown around a hand's path [m]."""
 
 SAME: Final = 0.004
-"""Largest difference between a camera that was sent and the browser's report of it [m]."""
+"""Largest difference between a sent camera and the browser's report of it [m]."""
 
 UPRIGHT: Final = 1e-6
 """Horizontal distance to its aim below which a camera looks straight down or up [m]."""
 
 LABEL_EDGE: Final = 4.0
-"""Free space kept around a label [CSS px]."""
+"""Free space around a label [CSS px]."""
 
 MOST_SENT: Final = 1000
-"""Most sent cameras that wait for the browser's report."""
+"""Most sent cameras without a report."""
 
 
 class CameraFollow:
@@ -61,8 +60,8 @@ class CameraFollow:
 
     Args:
         aim: points the camera, see `app.web.viser_internals.aim`.
-        view: returns what of the experiment must be seen.
-        way: returns points (k, 3) where a hand or the ball will be soon [m].
+        view: what of the experiment must be seen.
+        way: points (k, 3) where a hand or the ball will be soon [m].
         picture: size reported by the client's page.
 
     Attributes:
@@ -87,7 +86,7 @@ class CameraFollow:
         self._part: int | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
-        """Show the whole experiment at once, and follow from then on. `now`: wall time [s]."""
+        """Show the whole experiment at once, then follow. `now`: wall time [s]."""
         self.left_alone, self._glide, self._part = False, None, None
         self._recent.clear()
         camera = self._camera
@@ -98,7 +97,7 @@ class CameraFollow:
         self._rest_until = now + REST
 
     def welcome(self, simulation: Simulation, now: float) -> None:
-        """Show the whole experiment at once, and again while the page's layout settles. `now`: wall time [s]."""
+        """`first_view`, repeated while the page's layout settles. `now`: wall time [s]."""
         self.first_view(simulation, now)
         # The docked panel narrows the picture a moment after the page has opened; only the browser knows by
         # how much.
@@ -136,7 +135,7 @@ class CameraFollow:
         """Nearest place where a label is neither cut by the picture's edge nor covered by panels.
 
         Args:
-            place: of the middle of its lower edge (3,) [m].
+            place: middle of its lower edge (3,) [m].
             label: width and height [CSS px].
 
         Returns:

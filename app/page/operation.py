@@ -1,4 +1,4 @@
-"""The operator's controls, handles and keys of one session."""
+"""Controls, handles and keys of an operator."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -36,7 +36,7 @@ PANELS: Final[list[PanelMaker]] = [
     ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
-"""Panels of the core that need only their context."""
+"""Core panels that need only their context."""
 
 
 class Operation:
@@ -125,16 +125,12 @@ class Operation:
         return self._page.panel(kind)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
-        """Notify of what was wrong with the visitor's link."""
         for problem in problems[:5]:
             self._session.notify("A part of the link was left out", problem)
 
     def show(self, frame: Frame, stirred: bool = True) -> None:
-        """Update handles and controls, and show the session's notices.
-
-        Args:
-            stirred: whether anything was done, or has arrived, since the last frame.
-        """
+        """Update handles and controls, and show notices. `stirred`: whether anything was done, or has
+        arrived."""
         self._gizmos.show(frame)
         notices = self._session.notices
         while notices:
@@ -153,7 +149,7 @@ class Operation:
         self._link.show(frame, self._keep.visible)
 
     def close(self) -> None:
-        """End the operation: go back to live, and drop unfinished exports."""
+        """Go back to live, and drop unfinished exports."""
         self._session.handlers.uncover(self.handlers)
         for panel in self._page.made:
             panel.close()

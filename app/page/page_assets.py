@@ -1,5 +1,5 @@
-"""Look of a page: scripts and style sheets in order, constants, palette and profile from the settings, title
-bar and viser's theme."""
+"""Look of a page: scripts, style sheets, constants, palette and profile from the settings, title bar and
+viser's theme."""
 
 import base64
 from functools import cache
@@ -25,7 +25,7 @@ from scenes.laws import LAWS
 
 
 def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
-    """Scripts that every page runs before viser's client.
+    """Scripts that run before viser's client.
 
     Args:
         page: theme and language, unless the link asks for others.
@@ -57,13 +57,13 @@ def _files(names: str, kind: str) -> tuple[Path, ...]:
 
 
 def loading_html() -> str:
-    """First part of the page's body: our name, and one line until viser's client has loaded."""
+    """Beginning of the page's body: our name, and one line until viser's client has loaded."""
     return (STATIC / "loading.html").read_text(encoding="utf-8").replace("__MARK__", MARK)
 
 
 @cache
 def style_sheet(profile: Profile) -> Markup:
-    """The style sheet as a <style> element."""
+    """<style> element."""
     k, light, dark = scale(profile), PALETTES["light"], PALETTES["dark"]
     laws = zip(cycle(light.laws), cycle(dark.laws), strict=False)
     return macros("page/panels/style.html").sheet(
@@ -86,7 +86,7 @@ def _mark(ink: str, motto: str) -> str:
 
 
 def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
-    """Give a page our title bar, and viser's widgets the theme and our colour."""
+    """Set our title bar, the theme and our colour."""
     gui.configure_theme(
         titlebar_content=titlebar(),
         dark_mode=theme == "dark",
@@ -97,7 +97,7 @@ def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
 
 
 def titlebar() -> TitlebarConfig:
-    """viser's title bar with our mark for light and dark, in the visitor's language."""
+    """viser's title bar with our mark for light and dark."""
     motto = tr("two arms, one gives way")
     return TitlebarConfig(
         buttons=None,

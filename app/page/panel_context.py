@@ -1,4 +1,4 @@
-"""What the panels of an operator's page are made from."""
+"""Context of an operator's panels."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -23,13 +23,13 @@ class PanelContext:
     """Page of an operator while its panels are made.
 
     Attributes:
-        gizmos: with which the visitor moves what they hold.
+        gizmos: with which the visitor moves things.
         keep: folder “Keep and replay”; hidden while few controls are shown.
         private: whether the session is this visitor's alone, not of a class or group.
         owners: True on the page of the person who started the server.
         instead: keys with another meaning on this page, which others watch.
         made: panels made so far.
-        links: each returns the content of a link to the frame in place of settings, or None.
+        links: each returns the content of a link in place of settings, or None.
     """
 
     client: viser.ClientHandle
@@ -58,4 +58,4 @@ class PanelContext:
 
 
 PanelMaker = Callable[[PanelContext], PagePanel | None]
-"""Makes a panel of a page; None if this page has no place for it."""
+"""Makes a panel, or None if the page has no place for it."""

@@ -1,5 +1,4 @@
-"""A visitor's window as the page reports it, and the part of the 3-D view that is free of plots, sheet and
-card."""
+"""A visitor's window, and the part of the 3-D view that is free of plots, sheet and card."""
 
 import re
 from collections.abc import Callable
@@ -15,10 +14,10 @@ from app.web.pages import page_query
 from app.web.viser_internals import request_of, uuid_of
 
 TITLEBAR: Final = 47.0
-"""Height of the bar at the top, until the page reports its picture's height [CSS px]."""
+"""Height of the title bar, until the page reports its picture's height [CSS px]."""
 
 PHONE: Final = 576.0
-"""Largest window width at which viser puts all panels into one sheet at the bottom [CSS px]."""
+"""Largest window width with viser's single sheet at the bottom [CSS px]."""
 
 
 class PictureSize(NamedTuple):
@@ -27,7 +26,7 @@ class PictureSize(NamedTuple):
     Attributes:
         window: width of the window.
         width, height: of the 3-D view.
-        covered: height of the plots over the picture, open or folded.
+        covered: height of the plots, open or folded.
         card_right, card_bottom: far corner of the card at the top left; 0 without a card.
     """
 
@@ -40,8 +39,7 @@ class PictureSize(NamedTuple):
 
 
 class PictureReport:
-    """Receives the six numbers that `picture_size.js` on one client's page sends by a hidden box when they
-    change.
+    """Receives `picture_size.js`'s six numbers by a hidden box when they change.
 
     Args:
         tab: holds the mark of the box, besides the main panel, as a folded panel removes its own.
@@ -71,7 +69,7 @@ class PictureReport:
         return before != self._taken
 
     def free(self) -> "FreePicture":
-        """Free part of the picture; of the usual layout until the page has sent its size."""
+        """Free part of the picture; of the usual layout until the first report."""
         (profile, bare), size = self._page(), self._size
         if size is not None:
             return free_picture((size.window, size.height), size.width, profile, bare, size.covered, size[4:])
@@ -93,13 +91,12 @@ def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
 
 
 CARD: Final = (330.0, 190.0)
-"""Width and height of the card at the picture's top left [CSS px], times the profile's scale."""
+"""Width and height of the card [CSS px], times the profile's scale."""
 
 PHONE_CARD: Final = 120.0
 """Height of the card on a phone, where it is as wide as the picture [CSS px]."""
 
 CARD_MARGIN: Final = 14.0
-"""Margin around the card [CSS px]."""
 
 LOW_CANVAS: Final = 520.0
 """Height of the canvas below which the plots begin folded [CSS px]."""
@@ -111,13 +108,13 @@ PLOTS_BAR: Final = 60.0
 """Height of the folded plots [CSS px]."""
 
 CAPTION: Final = 0.13
-"""Share of a projector's height that the line below a scene without panels covers."""
+"""Share of a projector's height below a scene without panels."""
 
 PHONE_ASPECT: Final = 0.62
 """Width over height below which a window is a phone's."""
 
 PHONE_SHEET: Final = 0.48
-"""Share of a phone's height that the panels cover."""
+"""Share of a phone's height for the panels."""
 
 LEAST: Final = 80.0
 """Least useful width or height of a free part [CSS px]."""
@@ -155,7 +152,7 @@ class FreePicture(NamedTuple):
     free: tuple[Rectangle, ...]
 
     def contains(self, x: float, y: float, share: float = 0.0) -> bool:
-        """True if a point is free. `share`: of the margin, see `Rectangle.inset`."""
+        """`share`: of the margin, see `Rectangle.inset`."""
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
@@ -171,10 +168,9 @@ def free_picture(
 
     Args:
         window: width and height of the window below the title bar [CSS px].
-        width: of the picture, that is, the window without docked panels [CSS px].
+        width: of the picture: the window without docked panels [CSS px].
         bare: whether the page has a line below the scene instead of panels.
-        plots_cover: height of the plots over the picture, or of a phone's sheet; None if only the usual
-            layout is known [CSS px].
+        plots_cover: height of the plots, or of a phone's sheet; None for the usual layout [CSS px].
         card: right and lower end of the card; None likewise [CSS px].
     """
     height, k = window[1], scale(profile)

@@ -1,5 +1,5 @@
-"""A page's view of one session: 3-D view, plots, numbers, and what features add. The controls
-(`app.page.operation`) are separate: of a shared session all see the view, and one has the controls."""
+"""A page's view of one session: 3-D view, plots, numbers, and features. The controls (`app.page.operation`)
+are separate: a shared session has many views, but one operator."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -33,10 +33,10 @@ from scenes.simulation import Simulation
 
 
 class ViewPart(Protocol):
-    """What a feature draws on a page that shows a session; it may fill the view's places."""
+    """What a feature draws on a page; it may set the view's attributes."""
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame, before the view does."""
+        """Called before the view draws."""
         ...
 
 
@@ -52,7 +52,7 @@ class View:
         look: of an audience, which shares the view; None for the session's.
         language: of the reader; None for the session's.
         folds: whether the controls make room for a panel at the left on a narrow window.
-        tip: returns what the reader can do and watch; None for the visitor's, or the class's.
+        tip: what the reader can do and watch; None for the visitor's, or the class's.
         overlays: makers of the features' parts.
 
     Attributes:
@@ -137,16 +137,16 @@ class View:
         return plots_height(height, self.page.profile)
 
     def fit_again(self) -> None:
-        """Fit the view again, after a panel has taken or returned space."""
+        """After a panel has taken or returned space."""
         for client in self._clients():
             self.welcome(client)
 
     def welcome(self, client: viser.ClientHandle) -> None:
-        """Show a newcomer the present scene, and correct the view while the page's layout settles."""
+        """Show a newcomer the scene, also while the page's layout settles."""
         self._camera_of(client).welcome(self._simulation, perf_counter())
 
     def look(self, client: viser.ClientHandle) -> None:
-        """Point a client's camera at the present scene, and let it follow."""
+        """Point a client's camera at the scene, and let it follow."""
         self._camera_of(client).first_view(self._simulation, perf_counter())
 
     def _camera_of(self, client: viser.ClientHandle) -> CameraFollow:

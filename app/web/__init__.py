@@ -1,2 +1,1 @@
-"""The web server: viser behind filters on a socket that we open; only `viser_internals` touches viser's
-private side."""
+"""The web server: viser behind filters; only `viser_internals` touches viser's private side."""

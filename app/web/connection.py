@@ -34,18 +34,18 @@ READ_BYTES: Final = 16 * 1024
 _SMALL_FRAME_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
 _SIGHT: Final = {msgspec.msgpack.encode({"type": kind}): kind == SHOWN for kind in (HIDDEN, SHOWN)}
-"""Message that a page's tab is hidden or shown → True if shown."""
+"""Message of a tab that is hidden or shown → True if shown."""
 
 _QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
 _ANSWER: Final = pack(())
 """Window without messages; changes nothing on the page."""
 
 BufferChoice = Callable[[ServerConnection, int, MessageBuffer], AbstractContextManager[MessageBuffer]]
-"""Buffer that a connection's browser (by client id) gets in place of the server's shared one."""
+"""A connection's buffer (by client id) in place of the server's shared one."""
 
 
 class ConnectionOwner(Protocol):
-    """Server of a connection; attributes as in `app.web.server.DuetServer`."""
+    """Server of a connection, see `app.web.server.DuetServer`."""
 
     limits: TrafficLimits
     gate: Gate
@@ -56,7 +56,7 @@ class ConnectionOwner(Protocol):
     def client_id(self, connection: ServerConnection) -> int: ...
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a connection a place. Returns the reason of a refusal, or ""."""
+        """Give a connection a place. Returns why not, or ""."""
         ...
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
@@ -64,13 +64,10 @@ class ConnectionOwner(Protocol):
 
 
 class FilteredConnection(ServerConnection):
-    """Connection that passes on what the gate lets through, and drops a reader that falls far behind.
-
-    Args:
-        arguments, options: of the library's connection.
+    """Connection that passes on what the gate admits, and drops a reader that falls far behind.
 
     Attributes:
-        received, heard: number of messages received, and of those passed on.
+        received, heard: numbers of messages received, and passed on.
         is_page: whether it has said that it is one of our pages; a program need not.
     """
 
@@ -90,7 +87,7 @@ class FilteredConnection(ServerConnection):
 
     @property
     def hidden(self) -> bool:
-        """True if the page's tab is hidden; from any thread."""
+        """From any thread."""
         return not self._seen.is_set()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -120,7 +117,7 @@ class FilteredConnection(ServerConnection):
 
     @property
     def address(self) -> str:
-        """The peer's address; "" if unknown."""
+        """ "" if unknown."""
         peer = self.remote_address
         return str(peer[0]) if peer else ""
 
@@ -209,7 +206,7 @@ class FilteredConnection(ServerConnection):
         raise self.protocol.close_exc from None
 
     async def send_windows(self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None) -> None:
-        """Send what a buffer holds for this browser; see `app.web.viser_internals.adapt_viser`."""
+        """See `app.web.viser_internals.adapt_viser`."""
         if isinstance(buffer, ClientBuffer):
             self._entries = buffer.entries
         chosen = self.duet.shared_buffer(self, client_id, buffer) if buffer.persistent_messages else nullcontext(buffer)

@@ -10,7 +10,7 @@ PressedHandle = TypeVar("PressedHandle", bound=viser.GuiButtonHandle | viser.Com
 
 
 def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle:
-    """Call `take` with every value that a visitor, not the server, enters; return the control."""
+    """Call `take` with every value that a visitor, not the server, enters."""
 
     @control.on_update
     async def _(event: viser.GuiEvent[Any]) -> None:
@@ -22,7 +22,7 @@ def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle
 
 
 def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle:
-    """Call `act` when a button is pressed, or a palette command is called by name or key; return the control."""
+    """Call `act` for a button, or a palette command by name or key."""
 
     @(control.on_trigger if isinstance(control, viser.CommandHandle) else control.on_click)
     async def _(event: viser.GuiEvent[Any] | viser.CommandEvent) -> None:

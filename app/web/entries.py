@@ -1,5 +1,4 @@
-"""Values that a visitor has entered and that are not acted upon yet: they win over what the server writes
-meanwhile.
+"""Entered values that are not acted upon yet win over what the server writes meanwhile.
 
 Page and server both count the page's messages. Until an entry has been acted upon, the server writes nothing
 into its control. Later writes carry the number of messages handled by then, and the page ignores those older
@@ -25,7 +24,7 @@ _present: ContextVar[_Entry | None] = ContextVar("entry", default=None)
 
 
 def claim_entry() -> Callable[[], None]:
-    """Callback that ends the present entry, if any; call it when the entry is acted upon or dropped."""
+    """Callback to call when the present entry, if any, is acted upon or dropped."""
     entry = _present.get()
     if entry is None:
         return lambda: None
@@ -42,19 +41,18 @@ class Entries:
         self._waiting: dict[str, int] = {}
 
     def deal(self, count: int) -> None:
-        """Note that the browser's first `count` messages have been handled: their entries wait here or have
-        ended."""
+        """Note that the browser's first `count` messages are handled: their entries wait here or have ended."""
         with self._lock:
             self._dealt = count
 
     @contextlib.contextmanager
     def taking(self, control: str, settle: Callable[[], None]) -> Generator[None]:
-        """Context in which the browser's next message is handled: a value for a control, which waits while it
-        is claimed.
+        """Context for handling the browser's next message, a value for a control, which waits while it is
+        claimed.
 
         Args:
             control: its id on the page.
-            settle: gives the control this value on the server, overwriting what was written meanwhile.
+            settle: gives the control this value on the server, overwriting later writes.
         """
         with self._lock:
             self._dealt = self._waiting[control] = number = self._dealt + 1
@@ -75,6 +73,6 @@ class Entries:
                 settle()
 
     def dealt_before(self, control: str) -> int | None:
-        """Number of messages handled before a write into a control now; None while an entry waits there."""
+        """Number of messages handled so far; None while an entry of the control waits."""
         with self._lock:
             return None if control in self._waiting else self._dealt

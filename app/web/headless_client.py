@@ -22,7 +22,7 @@ from app.web.viser_internals import VISER_VERSION
 
 
 def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
-    """Messages in one frame, arrays as numpy, and the server's time stamp [s]."""
+    """Messages in a frame, arrays as numpy, and the server's time stamp [s]."""
     size, packed = struct.unpack_from("<QQ", frame)
     body = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + packed], max_output_size=size)
     content = msgspec.msgpack.decode(body)
@@ -44,13 +44,13 @@ def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
 
 
 class Mirror:
-    """The page as the messages so far have built it.
+    """The page after the messages so far.
 
     Attributes:
         gui: uuid → properties of a GUI element, with `type`, `value` (if it has one) and `container_uuid`.
         nodes: name → properties of a scene node, with `type`, `owner`, `wxyz`, `position`.
         commands: uuid → properties of a palette command.
-        replayed: True once the server has sent everything that existed before the client connected.
+        replayed: True once the server has sent all that existed before the connection.
     """
 
     def __init__(self) -> None:
@@ -96,7 +96,7 @@ class Mirror:
 
     @property
     def grabbable(self) -> set[str]:
-        """Names of the scene nodes that can be dragged."""
+        """Names of draggable scene nodes."""
         return {name for name, node in list(self.nodes.items()) if node.get("grabbable") and "owner" in node}
 
     def labelled(self, label: str, kind: str = "") -> dict[str, Any]:
@@ -147,10 +147,10 @@ class HeadlessClient:
     """One connection.
 
     Args:
-        url: the page's address, such as `http://127.0.0.1:8080` (or `ws://`).
-        query: the deep link's query without `?`.
+        url: of the page, such as `http://127.0.0.1:8080` (or `ws://`).
+        query: the deep link's, without `?`.
         decode: False only counts frames and bytes, which is far cheaper.
-        headers: extra headers, such as a page's Origin or a browser's Accept-Language.
+        headers: extra ones, such as a page's Origin or a browser's Accept-Language.
 
     Attributes:
         closed: why the connection ended; None while it is open.
@@ -170,7 +170,7 @@ class HeadlessClient:
         self._socket: websockets.ClientConnection | None = None
 
     async def connect(self, timeout: float = 30.0, *, camera: bool = True) -> HeadlessClient:
-        """Connect and send a camera; from then on the server counts us as a visitor.
+        """Connect and send a camera, which makes us a visitor.
 
         Raises:
             websockets.InvalidStatus: the server refuses the connection (wrong Origin).
@@ -217,7 +217,7 @@ class HeadlessClient:
         self.received = Received()
 
     async def send(self, message: dict[str, Any]) -> None:
-        """Send one message, a dictionary with `type`."""
+        """`message`: with `type`."""
         await self.send_raw(msgspec.msgpack.encode(message))
 
     async def send_raw(self, data: bytes | str) -> None:
@@ -225,8 +225,7 @@ class HeadlessClient:
         await self._socket.send(data)
 
     async def pull(self, name: str, phase: str, taken: object, to: object) -> None:
-        """Send one step of dragging a node: `phase` "start", "update" or "end"; `taken`, `to`: (3,), world
-        [m]."""
+        """One step of dragging a node: `phase` "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
         middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
         pulled = {"start_position": taken, "end_position": to, "button": "left", "modifier": None}
         owner = self.mirror.nodes[name].get("owner", "")
@@ -248,7 +247,7 @@ class HeadlessClient:
                 await asyncio.wait_for(self._news.wait(), 0.05)
 
     async def close(self) -> None:
-        """Close the connection. May be called twice."""
+        """May be called twice."""
         if self._socket is not None:
             await self._socket.close()
         if self._reader is not None:

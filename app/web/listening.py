@@ -11,7 +11,6 @@ from typing import Final
 from controllers.errors import BadSetting, DuetError
 
 MOST_TRIED: Final = 20
-"""Ports that `listen_near` tries."""
 
 
 class PortInUse(DuetError):
@@ -19,14 +18,13 @@ class PortInUse(DuetError):
 
 
 def port_answers(host: str, port: int) -> bool:
-    """True if a program accepts connections on a port."""
     with contextlib.suppress(OSError), socket.create_connection((host, port), timeout=0.25):
         return True
     return False
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Socket that listens on `host`:`port`, bound in the caller's thread.
+    """Listening socket, bound in the caller's thread.
 
     Raises:
         PortInUse: another program has the port.
@@ -67,7 +65,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def listen_near(host: str, first: int) -> socket.socket:
-    """Socket on the first free port from `first` on; see `listen`.
+    """Listening socket on the first free port from `first` on.
 
     Raises:
         PortInUse: all `MOST_TRIED` ports are taken.

@@ -38,7 +38,7 @@ class Traffic:
         self._small_frames = Allowance(limits.small_frames_per_second, limits.small_frames_per_second)
 
     def pause(self, size: int) -> float:
-        """Count a message of `size` bytes. Returns how long to leave the next one unread [s]."""
+        """Count a message of `size` bytes. Returns the pause before reading the next one [s]."""
         return self._messages.spend(max(1.0, size / self._bytes_per_message))
 
     def takes_small_frame(self) -> bool:
@@ -47,7 +47,7 @@ class Traffic:
 
 
 class Gate:
-    """Filter that every message of every browser passes.
+    """Filter of all browsers' messages.
 
     Attributes:
         may_share: whether a browser, by client id, may operate what all browsers see.

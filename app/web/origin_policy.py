@@ -1,5 +1,4 @@
-"""Web pages that may open a connection: `Origin` tells a foreign page from ours, `Host` detects a tricked
-name server."""
+"""Which web pages may connect: `Origin` tells a foreign page from ours, `Host` detects a tricked name server."""
 
 from __future__ import annotations
 
@@ -19,12 +18,12 @@ if TYPE_CHECKING:
 
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 VOUCHED = "X-Forwarded-Context"
-"""Header in which jupyter-server-proxy names the folder under which it serves us. It has compared Origin with
-the public address before; no web page can make a browser send this header with a websocket's request."""
+"""Header in which jupyter-server-proxy names our folder. It has checked Origin before; no web page can make a
+browser send this header with a websocket's request."""
 
 PROOF = "X-Duet-Proof"
-"""Header with a secret, made when a notebook server starts, by which its tile marks requests that came
-through that server and its login."""
+"""Header with a secret, made when a notebook server starts, that marks requests through that server and its
+login."""
 
 _OF_PROXIES = re.compile("(x-)?forwarded|x-(real|client|cluster|original|proxy)|via|true-client|cf-")
 _PORTS = {"http": 80, "https": 443}
@@ -87,7 +86,7 @@ def _is_here(peer: str) -> bool:
 
 @dataclass(frozen=True)
 class OriginPolicy:
-    """Web pages that may open a connection to this server.
+    """Which web pages may connect to this server.
 
     Attributes:
         host: to which the server is bound.
@@ -104,7 +103,7 @@ class OriginPolicy:
         return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:
-        """Option that admits a refused page, for the log; "" if none does."""
+        """Option that would admit a refused page, for the log, or ""."""
         if len(origins) != 1 or _parse(origins[0]) is None:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
@@ -115,7 +114,7 @@ class OriginPolicy:
         return _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
 
     def is_owners(self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str) -> bool:
-        """True if the request comes from the person who started this server, not from a visitor.
+        """True if the request comes from the person who started this server.
 
         Args:
             origins, hosts, peer: see `admits`.
@@ -136,9 +135,8 @@ class OriginPolicy:
         """True if a websocket request is admitted.
 
         Args:
-            origins: values of its `Origin` headers; a browser sends exactly one, a program usually none.
-            hosts: values of its `Host` headers.
-            peer: address it comes from.
+            origins: its `Origin` headers; a browser sends exactly one, a program usually none.
+            hosts: its `Host` headers.
             vouched: whether it has the header `VOUCHED`.
         """
         if len(origins) > 1 or len(hosts) != 1:

@@ -1,5 +1,5 @@
-"""The pages that Duet serves: viser's client (one HTML file) with our scripts and styles before it, and the
-page of a full server."""
+"""Pages that Duet serves: viser's client (one HTML file) after our scripts and styles, and that of a full
+server."""
 
 from __future__ import annotations
 
@@ -38,16 +38,14 @@ class PageAssets:
     constants: Mapping[str, object] = field(default_factory=dict)
 
     def __add__(self, other: PageAssets) -> PageAssets:
-        """Files of both, the other's last."""
         return PageAssets(self.scripts + other.scripts, self.styles + other.styles, {**self.constants, **other.constants})
 
     def style_html(self) -> Markup:
-        """One <style> element, with the theme's colours before the rules."""
+        """<style> element, with the theme's colours before the rules."""
         return Markup(f"<style>{css_variables()}{_joined(self.styles)}</style>")
 
     def script_html(self) -> Markup:
-        """One <script> element: sets `window.duet` if there are constants, and runs every file in strict
-        mode."""
+        """<script> element that sets `window.duet` to the constants, and runs every file in strict mode."""
         constants = json.dumps(self.constants, ensure_ascii=False).replace("<", "\\u003c")
         first = f"window.duet = {constants};\n" if self.constants else ""
         return Markup(f'<script>"use strict";\n{first}{_joined(self.scripts)}</script>')
@@ -57,11 +55,11 @@ NO_ASSETS: Final = PageAssets()
 
 
 _COMMENTS: Final = {".js": re.compile(r"^\s*//.*\n", re.MULTILINE), ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL)}
-"""Comments that are removed: whole lines of JavaScript, any in CSS."""
+"""Removed comments: whole lines of JavaScript, any in CSS."""
 
 
 def sent_text(file: Path) -> str:
-    """Text of a script or a style sheet as it is sent, without comments."""
+    """Text of a file without comments."""
     return _COMMENTS[file.suffix].sub("", file.read_text(encoding="utf-8"))
 
 
@@ -75,8 +73,8 @@ def translation() -> PageAssets:
 
 
 def software_rendering() -> PageAssets:
-    """Script that warns if the browser draws without a graphics card; needs `translation`, and the window's
-    event `duet-built`."""
+    """Script that warns if the browser draws without a graphics card; needs `translation`, and the event
+    `duet-built`."""
     return PageAssets(
         (STATIC / "software_rendering.js",), (STATIC / "software_rendering.css",), constants={"softwareNote": SOFTWARE}
     )
@@ -87,18 +85,17 @@ ELSEWHERE = "duet: this tab belongs somewhere else"
 OPEN_TOO_OFTEN = "duet: too many connections of one tab"
 TAKEN_OVER = "duet: another tab of this browser goes on"
 HELLO = "DuetHello"
-"""Kind of the message by which a page identifies itself: the first message of viser's client waits until the
-scene is visible."""
+"""Message by which a page identifies itself: viser's client waits with its first message until the scene is
+visible."""
 QUESTION = "DuetQuestion"
-"""Kind of the message by which a page that hears nothing asks whether the server is still there."""
+"""Message that asks whether the server is still there."""
 HIDDEN, SHOWN = "DuetHidden", "DuetShown"
-"""Kinds of the messages by which a page reports that its tab is hidden, and shown again."""
+"""Messages that a page's tab is hidden, and shown again."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 _LONGEST_PUSH = 3000  # as in `scenes.run_text`
 
 MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
-"""Our mark, as SVG."""
 
 _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
@@ -109,7 +106,7 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
     Args:
         client_html: viser's own `index.html`.
         assets: further scripts and style sheets; a script may add to `duet.query` what the server needs to
-            know of the browser.
+            know.
         body: HTML at the beginning of the page's body.
 
     Raises:
@@ -140,16 +137,14 @@ def _connection() -> PageAssets:
 
 
 def accepted_languages(request: Request) -> str:
-    """Languages of a visitor, from the page's query, else from the header `Accept-Language`."""
+    """From the page's query, else from the header `Accept-Language`."""
     said = page_query(request.path).get(LANGUAGES_KEY)
     return said or ",".join(request.headers.get_all("Accept-Language"))
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """Query in the path of a request, with bounds on number and length of its fields; validate every value.
-
-    Drops what others append to a link, and repairs &amp;.
-    """
+    """Query of a request, bounded in number and length of its fields; validate every value. Drops what others
+    append to a link, and repairs &amp;."""
     query = request_path[: 2 * _LONGEST_QUERY].partition("?")[2]
     try:
         fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
@@ -169,8 +164,7 @@ def page_query(request_path: str) -> dict[str, str]:
 
 @lru_cache(8)
 def full_page(limit: int) -> str:
-    """Page shown while all `limit` places are taken, in the language of the link or the browser; it reloads
-    itself."""
+    """Self-reloading page for a full server, in the language of the link or the browser. `limit`: places."""
     one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))

@@ -1,4 +1,4 @@
-"""Plain HTTP: the head of a request, our own responses, and `/metrics`."""
+"""Plain HTTP: heads of requests, our own responses, and `/metrics`."""
 
 from __future__ import annotations
 
@@ -38,8 +38,7 @@ class RequestHead:
         self._begun = bytearray()
 
     def take(self, data: bytes) -> bytes:
-        """Bytes for the library: nothing before the head is complete, then a GET request in place of any
-        other."""
+        """Bytes for the library: none before the head is complete, then GET in place of any method."""
         known = len(self._begun)
         self._begun += data
         line = self._begun.find(b"\n")
@@ -74,7 +73,7 @@ class RequestHead:
 
 
 def _fault_of(head: bytes) -> HTTPStatus | None:
-    """Fault of a whole head, by the library's rules and with exactly one Host (RFC 9112, section 3.2)."""
+    """Status for a faulty head, by the library's rules and with exactly one Host (RFC 9112, section 3.2)."""
     reader = StreamReader()
     reader.feed_data(head)
     try:
@@ -99,7 +98,6 @@ HTML: Final = "text/html; charset=utf-8"
 
 
 def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) -> Response:
-    """Response with our headers and `extra` ones."""
     headers = Headers({"Content-Type": content_type, "Content-Length": str(len(body)), "Connection": "close"})
     for name, value in {**OWN_HEADERS, **extra}.items():
         headers[name] = value
@@ -107,7 +105,7 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
 
 
 def metrics_text(state: Mapping[str, Any]) -> bytes:
-    """State of a server in Prometheus' text format. `state`: as in `/healthz`."""
+    """Prometheus' text format. `state`: as in `/healthz`."""
     registry = CollectorRegistry()
     Info("duet", "The program that serves.", registry=registry).info({name: state[name] for name in ("version", "run")})
     store = state.get("store", {})

@@ -1,5 +1,5 @@
-"""Messages of viser's client: fields of each kind, decoded as their types only, which bounds the cost; a
-control's values; errors of refused messages."""
+"""Messages of viser's client: typed fields of each kind, which bounds the cost of decoding; values of
+controls; errors."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ UPLOAD_TOO_LARGE: Final = "upload too large"
 
 
 class Malformed(Exception):
-    """The message can't have come from viser's own client; close the connection."""
+    """Not from viser's own client; close the connection."""
 
 
 class Refused(Exception):
-    """Well-formed message that is not allowed; drop it. `kind` groups the log lines."""
+    """Well formed but not allowed; drop the message. `kind` groups the log lines."""
 
     def __init__(self, kind: str) -> None:
         super().__init__(kind)
@@ -33,13 +33,13 @@ _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeErr
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a message. `type`: as which it is decoded; `check`: raises `Refused` for a bad value."""
+    """`type`: as which it is decoded; `check`: raises `Refused` for a bad value."""
 
     type: Any
     check: Callable[[Any], None] = lambda value: None
 
     def read(self, raw: msgspec.Raw) -> Any:
-        """Decoded value; raises `Malformed` or `Refused`."""
+        """Raises `Malformed` or `Refused`."""
         try:
             value = msgspec.msgpack.decode(raw, type=self.type)
         except _UNDECODABLE as error:
@@ -70,7 +70,7 @@ def row(length: int | None, item: Field) -> Field:
 
 
 def text(longest: int) -> Field:
-    """Text of at most `longest` bytes."""
+    """`longest`: [bytes]."""
 
     def check(value: str) -> None:
         if len(value) > longest or len(value.encode()) > longest:
@@ -186,7 +186,7 @@ _DECODERS: Final = {kind: _decoder(kind, fields) for kind, fields in SHAPES.item
 
 
 def kind_of(raw: bytes) -> str:
-    """Kind of a message; its other fields are not decoded.
+    """Kind of a message, without decoding the rest.
 
     Raises:
         Malformed: it has no kind.
@@ -217,13 +217,13 @@ Scope = Literal["own", "shared"]
 
 @dataclass(frozen=True)
 class Control:
-    """What a browser may change of one GUI element.
+    """What a browser may change of a GUI element.
 
     Attributes:
         scope: "own" if only this browser has it, "shared" if all browsers see the same one.
-        value: present value; a new one must be of the same kind.
+        value: present one; a new one must be of the same kind.
         enabled: False while it is greyed out.
-        low, high: bounds, one for all components or one each; None without bounds.
+        low, high: bounds, one for all components or one each, or None.
         options: allowed texts; None for any.
         takes_files: True for an upload button.
     """
@@ -243,7 +243,7 @@ def _bound(bounds: object, index: int) -> float | None:
 
 
 def check_value(control: Control, sent: msgspec.Raw, limits: TrafficLimits) -> None:
-    """Check that `control` may take a value; raises `Malformed` or `Refused`."""
+    """Raises `Malformed` or `Refused`."""
     present = control.value
     if isinstance(present, bool):
         Field(bool).read(sent)

@@ -1,5 +1,4 @@
-"""What the server sends: kept and sent once a frame to one browser, and packed once for all browsers that get
-the same."""
+"""Sending: once a frame to one browser, and packed once for all browsers that get the same."""
 
 from __future__ import annotations
 
@@ -21,9 +20,8 @@ from app.web.entries import Entries
 from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers, content_of, stamp_value
 
 STAMP = 0.0
-"""Time stamp of every window [s]. viser's page goes by this clock and holds back what comes early, to even
-out a stream, which at our rate would delay a drag by up to 40 ms. A constant stamp lets everything through
-at once."""
+"""Time stamp of every window [s]. viser's page would hold back early windows to even out the stream, and at
+our rate delay a drag by up to 40 ms; a constant stamp lets everything through at once."""
 
 
 class _Compressor(threading.local):
@@ -63,13 +61,12 @@ def _plain_text(value: object) -> str:
 
 
 class Packed:
-    """Cache of what was packed last, so that what many browsers get is packed once."""
+    """Cache of the last result, so that many browsers' messages are packed once."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[Sequence[Message], bytes]] = deque(maxlen=4)
 
     def get(self, messages: Sequence[Message]) -> bytes:
-        """`pack(messages)`."""
         for known, data in self._last:
             if len(known) == len(messages) and all(map(operator.is_, known, messages)):
                 return data
@@ -88,10 +85,10 @@ async def send_windows(
     backlog_done_message: Message | None,
     seen: Callable[[], Awaitable[object]],
 ) -> None:
-    """Send one browser what a buffer holds for it, window by window.
+    """Send one browser the content of a buffer, window by window.
 
     Args:
-        seen: returns once the page is shown. Until then nothing of a shared buffer is sent; the buffer keeps
+        seen: returns once the page is shown. Before that nothing of a shared buffer is sent; the buffer keeps
             the newest of everything.
     """
     windows = buffer.window_generator(client_id, backlog_done_message)
@@ -126,7 +123,7 @@ _held: Final = _Held()
 
 @contextlib.contextmanager
 def waking_together() -> Generator[None]:
-    """Context in which the senders of flushed buffers are woken together, at its end or every `HOLD`.
+    """Context that wakes the senders of flushed buffers together, at its end or every `HOLD`.
 
     A wake-up is a system call, after which the event loop asks for the interpreter's lock: eight of them take
     a tenth of a round of eight sessions.
@@ -147,7 +144,6 @@ def _wake() -> None:
 
 
 def _call(loop: AbstractEventLoop, function: Callable[..., object], *arguments: Any) -> None:
-    """Call a function on an event loop; do nothing if that is closed."""
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(function, *arguments)
 
@@ -164,9 +160,6 @@ class ClientBuffer(MessageBuffer):
     frame; a browser's own buffer has one reader. An atomic block is sent at its end, anything else within
     `window_duration_sec`.
 
-    Args:
-        event_loop: of the server.
-
     Attributes:
         entries: of the browser, not acted upon yet.
     """
@@ -178,7 +171,7 @@ class ClientBuffer(MessageBuffer):
         self._woken = self._timed = False
 
     def push(self, message: Message) -> None:
-        """Keep a message in place of an older one of the same kind; dropped if the connection is closed."""
+        """Replace an older message of the same kind; dropped if the connection is closed."""
         if self.done or not stamp_value(message, self.entries):
             return
         key = message.redundancy_key()
@@ -193,7 +186,7 @@ class ClientBuffer(MessageBuffer):
         _call(self.event_loop, self.event_loop.call_later, self.window_duration_sec, self.flush_event.set)
 
     def remove_entity_state_from_buffer(self, entity_type: str, entity_id: str) -> None:
-        """Drop waiting messages about an element that is about to be replaced."""
+        """Drop messages about an element that is about to be replaced."""
         with self.buffer_lock:
             self._forget((entity_type, entity_id), adjacent=True)
 
@@ -205,7 +198,6 @@ class ClientBuffer(MessageBuffer):
             del self._waiting[key]
 
     def atomic_end(self) -> None:
-        """End an atomic block, and send what was pushed."""
         with self.buffer_lock:
             self.atomic_counter -= 1
             ended = not self.atomic_counter
@@ -231,8 +223,7 @@ class ClientBuffer(MessageBuffer):
     async def window_generator(
         self, client_id: int, backlog_done_message: Message | None = None
     ) -> AsyncGenerator[Sequence[Message], None]:
-        """Yield what is to be sent, window by window. `backlog_done_message` is unused: this buffer has no
-        backlog."""
+        """`backlog_done_message` is unused: this buffer has no backlog."""
         while not self.done:
             await self.flush_event.wait()
             self.flush_event.clear()
@@ -241,7 +232,7 @@ class ClientBuffer(MessageBuffer):
                     yield found
 
     def _take(self) -> list[Message]:
-        """The oldest waiting messages; empty within an atomic block, which wakes the sender at its end."""
+        """Oldest waiting messages; empty within an atomic block, which wakes the sender at its end."""
         with self.buffer_lock:
             self._woken = self._timed = False
             if self.atomic_counter:

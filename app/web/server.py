@@ -57,13 +57,13 @@ _FOREIGN = (
     "or start it with --allow-origin and this page's address.\n"
 )
 _LOG_EVERY = 10.0
-"""Shortest time between two log lines of a kind [s], so that an attacker cannot fill the log."""
+"""Least time between two log lines of a kind [s], so that an attacker cannot fill the log."""
 
 MOST_DELAYED: Final = 200
-"""Most requests that wait for their answers at once; further ones are refused."""
+"""Most requests with a delayed answer at once; further ones are refused."""
 
 NEWS: Final = 1.0
-"""News of the other processes' browsers arrives within this time [s]."""
+"""Time within which news of other processes' browsers arrive [s]."""
 
 MOVED_CODE: Final = 4001
 """Close code after which the page reconnects at once, perhaps to another buffer or process."""
@@ -71,7 +71,7 @@ MOVED_CODE: Final = 4001
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
 Document = Callable[[Language], bytes]
-"""Makes the HTML of a page in a reader's language."""
+"""HTML of a page in a reader's language."""
 
 
 class DuetServer(viser.ViserServer):
@@ -86,14 +86,13 @@ class DuetServer(viser.ViserServer):
         documents: further pages by path, such as "/documents/model", rendered outside the network's thread.
         assets: scripts and style sheets of every page, before viser's own.
         body: HTML at the beginning of every page's body.
-        delay: time that a request from an address and with a query waits for its answer [s]. Called on the
-            network's thread.
-        listener: source of connections instead, already bound to `port`.
+        delay: of an answer to an address and a query [s]. Called on the network's thread.
+        listener: source of connections, already bound to `port`.
         run: see below; "" makes one.
 
     Attributes:
-        max_clients: places; may be set at any time.
-        gate: filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
+        max_clients: may be set at any time.
+        gate: filter of messages.
         always_admits: whether a page with a query gets in when every place is taken.
         trusts: whether a page with a query may connect from an unknown address.
         takes_over: whether a page with a query ends the earlier connections of its tab.
@@ -101,7 +100,7 @@ class DuetServer(viser.ViserServer):
         elsewhere: browsers connected to the other processes that serve this port.
         count_changed: called with `count_clients()` after a change, on the network's thread.
         is_at_work: whether pages are still being drawn; otherwise a page that asks gets no answer.
-        app_state: what the app adds to `/healthz`, such as its store's state; called on the network's thread.
+        app_state: what the app adds to `/healthz`; called on the network's thread.
         may_measure: whether a query has the key to `/metrics`.
         proof: see `OriginPolicy.is_owners`.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
@@ -171,15 +170,15 @@ class DuetServer(viser.ViserServer):
 
     @property
     def url(self) -> str:
-        """Address to open in a browser on this computer."""
+        """Address on this computer."""
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Number of browsers with a place, also while their pages are being built."""
+        """Browsers with a place, also while their pages are being built."""
         return len(self._placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
-        """Connection of a browser's page, None if it is gone; from any thread."""
+        """None if the browser is gone; from any thread."""
         connection = viser_internals.connection_of(self, client_id)
         return connection if isinstance(connection, FilteredConnection) else None
 
@@ -191,8 +190,7 @@ class DuetServer(viser.ViserServer):
             asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
 
     def is_owners(self, client_id: int) -> bool:
-        """True if this is the browser of the person who started the server; never if foreign pages may frame
-        ours."""
+        """True for the browser of the person who started the server; never if foreign pages may frame ours."""
         page = self.page_of(client_id)
         if page is None or page.request is None or self.embed_origins:
             return False
@@ -200,7 +198,7 @@ class DuetServer(viser.ViserServer):
         return self._origins.is_owners(headers.get_all("Origin"), headers.get_all("Host"), page.address, headers, self.proof)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """None: Duet opens no tunnel to the outside."""
+        """Duet opens no tunnel to the outside."""
         return None
 
     def stop(self) -> None:
@@ -211,7 +209,7 @@ class DuetServer(viser.ViserServer):
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     def _serve(self, listener: socket.socket, handler: Handler, *address: Any, process_request: Static, **options: Any) -> Any:
-        """Replacement of viser's `websockets.asyncio.server.serve`, on a socket that is already bound."""
+        """Replacement of viser's `websockets.asyncio.server.serve`, on a bound socket."""
         # Not registered with `logging`, so that it is freed with the server; viser adds a filter to it at
         # every start.
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
@@ -251,7 +249,7 @@ class DuetServer(viser.ViserServer):
         return respond(200, CONTENT_TYPE_PLAIN_0_0_4, text, {"Cache-Control": "no-store"})
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
-        """Answer a request after its delay, or return None to let it become a websocket."""
+        """Answer a request after its delay; None lets it become a websocket."""
         delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
@@ -321,7 +319,7 @@ class DuetServer(viser.ViserServer):
         return response
 
     async def _serve_one(self, connection: FilteredConnection, handler: Handler) -> None:
-        """Admit a new connection and hand it to viser; it takes a place when it sends its first message."""
+        """Admit a new connection and hand it to viser; its first message gives it a place."""
         path, address = connection.request.path if connection.request is not None else "", connection.address
         # Every page names its tab, so a class behind one address counts per tab; only programs count by
         # address.
@@ -360,8 +358,7 @@ class DuetServer(viser.ViserServer):
         return self._has_room(path)
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a place to a connection that has sent its first message. Returns the reason of a refusal, or
-        ""."""
+        """Give a place to a connection that has sent its first message. Returns why not, or ""."""
         if not await self._has_room_soon(connection.request.path if connection.request is not None else ""):
             return ROOM_IS_FULL
         self._silent.leave(connection)
@@ -387,5 +384,5 @@ class DuetServer(viser.ViserServer):
 
 
 def _language_of(request: Request) -> Language:
-    """Language of a request, from its link or its browser; a choice on the page is not known here."""
+    """Language of a request's link or browser; a choice on the page is not known here."""
     return language_asked(page_query(request.path), accepted_languages(request))

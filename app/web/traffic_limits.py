@@ -1,4 +1,4 @@
-"""Limits of one browser: sizes, rates, a bounded memory, and a queue that no single visitor fills."""
+"""Limits of one browser: sizes, rates, bounded memory, and a queue that no single visitor fills."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class TrafficLimits:
     """How much one browser may ask for.
 
     Attributes:
-        text_bytes: longest text of one field.
-        upload_bytes: largest file, and largest sum of a browser's unfinished ones.
+        text_bytes: of one field.
+        upload_bytes: of a file, and of a browser's unfinished ones together.
         uploads: simultaneous files.
         messages_per_second: the rest is read later, which slows the sender down; a busy visitor sends about
             100.
         bytes_per_second: the same for their size.
-        message_bytes: largest message that is not part of a file.
-        frame_bytes: largest single websocket message; viser's client cuts files into pieces of 512 kB.
+        message_bytes: of a message that is not part of a file.
+        frame_bytes: of a websocket message; viser's client cuts files into pieces of 512 kB.
         frames_waiting: queued websocket frames; the rest stays with the sender.
         small_frames_per_second: frames under 1 kB that end no message, such as pings; a connection that sends
             more is closed.
@@ -71,7 +71,7 @@ Noted = TypeVar("Noted")
 
 
 def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> None:
-    """Store a value as the newest one, and drop the oldest if there are more than `most`."""
+    """Store a value as the newest, and drop the oldest above `most`."""
     memory.pop(one, None)
     memory[one] = value
     if len(memory) > most:
@@ -83,8 +83,8 @@ class BoundedQueue(Generic[One]):
 
     Args:
         most: at once.
-        of_address: at once from one address; a class, or all behind a proxy, may share it.
-        of_tab: at once with the word of one tab.
+        of_address: from one address; a class, or all behind a proxy, may share it.
+        of_tab: with the word of one tab.
     """
 
     def __init__(self, most: int, of_address: int, of_tab: int) -> None:
@@ -98,7 +98,7 @@ class BoundedQueue(Generic[One]):
         return len(self._known)
 
     def enter(self, one: One, address: str, word: str = "") -> One | None:
-        """Add one, or update its word. `word`: "" as long as it is unknown.
+        """Add one, or update its word. `word`: "" while unknown.
 
         Returns:
             The one that has to leave: the oldest with the same word, from the same address or of all; None if
@@ -114,5 +114,4 @@ class BoundedQueue(Generic[One]):
         return None
 
     def leave(self, one: One) -> None:
-        """Remove one that no longer waits, if it did."""
         self._known.pop(one, None)

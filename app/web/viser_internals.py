@@ -1,11 +1,11 @@
 """viser's private side. Fits viser 1.1.x; no other file of Duet names it.
 
-viser has no public way to check requests and messages before it acts on them or to listen on a bound socket
-(`serving_with`), to pack once what many browsers get, to replace a browser's buffer and to set a property
-cheaply (`adapt_viser`), to convert a message into plain types quickly (`content_of`), to read all nodes
-(`nodes_of`), to set a camera at once (`aim`), to show browsers different things (`ServerView`, `expand_for`),
-or to look up a message's element (`GuiRegistry`) and a browser's connection and request (`request_of` and its
-neighbours). A test in `tests/app/web` fails for each where a new version of viser differs.
+viser has no public way to check requests and messages first, or to listen on a bound socket (`serving_with`);
+to pack once what many browsers get, replace a browser's buffer, and set a property cheaply (`adapt_viser`);
+to convert a message quickly (`content_of`), read all nodes (`nodes_of`), set a camera at once (`aim`), or
+show browsers different things (`ServerView`, `expand_for`); or to look up elements (`GuiRegistry`),
+connections and requests (`request_of` and its neighbours). A test in `tests/app/web` fails for each where a
+new version of viser differs.
 """
 
 from __future__ import annotations
@@ -53,17 +53,17 @@ def client_html() -> str:
 
 
 def connection_of(server: viser.ViserServer, client_id: int) -> ServerConnection | None:
-    """A browser's connection, or None if it is gone."""
+    """None if the browser is gone."""
     return server._websock_server._live_connections.get(cast(Any, client_id))
 
 
 def client_id_of(server: viser.ViserServer, connection: ServerConnection) -> int:
-    """viser's client id of a connection, or −1."""
+    """−1 for an unknown connection."""
     return next((i for i, live in server._websock_server._live_connections.items() if live is connection), -1)
 
 
 def client_of(server: viser.ViserServer, client_id: int) -> viser.ClientHandle | None:
-    """A browser's handle, also while viser still calls the functions registered for its arrival."""
+    """Also while viser still calls the functions registered for its arrival."""
     return server._connected_clients.get(client_id)
 
 
@@ -72,7 +72,7 @@ def server_of(client: viser.ClientHandle) -> viser.ViserServer:
 
 
 def request_of(client: viser.ClientHandle) -> Request | None:
-    """Request by which a browser opened its connection, or None if it is gone."""
+    """Request that opened a browser's connection; None if it is gone."""
     connection = connection_of(client._viser_server, client.client_id)
     return None if connection is None else connection.request
 
@@ -103,7 +103,7 @@ class GuiRegistry:
         yield self._server.gui, "shared"
 
     def control(self, client_id: int, uuid: str) -> Control | None:
-        """Input with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the input."""
         for gui, scope in self._guis(client_id):
             handle = gui._gui_input_handle_from_uuid.get(uuid)
             if handle is None or handle._impl.removed:
@@ -125,14 +125,14 @@ class GuiRegistry:
         return None
 
     def form(self, client_id: int, uuid: str) -> Scope | None:
-        """Scope of the form with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the form."""
         for gui, scope in self._guis(client_id):
             if isinstance(gui._container_handle_from_uuid.get(uuid), viser.GuiFormHandle):
                 return scope
         return None
 
     def command(self, client_id: int, uuid: str) -> Scope | None:
-        """Scope of the palette command with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the palette command."""
         return next((scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None)
 
 
@@ -143,12 +143,11 @@ _construction: Final = threading.Lock()
 
 @contextlib.contextmanager
 def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
-    """Context in which a server that viser builds is served by `serve`; afterwards viser has its own function
-    back.
+    """Context in which viser's new servers are served by `serve`.
 
     Args:
         serve: called in place of `websockets.asyncio.server.serve`, with the same arguments. Only its name in
-            viser's one serving module is replaced, not the library.
+            viser's serving module is replaced, not the library.
     """
     stand_in = types.SimpleNamespace(
         asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)),
@@ -191,11 +190,12 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> 
     - Messages to one browser alone wait in a `client_buffer`.
     - The types of an element's properties are looked up once per class instead of once per handle.
     - Setting a property to its present value is cheap, an array's type is looked up once, and a pose is
-    compared with plain numbers: a frame sets some forty properties and twenty poses, most of them unchanged.
+      compared with plain numbers: a frame sets some forty properties and twenty poses, most of them
+      unchanged.
     - A move of a node has its name at once.
     - What a visitor enters is not overwritten before it has been acted upon; see `app.web.entries`.
-    - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon,
-    and keeps 32 icons.
+    - Icons and their archive are read once; viser reads the archive's directory for every icon, and keeps 32
+      icons.
     """
     viser_infra._message_producer = _send_windows
     names = cast(dict[str, Any], vars(viser_infra))
@@ -213,8 +213,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> 
 
 
 def _key_of_move(message: Any) -> str:
-    """Key that distinguishes moves of different nodes, as in viser, where computing it takes longer than
-    queueing the move."""
+    """Key of a node's moves as in viser, which takes longer to compute it than to queue the move."""
     return f"scene:{message.name}:update:{type(message).__name__}"
 
 
@@ -239,7 +238,7 @@ _PLAIN: Final = frozenset((str, bool, int, float))
 
 
 def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> None:
-    """Set an attribute of a handle as viser does, with a shortcut for plain values and arrays of numbers."""
+    """Set an attribute as viser does, with a shortcut for plain values and arrays of numbers."""
     state = vars(handle).get("_impl")
     if state is None or state.removed:
         props_setattr(handle, name, value)
@@ -275,7 +274,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
 
 
 def _entries_of(gui: Any) -> Entries | None:
-    """Entries of a GUI's browser; None for a GUI that many browsers see."""
+    """None for a GUI that many browsers see."""
     return getattr(gui._websock_interface.get_message_buffer(), "entries", None)
 
 
@@ -308,13 +307,12 @@ def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
 
 @cache
 def _number_of(props: type, name: str) -> type | None:
-    """Number type of a property that is one array, else None."""
+    """Number type of a property that is one array, or None."""
     hint = _hints_of(props).get(name)
     return np.uint8 if hint == _BYTES and "color" in name else _FLOATS.get(hint) if isinstance(hint, types.GenericAlias) else None
 
 
 def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
-    """A value cast to its property's type."""
     if hint in _FLOATS:
         return np.asarray(value).astype(_FLOATS[hint])
     if hint == _BYTES and "color" in name:
@@ -331,8 +329,7 @@ def _set_pose(
     queue: Callable[[Any], None],
     make_message: Callable[[Any], Any],
 ) -> None:
-    """Write a position or a quaternion and queue its message, unless it is within `numpy.allclose` of the old
-    one."""
+    """Write a pose's part and queue its message, unless it is within `numpy.allclose` of the old one."""
     numbers = cast_vector(value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length)
     for new, old in zip(numbers, current.tolist(), strict=True):
         if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
@@ -354,8 +351,7 @@ def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.N
     """Point a client's camera; its handle keeps the browser's last values.
 
     viser's own setters move the aim with the position, and skip values equal to the browser's last ones,
-    which may be older than what was sent last. A message from the browser meanwhile would leave the moved
-    aim.
+    which may be outdated. A message from the browser meanwhile would leave the moved aim.
 
     Args:
         eye, look_at: (3,) [m].
@@ -383,12 +379,11 @@ def _icons() -> ZipFile:
 
 _UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
 _STAMP: Final = "after"
-"""Key in a message: number of the browser's messages handled when a value was written, for `entries.js`."""
+"""Key for the number of the browser's messages handled when a value was written, for `entries.js`."""
 
 
 def stamp_value(message: Message, entries: Entries) -> bool:
-    """Stamp a message that writes a value into a control. False if it may not be sent, because an entry waits
-    there."""
+    """Stamp a message that writes into a control. False if an entry waits there, so that it may not be sent."""
     if type(message) is not _messages.GuiUpdateMessage or "value" not in message.updates:
         return True
     after = entries.dealt_before(message.uuid)
@@ -397,7 +392,7 @@ def stamp_value(message: Message, entries: Entries) -> bool:
 
 
 def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
-    """A message as viser packs it, with a shortcut for frequent kinds; appends its arrays to `arrays`."""
+    """A message as viser packs it, with a shortcut for frequent kinds; appends to `arrays`."""
     kind = type(message)
     if kind not in _MOVES and kind not in _UPDATES:
         return message.as_serializable_dict(arrays)
@@ -435,19 +430,19 @@ def shared_messages(server: viser.ViserServer) -> list[Message]:
 class _LoopEvent(asyncio.Event):
     """Event that only its event loop sets.
 
-    A viser buffer also sets its event from the pushing thread, which asyncio does not allow: while browsers
-    begin to wait, it raises an error in that thread.
+    A viser buffer also sets it from the pushing thread, which asyncio does not allow: while browsers begin to
+    wait, it raises an error there.
     """
 
     def set(self) -> None:
-        """Set the event; do nothing outside an event loop."""
+        """Do nothing outside an event loop."""
         with contextlib.suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()
 
 
 class _Channel(viser_infra.WebsockMessageHandler):
-    """Stand-in for viser's websocket server in a `ServerView`; receives nothing."""
+    """Stand-in for viser's websocket server; receives nothing."""
 
     def __init__(self, buffer: MessageBuffer) -> None:
         super().__init__()

@@ -1,1 +1,1 @@
-"""Handles on the `scene` of the operator's client; a drag moves what is theirs in their `session`."""
+"""Handles on the `scene` of the operator's client, which move things of the `session`."""

@@ -35,9 +35,8 @@ class Gizmos:
 
     Args:
         holder: for the visitor, the session itself.
-        yours: returns what is drawn of it on the same scene; None if nothing can be held.
-        hands_off: returns whether a part of the session moves what the visitor would.
-        handlers: of the page.
+        yours: what is drawn of it on the same scene; None if nothing can be held.
+        hands_off: whether a part of the session moves what the visitor would.
     """
 
     def __init__(
@@ -63,7 +62,7 @@ class Gizmos:
         handlers.add(SwingElbow, self._swing_elbow)
 
     def show(self, frame: Frame) -> None:
-        """Move the undragged handles to the arm or the ball; replace them after a change of experiment."""
+        """Update the undragged handles; replace them after a change of experiment."""
         holder, run = self._holder, self._holder.settings.run
         # A replay cannot be moved, nor a hand that draws a circle.
         offered = not (frame.replayed or self._hands_off() or run.draws_circle)

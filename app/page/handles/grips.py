@@ -1,4 +1,4 @@
-"""What a mouse or a finger pulls across the view: the visitor's arm, the ball, or the imitated person."""
+"""What the pointer pulls across the view: the visitor's arm, the ball, or the imitated person."""
 
 from collections.abc import Iterable
 from typing import Any, get_args
@@ -20,11 +20,11 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 
 
 class Grip:
-    """Nodes of the 3-D view, of which one is pulled at a time.
+    """Nodes, of which one is pulled at a time.
 
     Args:
         nodes: that can be pulled.
-        holder: who pulls, and to whom a pull is posted.
+        holder: who pulls.
     """
 
     def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
@@ -44,8 +44,7 @@ class Grip:
         return self._taken is not None
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at one of the nodes; ignores other pulls, and any after a reset until the pointer is
-        released."""
+        """Ignores pulls at other nodes, and any after a reset until the pointer is released."""
         if action.handle not in self._nodes:
             return
         if action.phase != "start" and self._ended_elsewhere():
@@ -60,11 +59,11 @@ class Grip:
             self._pull(action.place)
 
     def _take(self, name: str, point: Array) -> None:
-        """Take hold of a node at a point (3,), world [m]."""
+        """`point`: (3,), world [m]."""
         raise NotImplementedError
 
     def _pull(self, place: Array) -> None:
-        """Pull what was taken to a place (3,), world [m]."""
+        """`place`: (3,), world [m]."""
         raise NotImplementedError
 
     def _let_go(self) -> None:
@@ -74,14 +73,13 @@ class Grip:
         """True if a reset, or what leads the session, has ended the pull."""
         return self._holder.held is None
 
-    def show(self) -> None:
-        """Update it from the session."""
+    def show(self) -> None: ...
 
     def forget_drag(self) -> None:
         self._taken = None
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the nodes plain again. `nodes_stay`: whether they remain in the scene."""
+        """`nodes_stay`: whether the nodes remain in the scene."""
         if nodes_stay:
             for node in self._nodes.values():
                 node.remove_drag_callback()
@@ -156,7 +154,6 @@ class FigureGrip(Grip):
         return self._grasp is None
 
     def _begin(self) -> None:
-        """Become the source, in the posture of the drawn person."""
         drawn = self._view.angles
         self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
         self._hand.set_source(self)
@@ -173,13 +170,11 @@ class FigureGrip(Grip):
             self._figure = None
 
     def forget_drag(self) -> None:
-        """Return to the initial posture, with nothing pulled."""
         super().forget_drag()
         if self._figure is not None:
             self._figure.reset()
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the figure plain again, and remove it from another experiment."""
         super().remove(nodes_stay)
         if self._figure is not None and self._hand.settings.run.experiment.moves != "person":
             self._hand.set_source(None)

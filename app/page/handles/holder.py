@@ -1,4 +1,4 @@
-"""Who moves something in the 3-D view by handles and keys."""
+"""Who moves something by handles and keys."""
 
 from typing import Protocol
 
@@ -19,14 +19,10 @@ class Holder(Protocol):
     def simulation(self) -> Simulation: ...
 
     @property
-    def arm(self) -> Arm:
-        """The arm that this person may hold."""
-        ...
+    def arm(self) -> Arm: ...
 
     @property
-    def held(self) -> Target | None:
-        """What they hold, and where, or None."""
-        ...
+    def held(self) -> Target | None: ...
 
     def hold(self, target: Target | None) -> None:
         """Hold something from the next step on; None lets go."""
@@ -37,5 +33,5 @@ class Holder(Protocol):
         ...
 
     def post(self, action: Action) -> None:
-        """Queue an action of their browser; from any thread."""
+        """From any thread."""
         ...

@@ -1,5 +1,4 @@
-"""Arrows and arcs: on the hand to move and turn it, on the ball, and on the elbow to swivel it about the line
-from shoulder to wrist."""
+"""Arrows and arcs: on the hand to move and turn it, on the ball, and on the elbow to swivel it."""
 
 import math
 from typing import Any, Final
@@ -20,7 +19,7 @@ AUTOPILOT_SIZE: Final = 0.6
 
 class TransformHandle:
     """Transform controls; a subclass defines their place and the meaning of a drag. A free handle returns to
-    what it moves; a dragged one is left alone.
+    what it moves.
 
     Args:
         name: of the node under `/gizmo`, and of the handle in a `Drag`.
@@ -42,8 +41,7 @@ class TransformHandle:
             holder.post(Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz)))
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at it; ignores pulls at other handles, and any after a reset until the pointer is
-        released."""
+        """Ignores pulls at other handles, and any after a reset until the pointer is released."""
         if action.handle != self._name or action.turn is None:
             return
         if action.phase == "start":
@@ -60,7 +58,7 @@ class TransformHandle:
             self._holder.hold(None)
 
     def show(self, visible: bool) -> None:
-        """Update place and size, unless it is being dragged: another size would end the drag."""
+        """Update place and size, unless dragged: another size would end the drag."""
         if not self.dragged:
             self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
             self._handle.position, rotation = self._seat()
@@ -72,7 +70,7 @@ class TransformHandle:
         raise NotImplementedError
 
     def _target(self, place: Array, turn: Array) -> Target:
-        """Target for the handle at a place (3,) [m], turned (3, 3)."""
+        """`place`: (3,) [m]; `turn`: (3, 3)."""
         raise NotImplementedError
 
     def forget_drag(self) -> None:
@@ -87,7 +85,7 @@ FARTHEST_SWING: Final = 0.35
 
 
 class HandHandle(TransformHandle):
-    """On the visitor's hand, or on its desired place if the hand is drawn to that."""
+    """On the visitor's hand, or on the desired place of a hand that is drawn there."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "hand", 0.22)
@@ -96,7 +94,6 @@ class HandHandle(TransformHandle):
         return HandTarget(place, turn if _turn_counts(self._holder) else None)
 
     def show(self, visible: bool) -> None:
-        """Offer turns if they count, and update the place unless it is being dragged."""
         self._handle.disable_rotations = not _turn_counts(self._holder)
         super().show(visible)
 
@@ -128,8 +125,7 @@ class ElbowHandle(TransformHandle):
 
 
 def swing_elbow(holder: Holder, angle: float) -> None:
-    """Pull the elbow further by an angle [rad], or from its position if it is not pulled; the hand keeps its
-    place."""
+    """Pull the elbow further by an angle [rad]; the hand keeps its place."""
     frame, centre = swivel_frame(holder)
     out = _elbow(holder) - centre
     held = holder.held if isinstance(holder.held, HandTarget) else None
@@ -142,7 +138,7 @@ def swing_elbow(holder: Holder, angle: float) -> None:
 
 
 def keeps_place(holder: Holder) -> bool:
-    """True if the visitor's arm is drawn to a desired place, which is what the visitor moves."""
+    """True if the visitor moves a desired place, to which the arm is drawn."""
     return holder.arm is holder.simulation.avoiding
 
 
@@ -166,7 +162,7 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
 
 
 def _hand_kept(holder: Holder) -> HandTarget:
-    """The hand at its place, and with its orientation if the elbow can move nevertheless."""
+    """Target at the hand's place, with its orientation if the elbow can move nevertheless."""
     joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
     spare = joints.stop - joints.start > 6 and _turn_counts(holder)
     return HandTarget(place, rotation if spare else None)

@@ -8,15 +8,14 @@ from app.session.frame import Frame
 
 
 class PagePanel:
-    """Panel that posts a visitor's actions to the session, and draws frames."""
+    """Posts a visitor's actions to the session, and draws frames."""
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame."""
         raise NotImplementedError
 
     @property
     def needs_controls(self) -> bool:
-        """True while all controls must be shown, also those that a playing visitor does not need."""
+        """True while all controls must be shown, also to a playing visitor."""
         return False
 
     def close(self) -> None:

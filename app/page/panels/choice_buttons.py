@@ -1,4 +1,4 @@
-"""A row of buttons of which one is marked as the present choice."""
+"""A row of buttons with the present choice marked."""
 
 from collections.abc import Callable, Mapping
 from typing import Final, TypeVar
@@ -9,7 +9,7 @@ from app.i18n.speaking import tr
 from app.session.actions import Action
 
 MARK: Final = "● "
-"""Prefix of the present choice: a cue that does not need colour."""
+"""Prefix of the present choice: a cue without colour."""
 
 UNTICKED: Final = "○ "
 """Prefix of an unticked choice, as wide as `MARK`, so that a tick moves no button."""
@@ -18,13 +18,13 @@ Asked = TypeVar("Asked", bound=Action)
 
 
 class ChoiceButtons:
-    """A row of buttons, one for each choice.
+    """One button per choice.
 
     Args:
         label: before the row, in English; may be empty.
         choices: label in English → value to post.
         hint: one line, in English.
-        post: called with the value of a pressed button, on the network's thread.
+        post: called with a button's value, on the network's thread.
         order: among its neighbours, None for the end.
         numbered: whether each button begins with its number, from 1.
     """
@@ -66,6 +66,6 @@ class ChoiceButtons:
         self._buttons.visible = visible
 
     def tick(self, ticked: tuple[int, ...], visible: bool) -> None:
-        """Update a row with several marked choices. `ticked`: their indices."""
+        """Mark several choices. `ticked`: their indices."""
         self._buttons.options = tuple((MARK if i in ticked else UNTICKED) + label for i, label in enumerate(self._labels))
         self._buttons.visible = visible

@@ -1,5 +1,5 @@
-"""Data of the contact card: words and a curve when they change, a few numbers ten times a second. The page's
-`contact_card.js` draws it."""
+"""Data of the contact card, drawn by `contact_card.js`: words and a curve when they change, numbers ten times
+a second."""
 
 import json
 import math
@@ -35,7 +35,7 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.1
-"""Wall time between two sets of numbers [s]; the page interpolates."""
+"""Time between two sets of numbers [s]; the page interpolates."""
 
 WIDEST: Final = 0.36
 """Least length of the axis of d [m]; longer for a large d_m."""
@@ -48,7 +48,7 @@ Note = tuple[str, str]
 
 
 class ContactCard:
-    """Sends the data of the card; invisible in the panels.
+    """Sends the data of the card.
 
     Args:
         gui: of those who see the card.
@@ -66,7 +66,7 @@ class ContactCard:
         self._trend = 0
 
     def show(self, frame: Frame, further: Callable[[], CardWords], asking: bool) -> None:
-        """Send changes: every `PERIOD` while the run goes on, and at once while it is paused.
+        """Send changes: every `PERIOD`, and at once while the run is paused.
 
         Args:
             further: returns more words.
@@ -103,17 +103,17 @@ class ContactCard:
 
 
 def part_text(part: object) -> str:
-    """Words or note as JSON; numbers as a plain list without keys, as they are sent at every moment."""
+    """Words or note as JSON; numbers without keys, as they are sent at every moment."""
     return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
 def _legend() -> list[tuple[str, str]]:
-    """Symbol and words of what is violet or round the obstacle in the scene."""
+    """Symbol and words of marks in the scene."""
     return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
-    """Text of the card and the curve λ(d) [mm, ‰], in the visitor's language."""
+    """Text of the card and the curve λ(d) [mm, ‰]."""
     simulation, run = frame.simulation, frame.settings.run
     law, two = run.law, run.both_avoid
     yours, other = ("orange", tr("orange arm")), ("silver", tr("silver arm"))
@@ -145,7 +145,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
 
 
 def symbol_sentences(frame: Frame) -> dict[str, str]:
-    """Symbol → sentence with its meaning in this run, in the visitor's language."""
+    """Symbol → sentence with its meaning in this run."""
     run = frame.settings.run
     if run.both_avoid:
         arm = other = tr("each arm")
@@ -162,8 +162,8 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
-    """Numbers of the card; None for each that does not exist: d, law distance, d at rest and the ghost's d
-    [mm], λ [‰], u, w and allowed approach [mm/s], trend, and every part of ḋ [mm/s]."""
+    """Numbers of the card, or None: d, law distance, d at rest and the ghost's d [mm], λ [‰], u, w and
+    allowed approach [mm/s], trend, and every part of ḋ [mm/s]."""
     sample, run, ghost = frame.sample, frame.settings.run, frame.ghost
     rest = math.nan if isinstance(frame.simulation.law, LawOfFile) else resting_now(frame.simulation, sample)
     return [
@@ -190,7 +190,7 @@ def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note
 
 
 def solo_words(run: RunSettings) -> CardWords:
-    """Text of the card for a single arm: how its error develops, step by step."""
+    """Text of the card for a single arm: how its error develops."""
     k = run.gain * run.overdrive * run.dt
     return {
         "step": round(1.0 - k, 4),
@@ -202,7 +202,7 @@ def solo_words(run: RunSettings) -> CardWords:
 
 
 def solo_note(run: RunSettings) -> Note:
-    """Class and words of the line below the drawing of a single arm."""
+    """Class and words of the line below a single arm."""
     k = run.gain * run.overdrive * run.dt
     return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {decimal(f'{k:.3g}')}: {error_step(run)}"
 

@@ -1,5 +1,4 @@
-"""Controls made from the settings' declarations: a slider, a drop-down or a box for every field a visitor may
-change."""
+"""Controls made from the declarations of the settings."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
@@ -33,10 +32,10 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 
 
 PICKER: Final = _keys_of(ABOVE.name)
-"""Settings above everything else: the experiment."""
+"""The experiment: above everything else."""
 
 SMALL: Final = ("scene", "law", "dm", "n", "v", "k")
-"""Settings shown to those who just play."""
+"""Settings of the few controls."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, _keys_of("Law")),
@@ -64,7 +63,7 @@ NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law
 
 
 BELOW: Final = 1e6
-"""Order of what is below everything else in its tab."""
+"""Order at the end of a tab."""
 
 
 class Controls:
@@ -79,8 +78,6 @@ class Controls:
         twins: second controls of settings, by key.
         small: True while few controls are shown.
         below_transport: order between the clock's buttons and the settings.
-        arms_tab: tab of the arms and what moves them.
-        compare_tab: tab of comparisons.
     """
 
     def __init__(
@@ -183,7 +180,7 @@ class Controls:
         return on_entry(handle, take)
 
     def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
-        """For every setting its control's names on the page, and its tab."""
+        """Each setting's control by its names on the page, and its tab."""
         handles = [self._handles[key] for key in keys if key in self._handles]
         return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
@@ -192,7 +189,7 @@ class Controls:
         self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
     def _mark_panel(self, opens: str | None = None) -> None:
-        """Mark on the page how many controls it has. `opens`: id of a drop-down to be opened."""
+        """Mark on the page how many controls it has. `opens`: id of a drop-down to open."""
         kinds, panel = self._panel_kinds
         self._panel.content = element("i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {}))
 
@@ -203,11 +200,11 @@ class Controls:
         self._mark_panel(opens=uuid_of(self._handles["law"]))
 
     def write_again(self) -> None:
-        """Restore the controls from the settings at the next frame, after a refused value."""
+        """Restore the controls at the next frame, after a refused value."""
         self._settings = None
 
     def fold(self, whole: bool, plays: bool) -> None:
-        """Show all controls, or few. `whole`: the visitor's choice; `plays`: whether few can be enough now."""
+        """`whole`: the visitor's choice; `plays`: whether few controls can be enough now."""
         if (whole, plays) == self._folded:
             return
         self._folded, self.small, self._settings = (whole, plays), plays and not whole, None
@@ -219,7 +216,7 @@ class Controls:
         self._further.show(offered=offered, visible=bool(offered))
 
     def show(self, frame: Frame) -> None:
-        """Update the controls from other changes (keys, gizmo, refused values); hide what does not matter."""
+        """Write other changes (keys, gizmo, refused values) into the controls; hide what does not matter."""
         steps = () if self.small else (2,)
         self._clock.show(offered=(int(frame.pace.paused), *steps, 3))
         settings = frame.live.settings
@@ -253,5 +250,5 @@ def _write(handle: Any, spec: Spec, value: Any) -> None:
 
 
 def _rounded(value: float) -> float:
-    """Page value without the last bits of its conversion: 150.0, not 150.00000000000003."""
+    """Value without the last bits of its conversion: 150.0, not 150.00000000000003."""
     return float(f"{value:.9g}")

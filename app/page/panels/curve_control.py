@@ -22,7 +22,7 @@ _FARTHEST: Final = 0.4
 
 
 class CurveControl:
-    """A board above a text box; an invalid text changes nothing and is reported below."""
+    """A board above a text box; an invalid text is reported below and changes nothing."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, label: str, spec: Spec, value: str) -> None:
         self._key, self._session, self._trouble, self._known = spec.key, session, "", ""
@@ -49,7 +49,6 @@ class CurveControl:
             self._session.post(SetSetting(self._key, self._known))
 
     def show(self, settings: Settings, visible: bool) -> None:
-        """Show the curve of the settings, unless it is being drawn or typed."""
         law = settings.run.law
         self.box.visible = visible
         self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None

@@ -1,5 +1,5 @@
-"""Sum ḋ along the line of contact under the present law, its consequence, and the state of the paper's
-promise, in words and as pills."""
+"""Sum ḋ along the line of contact under the present law, its consequence, and the paper's promise, as words
+and pills."""
 
 import math
 from typing import Final, NamedTuple
@@ -30,7 +30,7 @@ OPENING: Final = 0.008
 """Least ḋ of an opening gap [m/s]."""
 
 HOLDING: Final = 0.003
-"""ḋ below which an opening gap counts as holding again (hysteresis) [m/s]."""
+"""ḋ below which an opening gap holds again (hysteresis) [m/s]."""
 
 
 class Term(NamedTuple):
@@ -39,8 +39,7 @@ class Term(NamedTuple):
     Attributes:
         kind: symbol that gives its colour (CSS class); "lost" for what the robot does not achieve, 0 below
             `MISSED`.
-        symbol: formula, as HTML.
-        word: name.
+        symbol: as HTML.
         value: contribution [m/s]; positive opens the gap.
     """
 
@@ -58,7 +57,7 @@ def trend(rate: float, before: int) -> int:
 
 
 def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
-    """ḋ that the law asks for; for a custom law, the actual ḋ [m/s]."""
+    """ḋ that the law asks for; the actual ḋ of a custom law [m/s]."""
     law, second = simulation.law, sample.second
     if isinstance(law, LawOfFile):
         return now.change
@@ -111,7 +110,7 @@ def allowed_rate(run: RunSettings, sample: Sample) -> float:
 
 
 def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Outcome in a few words, as HTML; "" if the resting distance says it."""
+    """Outcome as HTML; "" if the resting distance says it."""
     run = simulation.settings
     law, texts = run.law.entry, LAW_TEXTS[run.law.law]
     if law.rests:
@@ -162,7 +161,7 @@ def missed(simulation: Simulation, sample: Sample) -> str:
 
 
 def error_step(run: RunSettings) -> str:
-    """Effect of a step on the error of a single arm, as HTML."""
+    """Effect of a step on a single arm's error, as HTML."""
     k = run.gain * run.overdrive * run.dt
     e = _in("e", "e")
     if k == 0.0:
@@ -179,10 +178,10 @@ def _in(symbol: str, text: str) -> str:
 
 
 BOUND: Final = Markup("d ≥ d<sub>m</sub>")
-"""The promise of the paper's law."""
+"""The paper's promise."""
 
 BELOW: Final = 1e-3
-"""Depth below d_m at which the promise counts as broken [m]; a time step alone causes less."""
+"""Depth below d_m at which the promise is broken [m]; a time step alone causes less."""
 
 BOLTED: Final = N_("the nearest part is bolted down")
 """Reason why an arm cannot give way though its law acts."""
@@ -193,11 +192,7 @@ ACTS: Final = 0.01
 
 def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
     """Pills: whether d ≥ d_m is promised now or which conditions are missing, and the lever s of every
-    avoiding arm; empty without an obstacle.
-
-    Args:
-        custom: whether a custom law runs.
-    """
+    avoiding arm; empty without an obstacle. `custom`: whether a custom law runs."""
     if sample.pair < 0:
         return Markup()
     law = simulation.settings.law
@@ -232,12 +227,11 @@ def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
 
 
 def least_lever(sample: Sample) -> float:
-    """Shorter lever s of the arms."""
     return sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
 
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
-    """True if the law asks an arm to move a body that no joint moves, such as a pedestal."""
+    """True if the law asks an arm to move a fixed body, such as a pedestal."""
     if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
         return False
     body, _ = bodies_of_pair(simulation, sample.pair)
@@ -270,5 +264,4 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
 
 
 def pills_html(pills: list[tuple[str, str]]) -> Markup:
-    """Pills from CSS classes and words."""
     return macros("page/panels/pills.html").pills(pills)

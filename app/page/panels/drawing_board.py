@@ -21,8 +21,7 @@ Place = tuple[str, str]
 
 
 def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> Markup:
-    """The board with the earlier drawing. `sent`: number of earlier boards; a new board replaces what is
-    drawn meanwhile."""
+    """`sent`: number of earlier boards; a new board replaces what is drawn meanwhile."""
     heights = [None if v is None else round(drawing.y.fraction(v), 3) for v in drawn]
     return macros("page/panels/drawing_board.html").board(
         svg=board_svg(drawing, drawn),
@@ -36,12 +35,11 @@ def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> M
 
 
 def _axis_data(axis: CurveAxis, digits: int) -> str:
-    """Symbol, ends, unit and digits of an axis as shown."""
     return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
 
 
 class TakeDrawing(Action, newest_by=("board",)):
-    """Take what is drawn on a board. `text`: as the script sends it."""
+    """`text`: as the script sends it."""
 
     board: DrawingBoard = field(repr=False)
     text: str
@@ -72,7 +70,7 @@ class DrawingBoard:
         on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
 
     def take(self, text: str) -> None:
-        """Hand over a curve from the script, unless it was drawn for another place."""
+        """Hand over a curve, unless it was drawn for another place."""
         at, _, heights = text.partition(" ")
         if self._shown is None or at != "/".join(self._shown[0]):
             # The last drawing may arrive when the student is already elsewhere.
@@ -84,7 +82,7 @@ class DrawingBoard:
             self._draw(place, curve)
 
     def show(self, place: Place, drawing: Drawing | None, drawn: Curve) -> None:
-        """Show the board of a place with its drawing; None for no board."""
+        """None for no board."""
         shown = None if drawing is None else (place, drawing)
         # A board that is being drawn on is left alone: it already shows what came from it.
         if drawing is not None and (shown != self._shown or drawn != self._known):

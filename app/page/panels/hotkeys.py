@@ -36,13 +36,11 @@ class Hotkey(Generic[AnyAction]):
     """One row.
 
     Attributes:
-        name: in the code.
         shown: the key as a person knows it.
         text: what it does.
         key: to which viser listens.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its
             camera; `hotkeys.js` turns it into `key` with Alt and Shift.
-        icon: in the palette.
     """
 
     name: str
@@ -55,7 +53,6 @@ class Hotkey(Generic[AnyAction]):
 
     @property
     def title(self) -> str:
-        """Name of its command, in the visitor's language."""
         text = tr(self.text)
         return text[:1].upper() + text[1:]
 
@@ -102,7 +99,7 @@ _TABLE: Final[tuple[Hotkey[Action], ...]] = (
 
 
 def hotkeys() -> tuple[Hotkey[Action], ...]:
-    """Keys of the page: the table, and a digit for each of the first nine experiments."""
+    """The table, and a digit for each of the first nine experiments."""
     digits = (
         Hotkey[Action](one.name, Digit(i), str(i), one.short, cast(HotkeyKey, str(i)), icon=getattr(viser.Icon, f"NUMBER_{i}"))
         for i, one in zip(range(1, 10), EXPERIMENTS.values(), strict=False)
@@ -111,7 +108,6 @@ def hotkeys() -> tuple[Hotkey[Action], ...]:
 
 
 def keys_of(table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]) -> tuple[Hotkey[AnyAction], ...]:
-    """Rows of a table without the keys in `instead`."""
     taken = {hotkey.key for hotkey in instead}
     return tuple(hotkey for hotkey in table if hotkey.key not in taken)
 
@@ -122,7 +118,7 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 
 @dataclass(frozen=True)
 class KeyRange:
-    """Similar keys as one row of the help, `first` to `last` as a person knows them."""
+    """Similar keys as one row of the help, `first` to `last`."""
 
     first: str
     last: str
@@ -130,7 +126,7 @@ class KeyRange:
 
 
 KeyHelp = Hotkey[Any] | KeyRange
-"""Row of the help for keys that a feature has at times."""
+"""Row of the help for keys of a feature."""
 
 
 def help_html(instead: tuple[Hotkey[Any], ...] = (), further: Sequence[KeyHelp] = ()) -> Markup:

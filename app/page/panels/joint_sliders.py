@@ -16,11 +16,11 @@ from scenes.simulation import Simulation
 from scenes.targets import JointTarget
 
 PERIOD: Final = 0.5
-"""Wall time between two updates from the arm [s]."""
+"""Time between two updates from the arm [s]."""
 
 
 class JointSliders:
-    """One slider [°] per joint of the guided arm; visible if a slave follows its joints.
+    """One slider [°] per joint of the guided arm, if a slave follows its joints.
 
     They follow the arm; moving one holds the arm at the angles of all.
     """

@@ -1,4 +1,4 @@
-"""Choice of the law: a few laws and an entry that adds the others, if few controls are shown."""
+"""Choice of the law; few controls have a short list with an entry for the rest."""
 
 from typing import Any, Final
 
@@ -31,7 +31,7 @@ class LawChoice:
         self.all = False
 
     def show(self, present: str, few: bool) -> None:
-        """Offer the laws that can be chosen now.
+        """Offer laws.
 
         Args:
             present: the running law, which is always offered.

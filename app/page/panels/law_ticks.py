@@ -1,4 +1,4 @@
-"""Buttons of the laws that can be drawn beside the running one, shown with the plot of laws."""
+"""Buttons of the laws that can be drawn beside the running one."""
 
 from typing import Final
 
@@ -16,8 +16,6 @@ HINT: Final = N_("Draws up to three laws beside the running one; a fourth takes 
 
 
 class TickLaw(Action, newest_by=None):
-    """Draw a law beside the running one, or remove it."""
-
     law: str
 
 

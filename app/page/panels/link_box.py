@@ -1,4 +1,4 @@
-"""The link to the page as it is now, for the visitor to share."""
+"""The link to the page as it is now."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -24,12 +24,12 @@ def link_query(session: Session) -> dict[str, str]:
 
 
 def link_to(address: str, query: Mapping[str, str]) -> str:
-    """Link from the page's address, such as http://localhost:8080, and a query."""
+    """`address`: such as http://localhost:8080."""
     return f"{address}/?{urlencode(query)}"
 
 
 class PageLink:
-    """Writes the link to a page as it is now. `links`: of features, see `PanelContext.links`."""
+    """`links`: of features, see `PanelContext.links`."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class PageLink:
 
 
 class LinkBox:
-    """A line with the link, and a button that copies it, in the open container. `links`: of features, see
+    """A line with the link, and a button that copies it, in the open container. `links`: see
     `PanelContext.links`."""
 
     def __init__(
@@ -66,7 +66,7 @@ class LinkBox:
         self.show(freeze(session, 0.0))
 
     def show(self, frame: Frame, seen: bool = True) -> None:
-        """Update the link every `PERIOD`. `seen`: False while the box is not on the page."""
+        """`seen`: False while the box is not on the page."""
         link = self._link.due(frame) if seen else None
         if link is not None:
             self._box.content = macros("page/panels/copy.html").link(link, self._frames)

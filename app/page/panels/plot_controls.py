@@ -1,4 +1,4 @@
-"""Controls of the plots: which are shown beside the first two, and which moment."""
+"""Choice of the plots, and of a moment."""
 
 import re
 from typing import Final
@@ -19,8 +19,7 @@ from app.web.viser_internals import uuid_of
 from scenes.settings import specs
 
 
-class MorePlots(Action):
-    """Offer the further plots."""
+class MorePlots(Action): ...
 
 
 class DetailsChooser(PagePanel):
@@ -64,7 +63,7 @@ _GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pa
 
 
 class ShowMoment(Action):
-    """Show a moment of the run, if it is paused or replayed. `text`: time [s], as the page's script sends it."""
+    """Show a moment of a paused or replayed run. `text`: time [s], as the page's script sends it."""
 
     text: str
 
@@ -75,7 +74,7 @@ class ShowMoment(Action):
 
 
 class MomentChooser(PagePanel):
-    """Receives the moment that `plot_moments.js` sends by a hidden box while the visitor drags over a plot."""
+    """Receives the moment from `plot_moments.js` by a hidden box while the visitor drags over a plot."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -92,6 +91,6 @@ class MomentChooser(PagePanel):
             self._session.player.review(action.time)
 
     def show(self, frame: Frame) -> None:
-        """Let the plots be dragged over while the run is paused or replayed."""
+        """Allow dragging while the run is paused or replayed."""
         offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

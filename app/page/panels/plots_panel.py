@@ -1,4 +1,4 @@
-"""The panel of plots: two over time, and the plot that is chosen beside them."""
+"""The panel of plots: two over time, and a chosen one."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -30,23 +30,22 @@ WHAT_IF: Final = ("d", "e2")
 """Columns of "what if"."""
 
 PERIOD: Final = 0.2
-"""Wall time between two refreshes of a plot [s], in which a line over time grows by a few pixels."""
+"""Time between two refreshes of a plot [s], in which a line grows by a few pixels."""
 
 MOST_BYTES: Final = 50_000.0
 """Largest traffic of a plot [B/s]; many or noisy lines are refreshed less often."""
 
 
 CURTAIN: Final = 0.3
-"""Wall time without plots over time after a change of theme [s]."""
+"""Time without plots over time after a change of theme [s]."""
 
 
 _TICKS: Final = tuple(float(f"{digit}e{power}") for power in range(-3, 7) for digit in (1, 2, 5))
-"""Tick distances of an upright axis: the page writes three decimals, which would round every other tick of
-0.0025."""
+"""Tick distances: the page writes three decimals, which would round every other tick of 0.0025."""
 
 
 def _curves_beside(frame: Frame) -> WhatIf | None:
-    """ "What if" curves of the live run; None for a replay."""
+    """None for a replay."""
     found = (part.curves() for part in frame.live.parts or ()) if frame.of_live else ()
     return next((curves for curves in found if curves is not None), None)
 
@@ -96,7 +95,6 @@ class Plots:
             plot.padding = self._padding()
 
     def show(self, frame: Frame) -> None:
-        """Read the newest steps, and refresh the plots that have changed and are due."""
         simulation, now = frame.simulation, frame.now
         traced, ghost = frame.traced
         self._take(_curves_beside(frame))
@@ -148,7 +146,6 @@ class Plots:
                 self._handle(name).visible = visible
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
-        """Show exactly the chosen plots, with the right lines and names."""
         arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._curves
         if arranged == self._arranged:
             return
@@ -286,7 +283,7 @@ class Plots:
         )
 
     def _padding(self) -> tuple[int, int, int, int]:
-        """Padding top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
+        """Top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
         return round(PLOT_HEADROOM * scale(self._page.profile)), 12, 0, 0
 
     def _caption(self, name: str, simulation: Simulation, ghost: Simulation | None) -> Markup:

@@ -1,4 +1,4 @@
-"""Numbers and words: tip, status, promise, error, and the law's equation."""
+"""Tip, status, promise, error, and the law's equation."""
 
 import math
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from scenes.history import ArmSample, Sample
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
-"""Wall time between two refreshes [s]; faster numbers cannot be read."""
+"""Time between two refreshes [s]; faster numbers cannot be read."""
 
 
 LAST: Final = 1e6
@@ -34,8 +34,7 @@ LAST: Final = 1e6
 
 
 class Readout:
-    """Tip, status, promise, numbers and equation, one block each. `tip`: returns what the reader can do and
-    watch."""
+    """One block each. `tip`: what the reader can do and watch."""
 
     def __init__(self, gui: viser.GuiApi, tip: Callable[[Shown], str]) -> None:
         self._tip_text = tip
@@ -45,7 +44,7 @@ class Readout:
         self._shown: tuple[object, ...] = ()
 
     def show(self, frame: Frame, asking: bool, equation_last: bool = False) -> None:
-        """Refresh changes: every `PERIOD` while the run goes on, and at once while it is paused.
+        """Refresh changes: every `PERIOD`, and at once while the run is paused.
 
         Args:
             asking: whether a question waits for its answer, so that only the clock is shown.
@@ -73,12 +72,12 @@ class Readout:
 
 
 def tip_html(tip: str, kept: str) -> Markup:
-    """A tip in its reserved space. `kept`: the longest text for this place, not shown."""
+    """A tip in the space of `kept`, the longest text for this place."""
     return macros("page/panels/readout.html").tip(tip, kept)
 
 
 def replay_html(shown: Shown) -> Markup:
-    """Pill with the replayed moment, or the run that is being loaded; empty while live."""
+    """Pill with the replayed moment, or the loading run; empty while live."""
     replay = shown.replay
     if replay.coming:
         return pills_html([("past", tr("{file} is being loaded", file=replay.coming))])
@@ -89,7 +88,7 @@ def replay_html(shown: Shown) -> Markup:
 
 
 def late_law_html(law: LateLawStatus) -> Markup:
-    """Pill with the state of the late law; empty if no law is given."""
+    """Pill with the state of the late law; empty without a law."""
     file, own = law.file or law.ghost_file, law.file
     if file is None:
         return Markup()
@@ -112,7 +111,7 @@ def late_law_html(law: LateLawStatus) -> Markup:
 
 
 def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
-    """Numbers of a single arm as tiles; empty if the contact card shows them."""
+    """Tiles of a single arm; empty if the contact card has the numbers."""
     if sample.pair >= 0:
         return Markup()
     run, arm = simulation.settings, simulation.avoiding
@@ -132,7 +131,7 @@ def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
 
 
 def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> Markup:
-    """|e| of an arm with an obstacle as a pill, and the ghost's; empty for a single arm."""
+    """Pill with |e| of an arm with an obstacle, and the ghost's; empty for a single arm."""
     if sample.pair < 0:
         return Markup()
     beside = "" if ghost is None else _error_text(ghost, ghost.sample())
@@ -153,13 +152,13 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 
 def longest_tip(session: Shown) -> str:
-    """Longest tip of an operated run, whether the autopilot or the visitor moves the arm."""
+    """Longest tip of an operated run, by autopilot or visitor."""
     run = session.settings.run
     return max((EXPERIMENT_TEXTS[run.scene](run, itself)[0] for itself in (True, False)), key=len)
 
 
 def tip_text(session: Shown, operated: bool = True) -> str:
-    """One or two sentences on what to do and watch; on the screen of a class only what to watch."""
+    """What to do and watch; on the screen of a class only what to watch."""
     if session.replay.reviewed:
         return tr(
             "The run stands, and this is an earlier moment of it. Drag over a plot for another one; Space goes on from the end."
@@ -180,7 +179,7 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
-    """State of the clock and all problems, as pills; while `asking`, the clock alone."""
+    """Pills of the clock and all problems; while `asking`, the clock alone."""
     run, law = simulation.settings, simulation.settings.law
     pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
     if pace.slowed:
@@ -205,7 +204,6 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
 
 
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
-    """Sentences on why arms cannot do what the law asks of them."""
     if nearest_is_bolted(simulation, sample):
         return [tr("Bolted down: a smaller d_m helps.")]
     reasons = [authority_text(sample, simulation)]
@@ -216,8 +214,7 @@ def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
 
 
 def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:
-    """Reason why an arm cannot do what the law asks of it; "" if it can. `second`: True for the second
-    avoiding arm."""
+    """Reason why an arm cannot do what the law asks of it, or "". `second`: True for the second avoiding arm."""
     match Authority(arm.authority):
         case Authority.STOP:
             return tr("{joint} near its limit", joint=tr(simulation.joint_label(arm.joint, second)))

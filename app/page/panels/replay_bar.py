@@ -31,15 +31,13 @@ LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N
 """Label → length of the newest part of the run [s]."""
 
 WRITE: Final = 0.1
-"""Time between two writes of the moment while the replay plays [s]."""
+"""Time between two writes of the moment of a playing replay [s]."""
 
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
 _REVIEW: Final = (STATIC / "review.css").read_text(encoding="utf-8")
 
 
 class OperateReplay(Action, newest_by=("what",)):
-    """Replay the newest part of the run, play or pause, go back to live, or only pause."""
-
     what: Literal["watch", "play", "leave", "rest"]
 
 
@@ -47,13 +45,13 @@ class SeekReplay(Seek): ...
 
 
 class ChooseLength(Action):
-    """Choose a length by its index in `LENGTHS`."""
+    """Index in `LENGTHS`."""
 
     index: int
 
 
 def replay_style(shown: Shown) -> Markup:
-    """Style that marks the page of a run that is not live, or the shown moment of a paused run."""
+    """Style that marks a run that is not live, or the shown moment of a paused run."""
     if shown.replay.reviewed:
         return Markup(f"<style>body::after{{content:var(--duet-moment-words)}}{_STYLE}{_REVIEW}</style>")
     words = tr("This is a loaded run") if shown.replay.file else tr("This is the past")
@@ -64,7 +62,7 @@ class ReplayBar(PagePanel):
     """Controls of replays.
 
     Attributes:
-        length: of the newest part of the run that is replayed [s].
+        length: replayed newest part of the run [s].
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
@@ -111,12 +109,11 @@ class ReplayBar(PagePanel):
         self._lengths.show(action.index)
 
     def close(self) -> None:
-        """Go back to live."""
         self._offer_rest(False)
         self._player.leave()
 
     def _offer_rest(self, offered: bool) -> None:
-        """Add the command of `KEY` while there is a replay to pause, or remove it."""
+        """Add or remove the command of `KEY`, which pauses a replay."""
         if self._rest_key is not None and not offered:
             self._rest_key.remove()
             self._rest_key = None

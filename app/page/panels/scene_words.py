@@ -21,7 +21,7 @@ NEITHER: Final = 0.005
 
 
 class SceneWords(PagePanel):
-    """The sentence over the picture, also read out by a screen reader."""
+    """Over the picture, and read out by a screen reader."""
 
     def __init__(self, client: viser.ClientHandle, view: View, handlers: ActionHandlers) -> None:
         self._client, self._view = client, view
@@ -51,11 +51,8 @@ class SceneWords(PagePanel):
 
 
 def scene_sentence(frame: Frame, asking: bool = False) -> str:
-    """One sentence: positions of the hands and, with an obstacle, d, λ and who gives way.
-
-    Args:
-        asking: whether a question waits for its answer, so that the law's values are hidden.
-    """
+    """Positions of the hands and, with an obstacle, d, λ and who gives way. `asking`: whether a question
+    waits for its answer, so that the law's values are hidden."""
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
     if sample.pair >= 0:
@@ -67,7 +64,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:
-    """Position of a hand from the room's origin, along the room's axes as seen in the first view."""
+    """From the room's origin, along the room's axes as seen in the first view."""
     hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
     x, y, z = (round(100.0 * length) for length in hand.tolist())
     towards = simulation.room.rig.camera.toward

@@ -1,4 +1,4 @@
-"""Load of the server for a teacher: frames per second, sessions, load."""
+"""Load of the server, for a teacher."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ class ServerLoad(NamedTuple):
 
 
 def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
-    """The server's numbers as pills: kind and words."""
+    """Kind and words of each pill."""
     return [
         ("", tr("frames/s: {count}", count=load.frames)),
         ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),

@@ -1,4 +1,4 @@
-"""The shown moment of a run: its slider, its line in the plots over time, and its name."""
+"""The shown moment of a run: its slider, its line in the plots, and its name."""
 
 import json
 import math
@@ -35,7 +35,7 @@ class Scrubber:
         kind: of the slider's actions.
         seek: takes the chosen moment [s], on the session's thread.
         step: of the slider [s].
-        period: time between two writes while the moment advances [s].
+        period: between two writes while the moment advances [s].
         order: in the open container, None for the end.
     """
 
@@ -71,12 +71,7 @@ class Scrubber:
         self._seek(action.time)
 
     def show(self, now: float, span: tuple[float, float, float] | None) -> None:
-        """Update the slider.
-
-        Args:
-            now: wall time [s].
-            span: ends of the slider, and the moment [s]; None if there is none to choose.
-        """
+        """`now`: wall time [s]; `span`: ends of the slider, and the moment [s], or None."""
         self._clock, slider = now, self._slider
         slider.visible = span is not None
         if span is not None and now >= self._next:
@@ -91,18 +86,15 @@ class Scrubber:
 
 
 NEAR: Final = 0.02
-"""Distance within which a moment takes the name of another [s]."""
+"""Distance within which a moment takes another's name [s]."""
 
 WIDEST: Final = 0.7
-"""Mean width of a character of the mark's name in a wide font [font sizes]."""
+"""Mean width of a character in a wide font [font sizes]."""
 
 
 def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
-    """Marks of the shown moment, and of the moment worth a look, on the plots over time, with their names.
-
-    Args:
-        span: ends of the time axis [s], or None.
-    """
+    """Named marks of the shown moment, and of the moment worth a look, on the plots over time. `span`: ends
+    of the time axis [s], or None."""
     if span is None or not (frame.pace.paused or frame.replayed):
         return Markup()
     shown, (begin, end) = frame.shown, span
@@ -136,5 +128,5 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
 
 
 def css_text(words: str) -> str:
-    """Words as a CSS string inside a style element."""
+    """CSS string for a style element."""
     return json.dumps(words, ensure_ascii=False).replace("<", "\\3c ")

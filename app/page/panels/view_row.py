@@ -1,4 +1,4 @@
-"""Two buttons of the few controls: the first view, and a link to the page as it is now."""
+"""Two buttons of the few controls: first view, and link to the page as it is now."""
 
 from app.i18n.speaking import tr
 from app.page.panel_context import PanelContext
@@ -12,7 +12,7 @@ from app.web.viser_internals import uuid_of
 
 
 class ViewRow(PagePanel):
-    """The row; with all controls both are elsewhere. Features of `page` may define what the link opens."""
+    """Hidden with all controls, where both are elsewhere. Features of `page` may define what the link opens."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, order = page.client.gui, page.controls.below_transport
