@@ -1,3 +1,5 @@
+"""What a server shows, and to whom."""
+
 from typing import Protocol
 
 from app.hosting.admission import Admission

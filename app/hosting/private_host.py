@@ -1,3 +1,5 @@
+"""A private session for every tab."""
+
 import logging
 from collections.abc import Mapping
 

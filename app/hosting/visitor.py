@@ -31,7 +31,7 @@ SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
-"""The same at rest [s]: a record's age counts from when the tab was last there."""
+"""Time between records of a resting page [s]: a record's age counts from when the tab was last there."""
 
 
 class Beside(Protocol):

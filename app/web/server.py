@@ -1,3 +1,5 @@
+"""The web server: viser with filters."""
+
 from __future__ import annotations
 
 import asyncio

@@ -22,7 +22,7 @@ MOST_BYTES: Final = 10_000_000
 
 
 def printed(rows: BenchRows) -> dict[str, Any]:
-    """Print every row as soon as it is measured; return the figures, ready for JSON."""
+    """Print every row as soon as it is measured; return the figures for JSON."""
     figures: BenchFigures = {}
     for name, row in rows:
         figures[name] = row
@@ -32,11 +32,7 @@ def printed(rows: BenchRows) -> dict[str, Any]:
 
 
 def read_figures(path: Path) -> dict[str, Any]:
-    """Figures saved earlier.
-
-    Raises:
-        BadInputFile: the file cannot be read, or does not hold figures.
-    """
+    """Raises `BadInputFile` if the file cannot be read, or does not hold figures."""
     try:
         result = json.loads(input_content(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
@@ -47,7 +43,7 @@ def read_figures(path: Path) -> dict[str, Any]:
 
 
 def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
-    """Table of the ratios new : old of every figure that both have."""
+    """Ratios new : old of every figure that both have."""
     ratios: BenchFigures = {}
     for name, figures in now["figures"].items():
         old = before["figures"].get(name, {})
@@ -57,11 +53,7 @@ def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
 
 
 def save_figures(result: dict[str, Any], out: Path) -> None:
-    """Write figures as JSON.
-
-    Raises:
-        BadSetting: the file cannot be written.
-    """
+    """Raises `BadSetting` if the file cannot be written."""
     with written(out, "out") as new:
         new.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8", newline="\n")
 

@@ -23,17 +23,16 @@ BLOCK: Final = 200
 """Steps of one scene before the next one's turn."""
 
 RESTLESS: Final = "hold, soft minimum, bounds at work"
-"""Scene in which the guided hand jumps between two places at 1 m/s, which drives the avoiding arm to its
+"""Scene with a guided hand that jumps between two places at 1 m/s, which drives the avoiding arm to its
 velocity bounds."""
 
 
 def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
-    """Yield all figures.
+    """All figures.
 
     Args:
         steps: measured steps of each scene.
         seconds: duration of each measurement of a visitor [s].
-        robot: arms of the measured steps.
     """
     yield from measure_steps(steps, robot).items()
     yield "one visitor", measure_visitor(seconds)
@@ -68,8 +67,8 @@ class _Restless:
 
 
 def measure_steps(steps: int, robot: str) -> dict[str, dict[str, float]]:
-    """Scene → median and 99th percentile of one step of both arms [µs], and share of steps at a bound; scenes
-    are interleaved."""
+    """Scene → median and 99th percentile of one step of both arms [µs], and share of steps at a bound;
+    interleaved."""
     load_now()
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes(robot).items():

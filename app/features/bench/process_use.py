@@ -1,4 +1,4 @@
-"""Processor time and memory of a process and its descendants, from /proc."""
+"""Processor time and memory of a process with its descendants, from /proc."""
 
 import math
 import os
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Used(NamedTuple):
-    """Use of a process and its descendants.
+    """Use of a process with its descendants.
 
     Attributes:
         seconds: processor time so far [s]; nan without /proc, as the memory.

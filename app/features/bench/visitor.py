@@ -15,7 +15,7 @@ from app.web.headless_client import HeadlessClient
 from controllers.own_packages import own_command
 
 SERVE_WARM_UP: Final = 3.0
-"""Pause before the measurement of one visitor [s]."""
+"""Pause before a measurement [s]."""
 
 FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
 """Link to a page with a ghost and four plots over time."""
@@ -37,7 +37,7 @@ def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
 
 
 def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
-    """Cost of one visitor for a server started by `lwr-duet serve`: CPU, messages, bytes and frames.
+    """Cost of one visitor for `lwr-duet serve`: CPU, messages, bytes and frames.
 
     Args:
         seconds: duration of the measurement [s].

@@ -1,5 +1,4 @@
-"""Shares of a duel: a link that replays the nearest push to the last bit, and a film of five seconds around
-it."""
+"""The duel: a link that replays the nearest push to the last bit, and a film of five seconds around it."""
 
 import viser
 
@@ -26,7 +25,7 @@ class AskPushFilm(Action):
 
 
 def make_push_film(language: Language, push: Recorded) -> bytes:
-    """WebP film of the push. Only the process that makes it imports what draws."""
+    """WebP file. Only the process that makes it imports what draws."""
     from app.features.duel.push_film import film_bytes
 
     set_language(language)
@@ -51,7 +50,6 @@ class DuelBox(PagePanel):
             self._exports.make(N_("the film"), "duet-push.webp", make_push_film, spoken().language, self._shown)
 
     def show(self, frame: Frame) -> None:
-        """Offer them once a push counts."""
         del frame
         run, tab = self._lessons, self._panel.tab
         nearest = run.walk.nearest if run.open and not run.listing and tab is not None else None

@@ -30,7 +30,7 @@ _INK: Final = PALETTES["light"]
 
 
 def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = RATE) -> bytes:
-    """WebP film; a push shorter than it ends with a still picture.
+    """WebP file; a short push ends with a still picture.
 
     Args:
         recorded: a push of two arms.
@@ -52,7 +52,6 @@ def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = R
 
 
 def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
-    """One moment: the arms, the line between the closest points, its length and d_m."""
     replay.seek_step(step)
     simulation = replay.simulation
     colours = tuple("orange" if arm is simulation.guided else "silver" for arm in simulation.room.arms)

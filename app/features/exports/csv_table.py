@@ -31,7 +31,7 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
 
 
 def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
-    """Content of the table, compressed if larger than `LARGEST`; equal pieces give equal bytes.
+    """The table, compressed if larger than `LARGEST`; equal pieces give equal bytes.
 
     Args:
         seconds: written time at the end [s]; inf for all.
@@ -56,5 +56,4 @@ def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
 
 
 def csv_suffix(data: bytes) -> str:
-    """Ending of a table's file name."""
     return ".csv.gz" if data[:2] == b"\x1f\x8b" else ".csv"

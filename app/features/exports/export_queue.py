@@ -1,7 +1,5 @@
-"""Exports and loaded files of one session, independent of the page.
-
-A request submits a job to the pool; the page takes files, messages and the snippet when they are done.
-"""
+"""Exports and loaded files of one session, independent of the page. A request submits a job to the pool; the
+page takes the results."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal, NamedTuple
@@ -53,7 +51,7 @@ class ExportQueue:
         self._snippet: str | None = None
 
     def ask(self, kind: FileKind, seconds: float) -> None:
-        """Submit an export of the last `seconds` [s] of the shown run, live or replayed."""
+        """Export the last `seconds` [s] of the shown run, live or replayed."""
         recorded = self.player.recorded(seconds)
         if recorded is None:
             self._session.notify("There is nothing to export yet", "Let it run for a moment.")
@@ -87,13 +85,12 @@ class ExportQueue:
 
         Args:
             what: its name in English, for `tr`.
-            name: of the file.
             compute: returns its content; at a module's top level, as it runs in another process.
         """
         self._jobs.submit(what, self._file(name), compute, *arguments)
 
     def load(self, data: bytes, name: str) -> None:
-        """Submit a file: its run is computed again, compared with the stored outcome and replayed."""
+        """Load a file: its run is computed again, compared with the stored outcome and replayed."""
         self._jobs.submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
 
     def _file(self, name: str) -> Callable[[bytes], None]:
@@ -129,7 +126,7 @@ class ExportQueue:
 
 
 def make_picture(language: Language, *arguments: Any) -> bytes:
-    """`app.features.exports.plot_pictures.picture_bytes` in a language. Only the worker imports matplotlib."""
+    """Only the worker imports matplotlib."""
     from app.features.exports.plot_pictures import picture_bytes
 
     set_language(language)
@@ -137,13 +134,12 @@ def make_picture(language: Language, *arguments: Any) -> bytes:
 
 
 def make_player(language: Language, *arguments: Any) -> bytes:
-    """`app.features.exports.player.player_html` in a language."""
     set_language(language)
     return player_html(*arguments)
 
 
 def file_name(recorded: Recorded, seconds: float) -> str:
-    """File name of scene and times, without ending."""
+    """Scene and times, without ending."""
     end = recorded.begin + recorded.seconds
     begin = max(recorded.begin, end - seconds)
     return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"

@@ -1,4 +1,4 @@
-"""Buttons that save or load a run: run file, table, pictures, offline page, Python."""
+"""Buttons that save or load a run."""
 
 from dataclasses import field
 from functools import partial
@@ -43,11 +43,7 @@ class LoadRun(Action):
 
 
 class ExportsPanel(PagePanel):
-    """Buttons below those of the replay, which define the saved length.
-
-    Attributes:
-        exports: makes and loads the files.
-    """
+    """Buttons below those of the replay, which define the saved length."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session, replay = page.client.gui, page.session, page.panel(ReplayBar)
@@ -67,7 +63,6 @@ class ExportsPanel(PagePanel):
         page.handlers.add(LoadRun, lambda action: self.exports.load(action.content, action.name))
 
     def show(self, frame: Frame) -> None:
-        """Hand over finished files, and show what is being made."""
         del frame
         for file in self.exports.take_files():
             self._send(*file)
@@ -80,5 +75,4 @@ class ExportsPanel(PagePanel):
         self._state.content = element("div", text, class_="duet duet-state", role="status") if text else ""
 
     def close(self) -> None:
-        """Drop unfinished files."""
         self.exports.close()

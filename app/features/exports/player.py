@@ -1,7 +1,7 @@
 """Offline player: one HTML file that plays scene and plots of a recorded run without server or network.
 
-It contains viser's own page (Apache 2.0), which draws the scene; our script moves the nodes, draws the curves
-and has the scrubber. The file forbids itself to load anything, and is in the language of its making.
+It contains viser's page (Apache 2.0), which draws the scene; our script moves the nodes, draws the curves and
+has the scrubber. The file forbids itself to load anything.
 """
 
 import base64
@@ -45,7 +45,7 @@ _HERE: Final = Path(__file__).parent
 
 
 def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes:
-    """Content of the file.
+    """Content of the file, in the current language.
 
     Args:
         seconds: played time at the end [s]; inf for all.
@@ -78,7 +78,7 @@ def assembled(
 
     Args:
         own: of a custom law; None for the settings' law.
-        mark: time of the smallest d [s], at which the page opens; None for the beginning.
+        mark: moment at which the page opens [s]; None for the beginning.
     """
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()

@@ -1,5 +1,4 @@
-"""Plots of a recorded run as PNG, or as SVG for a file or a page: deterministic bytes, in the current
-language."""
+"""Plots of a recorded run as PNG or SVG: deterministic bytes, in the current language."""
 
 import io
 import re
@@ -70,7 +69,7 @@ def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Pi
 
 
 def inline_svg(recorded: Recorded, name: str, only: tuple[str, ...] = ()) -> str:
-    """Picture of a whole piece as an <svg> element for an HTML page.
+    """<svg> element of a whole piece for an HTML page.
 
     Args:
         name: letters and digits; prefix that makes the picture's ids unique on the page.
@@ -80,7 +79,7 @@ def inline_svg(recorded: Recorded, name: str, only: tuple[str, ...] = ()) -> str
 
 
 def embedded(svg: str, name: str) -> str:
-    """<svg> element of an SVG file, as wide as the available space, with `name` before every id."""
+    """<svg> element with full width, and `name` before every id."""
     svg = svg[svg.index("<svg") :].strip()
     svg = re.sub(r"(<svg[^>]*?) width=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"(<svg[^>]*?) height=\"[^\"]*\"", r"\1", svg, count=1)
@@ -151,7 +150,6 @@ def _draw_panel(axes: Axes, panel: Panel, marks: list[float]) -> None:
 
 
 def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
-    """Draw each value from its time to the next one's."""
     changed = np.flatnonzero(np.diff(stroke.values, prepend=np.nan) != 0.0)
     for begin, end in zip(changed.tolist(), [*changed[1:].tolist(), len(times) - 1], strict=True):
         if not np.isnan(stroke.values[begin]):
@@ -204,7 +202,7 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
 
 
 def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
-    """Return one line that says what was run. `own`: of the law of a file; None for the settings' law."""
+    """One line about the run. `own`: of a custom law; None for the settings' law."""
     law, begin = run.law, f"Duet {made_here()['duet']} · {page_value('scene', run.scene)}"
     if own is not None:
         begin += " · " + own.file.replace("$", r"\$")
@@ -218,5 +216,5 @@ def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
 
 
 def mathtext(html: str) -> str:
-    """Subscripts as matplotlib writes them: d<sub>m</sub> → d$_{m}$."""
+    """d<sub>m</sub> → d$_{m}$, as matplotlib writes it."""
     return re.sub(r"<sub>([^<]*)</sub>", r"$_{\\mathrm{\1}}$", html)

@@ -1,4 +1,4 @@
-"""A piece of a run as a few lines of Python that compute it again without a page, and plot it."""
+"""A piece of a run as a few lines of Python that compute and plot it again without a page."""
 
 import base64
 from dataclasses import fields, is_dataclass
@@ -13,15 +13,11 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 MOST_CHARACTERS: Final = 40_000
-"""Most characters of recorded inputs in the text; larger inputs are read from a file."""
+"""Most characters of inputs in the text; larger inputs are read from a file."""
 
 
 class Snippet(NamedTuple):
-    """A program and its input file.
-
-    Attributes:
-        inputs: content of the file to put beside the program; None if it needs none.
-    """
+    """A program, and the content of the file to put beside it, if it needs one."""
 
     text: str
     inputs: bytes | None = None
@@ -132,13 +128,13 @@ figure.savefig("{name}.png")  # A notebook shows it by itself, too.
 
 
 def _plot(settings: RunSettings, name: str, d_m: str) -> str:
-    """Lines that draw d over time with d_m (an expression), and e²; for a single arm e² alone."""
+    """Lines that draw d with d_m (an expression), and e²; for a single arm e² alone."""
     above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.experiment.obstacle != "nothing" else ERROR
     return above + END.format(unit=settings.experiment.error_unit, name=name)
 
 
 def is_fresh(recorded: Recorded) -> bool:
-    """True if a piece is a whole run, from its start, with constant settings, moved by the autopilot alone."""
+    """True for a whole run with constant settings, moved by the autopilot alone."""
     if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)

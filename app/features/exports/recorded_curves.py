@@ -1,5 +1,4 @@
-"""Series of a recorded run over its whole time, in the current language: for pictures, report and offline
-player."""
+"""Series of a recorded run over its whole time, in the current language."""
 
 import re
 from collections.abc import Iterable
@@ -35,7 +34,7 @@ NOT_OVER_TIME: Final = ("curve", "laws")
 """Plots besides the first two that are not over time."""
 
 OF_OTHER_RUNS: Final = ("map", "safety", "microscope", "laps", "joint_laps")
-"""Plots besides the first two that need other runs: left out."""
+"""Left out, as they need other runs."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,7 @@ class Stroke:
     """One line.
 
     Attributes:
-        name: in the legend, with subscripts as <sub>; "" for none.
-        colour: "#rrggbb".
+        name: in the legend, with subscripts as <sub>, or "".
         width: [px].
         dash: [px]; empty for a solid line.
         values: (k,), nan for missing ones.
@@ -66,7 +64,6 @@ class Panel:
     Attributes:
         unit: of the axis, or "".
         times: (k,) [s].
-        strokes: in the order drawn.
         limits: both ends of the axis.
         rows: names of the axis's whole numbers, from 0; empty for an axis of numbers.
         note: sentence in place of the lines.
@@ -82,13 +79,7 @@ class Panel:
 
 
 class Curves:
-    """The lines of one run.
-
-    Args:
-        recorded: the piece of the run.
-        table: its newest rows (k ≥ 1, columns of `scenes.history`), one per step.
-        theme: for the colours.
-    """
+    """The lines of one run. `table`: its newest rows (k ≥ 1, columns of `scenes.history`), one per step."""
 
     def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light") -> None:
         self._recorded = recorded
@@ -107,7 +98,7 @@ class Curves:
 
     @property
     def times(self) -> Array:
-        """Time of every point (k,) [s]."""
+        """(k,) [s]."""
         return self.table[:, COLUMN["t"]]
 
     @property
@@ -179,7 +170,7 @@ class Curves:
 
 
 def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple[float, float]:
-    """Ends of an axis that follows the data, see `app.plots.time_plots.TimePlot`."""
+    """Axis that follows the data, see `app.plots.time_plots.TimePlot`."""
     known = np.concatenate([*(line[np.isfinite(line)] for line in lines), np.empty(0)])
     if not len(known):
         return 0.0, 1.0
@@ -200,21 +191,21 @@ POINTS: Final = 3_200
 """Most points of a line; each is a step of the run."""
 
 BINS: Final = 400
-"""Pieces of a longer run with equal numbers of points: the ends, and the steps farthest off the line between
+"""Pieces of a long run with equal numbers of points: the ends, and the steps farthest off the line between
 them."""
 
 VISIBLE: Final = 1.0 / 600.0
 """Visible deviation of a step from the line [share of the signal's range]."""
 
 _FIRST: Final = (COLUMN["d"], COLUMN["e2"])
-"""Columns for which the extremes are always kept."""
+"""Columns that always keep their extremes."""
 
 _HIDDEN: Final = [COLUMN[name] for name in SCALARS if name not in ("d", "lambda", "e2", "u", "w", "e2_b")]
 """Columns of no plot over time, or of strips."""
 
 
 def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
-    """At most `POINTS` rows of a table and their indices (k,), including extremes and jumps of every signal."""
+    """At most `POINTS` rows of a table and their indices (k,), with extremes and jumps of every signal."""
     count = len(table)
     if count <= POINTS:
         return table, np.arange(count)
@@ -235,8 +226,7 @@ def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
 
 
 def _corners(piece: Array, first: np.ndarray) -> np.ndarray:
-    """At most `POINTS` / `BINS` − 1 rows of a piece: those farthest off the line between its ends, or next to
-    a jump.
+    """At most `POINTS` / `BINS` − 1 rows, farthest off the line between the ends, or next to a jump.
 
     Args:
         piece: signals (rows, columns) over their range.

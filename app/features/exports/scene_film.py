@@ -25,7 +25,7 @@ RATE: Final = 20.0
 """Frames per simulated second."""
 
 ASPECT: Final = 1.0
-"""Width over height of the scene's part of the page, on a desk."""
+"""Width over height of the scene on a desk."""
 
 TURN: Final = "wxyz"
 PLACE: Final = "position"
@@ -49,7 +49,7 @@ class Track:
     values: list[Any] = field(default_factory=list)
 
     def put(self, frame: int, value: Any) -> None:
-        """Record a value from a frame on; arrays are copied, as they may change."""
+        """Arrays are copied, as they may change."""
         if not self.frames or not _same(self.values[-1], value):
             self.frames.append(frame)
             self.values.append(value.flatten() if isinstance(value, np.ndarray) else value)
@@ -61,7 +61,6 @@ class Filmed:
 
     Attributes:
         scene: still recording in viser's format, of every node that exists at the end.
-        tracks: what moves in it.
         times: of the frames [s], on the clock of the run.
         bodies: nodes that must exist before anything moves: furniture, links, a person's limbs.
     """
@@ -73,10 +72,9 @@ class Filmed:
 
 
 def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed:
-    """Film of a recorded piece.
+    """Film of the last `seconds` [s] of a recorded piece; inf for all.
 
     Args:
-        seconds: filmed time at the end [s]; inf for all.
         page: theme, profile and kind of picture.
 
     Raises:
@@ -111,7 +109,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed
 
 
 def _note(nodes: dict[str, dict[str, Any]], tracks: dict[tuple[str, str], Track], frame: int) -> None:
-    """Record changes of a frame in the tracks. `nodes`: see `app.web.viser_internals.nodes_of`."""
+    """Record a frame's changes. `nodes`: see `app.web.viser_internals.nodes_of`."""
     for node, has in nodes.items():
         for what, value in has.items():
             track = tracks.get((node, what))

@@ -36,13 +36,13 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
 
 
 def told(step: Step) -> StepOutcome:
-    """Outcome of a step's run, without the note that it is the reference run."""
+    """Outcome without the note that it is the reference run."""
     return replace(reference(step, step.setup), reference=False)
 
 
 @dataclass(frozen=True)
 class PaperStep:
-    """One printed step. `outcome`: of its run; None leaves blanks for what would reveal the answer."""
+    """One printed step. `outcome`: None leaves blanks for what would reveal the answer."""
 
     lesson: Lesson
     index: int
@@ -57,11 +57,9 @@ class PaperStep:
         return f"{self.lesson.number}.{self.index + 1}"
 
     def filled(self, text: str) -> str:
-        """Text with the numbers filled in."""
         return fill(self.step, text, self.outcome, self.lesson.language)
 
     def text(self, source: str) -> Markup:
-        """Text as HTML."""
         shown = without_outcome(source, self.step) if self.outcome is None else source
         return lesson_html(self.filled(shown), self.step.setup.folder)
 
@@ -72,7 +70,6 @@ class PaperStep:
 
     @property
     def chart(self) -> Markup:
-        """Axes to draw on, with the outcome over them."""
         drawing, outcome = self.step.drawing, self.outcome
         if drawing is None:
             return Markup()
@@ -80,12 +77,12 @@ class PaperStep:
 
     @property
     def choices(self) -> list[str]:
-        """Answers of the question, as Markdown."""
+        """As Markdown."""
         return [] if self.step.question is None else [self.filled(choice.text) for choice in self.step.question.choices]
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Measured values; without an outcome their names alone."""
+        """Measured values, or their names without an outcome."""
         if self.outcome is not None:
             return self.outcome.lines(self.step, self.lesson.language)
         return tuple(label_of(m, self.lesson.language) for m in self.step.measurements if not m.text_only)

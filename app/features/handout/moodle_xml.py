@@ -31,7 +31,7 @@ for _rule, _marks in {"formula": ("\\(", "\\)"), "formula_display": ("\\[", "\\]
 _READER.add_render_rule("picture", lambda _, tokens, at, *__: element("p", tokens[at].content))
 
 NO_UNITS: Final = "3"
-"""Unit handling of a numerical question: the answer is a bare number, and the question has its unit."""
+"""Unit handling: the answer is a bare number, and the question has its unit."""
 
 
 NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -39,7 +39,7 @@ NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U001
 
 
 def moodle_xml(lesson: Lesson) -> bytes:
-    """File for Moodle's question bank in the current language; the questions get a category of the lesson."""
+    """File for Moodle's question bank in the current language, with a category per lesson."""
     quiz = Element("quiz")
     category = SubElement(quiz, "question", type="category")
     _text(category, "category", f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}")
@@ -85,7 +85,7 @@ def _numerical(paper: PaperStep, challenge: Challenge) -> Iterator[Element]:
 
 
 def _question(kind: str, paper: PaperStep, number: str, text: str) -> Element:
-    """Question with the elements common to both kinds. `text`: Markdown, not filled in yet."""
+    """Elements common to both kinds. `text`: Markdown, not filled in yet."""
     made = Element("question", type=kind)
     _text(made, "name", f"{number} {plain(paper.step.title)}")
     _html(made, "questiontext", paper.filled(text))

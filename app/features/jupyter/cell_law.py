@@ -14,10 +14,8 @@ from controllers.errors import BadSetting
 
 
 def law_text(function: Callable[..., Any]) -> str:
-    """File text with this law, and the modules, numbers and functions of the notebook that it uses.
-
-    Imports and numbers are on the first line, and the law has the line numbers of its cell if possible, so
-    that messages name the cell's lines.
+    """File with this law, and the modules, numbers and functions of the notebook that it uses. If possible
+    the law keeps the line numbers of its cell, for messages; the rest is on the first line.
 
     Raises:
         BadSetting: not a function written with def, or its text is unknown.

@@ -1,7 +1,7 @@
 """Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns its
 run as numbers.
 
-There is one run per kernel, which every cell shows. It ends with the kernel, or by `duet.close()`.
+One run per kernel, which every cell shows. It ends with the kernel, or by `duet.close()`.
 """
 
 import atexit
@@ -31,7 +31,7 @@ NO_PROXY: Final = N_(
 
 
 def cell_html(server: NotebookRun, height: int) -> str:
-    """Output of a cell. `height`: of the page [px]."""
+    """`height`: of the page [px]."""
     place = f"duet-{secrets.token_hex(8)}"
     texts = {language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)} for language in LANGUAGES}
     inline = {

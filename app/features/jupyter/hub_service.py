@@ -14,11 +14,9 @@ from app.features.jupyter.tile import proxied
 
 
 class HubService(StandaloneProxyServer):
-    """jupyter-server-proxy's server asks the hub who opens a page, but not who opens a websocket; this one
-    asks for both."""
+    """jupyter-server-proxy's server authenticates pages, but not websockets; this one authenticates both."""
 
     def make_proxy_handler(self) -> tuple[type | None, dict[str, Any]]:
-        """Handler of all requests, and its arguments."""
         handler, arguments = super().make_proxy_handler()
         assert handler is not None
 

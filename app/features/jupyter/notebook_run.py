@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 AGAIN: Final = 0.5
-"""Time after which an unanswered question is repeated [s]: it is dropped when the operating tab leaves."""
+"""Time after which an unanswered question is repeated [s]: it is lost when the operating tab leaves."""
 
 PATIENCE: Final = 30.0
 """Longest wait for an answer [s]."""
@@ -56,7 +56,7 @@ class Ask(Action, newest_by=("answer",)):
 
 
 def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
-    """Settings with some changed, each by its key in a link or by its long name.
+    """Settings with changes by key in a link or by long name.
 
     Raises:
         BadSetting: one is not possible.
@@ -67,11 +67,8 @@ def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
 
 
 def step_with(session: Session, law: Law) -> bool:
-    """Pause a session, and make one step of its run with another law, which answers at once.
-
-    Returns:
-        False if no step was made, because the ghost's law has not answered.
-    """
+    """Pause a session, and make one step with another law, which answers at once. False if the ghost's law
+    has not answered, so that no step was made."""
     if not session.control.halt:
         session.control.halt.set("visitor")
     session.simulation.use(law)
@@ -82,7 +79,7 @@ def step_with(session: Session, law: Law) -> bool:
 
 
 def key_of(name: str) -> str:
-    """Key of a setting in a link: `dm` for dm and for critical_distance; unknown names stay as they are."""
+    """Key in a link: `dm` for dm and for critical_distance; unknown names stay as they are."""
     known = leaves(Settings)
     return name if name in known else {path[-1]: key for key, (path, _) in known.items()}.get(name, name)
 
@@ -103,7 +100,7 @@ def _law(session: Session) -> LawSettings:
 
 
 class GivenVelocities(LawOfFile):
-    """Law that always gives the joint velocities of a cell. `velocities`: (n,) [rad/s]."""
+    """Law with the joint velocities of a cell. `velocities`: (n,) [rad/s]."""
 
     file, sha256 = "notebook", hashlib.sha256(b"notebook").hexdigest()
 
@@ -340,7 +337,7 @@ class NotebookRun:
                 action.answer.set_exception(error)
 
     def _ask(self, question: Callable[[Session], T]) -> T:
-        """Answer to a question, which is asked between two frames on the session's own thread.
+        """Ask a question between two frames on the session's own thread.
 
         Raises:
             DuetError: the run is closed, or does not answer.

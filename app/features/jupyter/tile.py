@@ -11,7 +11,6 @@ from app.features.store import IN_MEMORY
 from app.features.workers import ONE_PROCESS
 
 ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
-"""Mark for the launcher."""
 
 
 def tile() -> dict[str, Any]:
@@ -26,7 +25,7 @@ def tile() -> dict[str, Any]:
 
 
 def proxied(options: Sequence[str]) -> dict[str, Any]:
-    """Command with which jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
+    """Start command for jupyter-server-proxy. `options`: of `lwr-duet serve`."""
     return {
         # Without -P, a folder named `app` in the notebook's folder would be started.
         "command": [sys.executable, "-P", "-m", "app", "serve", "--no-open", "--port", "{port}", *options],

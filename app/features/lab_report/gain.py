@@ -1,5 +1,4 @@
-"""Learning between two equal tests before and after the lessons: shares, normalised gain, answers before →
-after.
+"""Two equal tests, before and after the lessons: shares, normalised gain, changes of answers.
 
 Normalised gain: Hake, American Journal of Physics 66 (1998): gain over possible gain.
 """
@@ -12,7 +11,7 @@ from app.features.lessons.progress import StepProgress
 from app.features.lessons.tally import QuestionId
 
 AnswerPairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
-"""Question of the first test → answers before and after, from 0, of each student who gave both."""
+"""Question of the first test → answers before and after, from 0, of each student with both."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,6 @@ class Gain:
 
     Attributes:
         students: who answered both times; for several questions, the pairs of answers.
-        before, after: right ones among them.
     """
 
     students: int
@@ -36,7 +34,7 @@ class Gain:
 
     @property
     def cells(self) -> tuple[str, str, str, str]:
-        """Texts of students, shares before and after [%] and ⟨g⟩."""
+        """Students, shares before and after [%] and ⟨g⟩."""
         before, after = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
         return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}".replace("-", "−"))
 
@@ -59,7 +57,7 @@ class QuestionGain:
 
 
 def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
-    """Every question of the first test that students have answered twice, in order."""
+    """Questions of the first test that students have answered twice, in order."""
     found: list[QuestionGain] = []
     for lesson in lessons:
         for index, step in enumerate(lesson.steps if lesson.asked == "first" else ()):
@@ -75,17 +73,12 @@ def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
 
 
 def whole(questions: Iterable[QuestionGain]) -> Gain:
-    """Gain over all questions."""
     each = [one.gain for one in questions]
     return Gain(sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each))
 
 
 def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> AnswerPairs:
-    """One student's answers to the tests, if the right answer was revealed.
-
-    Args:
-        progress: of a step, by the names of lesson and step.
-    """
+    """One student's answers to the tests with a revealed answer. `progress`: by the names of lesson and step."""
     pairs: dict[QuestionId, Sequence[tuple[int, int]]] = {}
     for lesson in lessons:
         for step in lesson.steps if lesson.asked == "first" else ():

@@ -1,5 +1,4 @@
-"""A student's lab report on lessons: predictions, outcomes, plots of the runs, settings, and the student's
-notes."""
+"""A student's lab report: predictions, outcomes, plots, settings, and notes."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -36,10 +35,10 @@ LINE: Final = "_" * 24
 
 @dataclass(frozen=True)
 class Done:
-    """One step of a lesson, and what a student did in it, as plain data for another process.
+    """A student's work in one step, as plain data for another process.
 
     Attributes:
-        seen: run that answered the student's question; None if it was not stored.
+        seen: run that answered the student's question; None if not stored.
     """
 
     lesson: Lesson
@@ -54,12 +53,12 @@ class Done:
 
 @dataclass(frozen=True)
 class ReportEntry:
-    """One step of a lesson in a report; empty parts are left out.
+    """One step in a report; empty parts are left out.
 
     Attributes:
         view: of the step at its end, with the student's work.
-        settings: of the run, in readable form.
-        plot: <svg> element of the run, as from `app.features.exports.plot_pictures.inline_svg`.
+        settings: in readable form.
+        plot: <svg> element, as from `app.features.exports.plot_pictures.inline_svg`.
     """
 
     view: StepView
@@ -78,13 +77,13 @@ class ReportEntry:
 
     @property
     def judgements(self) -> list[tuple[str, bool]]:
-        """Lines of the challenge's newest attempt, each with whether it was met."""
+        """Lines of the challenge's newest attempt, and whether they were met."""
         last = self.view.done.last
         return [] if last is None else [(sentence(tr(one.text)), one.passed) for one in last.judgements]
 
     @property
     def passed(self) -> bool | None:
-        """True if the challenge was ever passed; None without a challenge."""
+        """True if ever; None without a challenge."""
         return None if self.view.step.challenge is None else self.view.done.passed
 
     @property
@@ -99,12 +98,10 @@ class ReportEntry:
 
 
 def lesson_title(lesson: Lesson) -> str:
-    """Number and title of a lesson, in the current language."""
     return tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
 
 
 def report_title(done: Sequence[Done]) -> str:
-    """Title of a report on these steps, in the current language."""
     lessons = {one.lesson.id: one.lesson for one in done}
     if len(lessons) != 1:
         return tr("Lab report")
@@ -113,7 +110,7 @@ def report_title(done: Sequence[Done]) -> str:
 
 
 def lab_bytes(done: Sequence[Done], language: Language) -> bytes:
-    """Report as one HTML file in `language`.
+    """HTML file in `language`.
 
     Raises:
         BadSetting: a run cannot be computed again here.
@@ -142,10 +139,10 @@ def report_html(
     about: str = "",
     questions: Sequence[QuestionGain] = (),
 ) -> str:
-    """The page. It loads and runs nothing, and all text of the student is escaped.
+    """The page. It loads and runs nothing, and escapes all text of the student.
 
     Args:
-        settings: of the last run; None to leave them out.
+        settings: of the last run, or None.
         about: line under the title, such as a name and a date.
         questions: of a test that the student has answered before and after.
 
@@ -189,7 +186,7 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> R
     """Report on a step.
 
     Args:
-        recorded: run with the settings and plot to show; None to leave them out.
+        recorded: run with the settings and plot to show, or None.
         name: of the plot, unique on a page.
     """
     step = one.step
@@ -221,7 +218,6 @@ def _made_again(one: Done) -> Recorded | None:
 
 
 def recorded_of(setup: Setup) -> Recorded | None:
-    """Run of a lesson's setup, computed without a page."""
     simulation, log = Simulation(setup.run, 1), InputsLog()
     begin_reference_run(simulation, setup)
     person = person_of(simulation, setup)
@@ -241,7 +237,7 @@ def done_in(
     """Every step in which something was done.
 
     Args:
-        progress: of a step, by the names of lesson and step.
+        progress: by the names of lesson and step.
         seen: (lesson, step) → the run.
         only: name of one lesson; None for all.
     """

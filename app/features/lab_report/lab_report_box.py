@@ -1,5 +1,4 @@
-"""The lab report on the page: a box for the student's notes in every step, and a button that makes the
-report."""
+"""The lab report on the page: note boxes, and a button that makes it."""
 
 import copy
 from collections.abc import Sequence
@@ -29,13 +28,11 @@ _REPORT: Final = ORDER["hints"] + 4.0
 
 
 class AskReport(Action, newest_by=("one",)):
-    """Make the lab report on all lessons, or on the present one alone."""
-
     one: bool
 
 
 def ask_report(exports: ExportQueue, session: Session, done: Sequence[Done]) -> None:
-    """Submit a lab report on steps of lessons; notify the visitor if there is nothing to report."""
+    """Submit a lab report; notify the visitor if there is nothing to report."""
     if not done:
         session.notify("There is nothing to report yet", "Answer a question of a lesson first.")
         return
@@ -47,7 +44,7 @@ def ask_report(exports: ExportQueue, session: Session, done: Sequence[Done]) -> 
 
 
 class LabReportBox(PagePanel):
-    """Note boxes and buttons: in the folder “Keep and replay”, and in the lessons' panel."""
+    """In the folder “Keep and replay”, and in the lessons' panel."""
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports

@@ -25,7 +25,7 @@ LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """Content policy: the page loads and runs nothing."""
 
 LARGEST_REPORT: Final = 32 * 2**20
-"""Largest report that is read [bytes]."""
+"""[bytes]"""
 
 _RECORD: Final = re.compile(rb'<template id="duet-report" data-record="([^"<>]{1,400000})">')
 _MOST_STEPS: Final = 500
@@ -41,8 +41,8 @@ class StepRecord:
     Attributes:
         lesson, step: by name.
         prediction: number of the chosen answer, from 1, or None.
-        right: whether it was right; None if the outcome was not seen.
-        passed: whether the challenge was passed; None without a challenge.
+        right: None if the outcome was not seen.
+        passed: None without a challenge.
         attempts: at the challenge.
     """
 
@@ -65,7 +65,7 @@ def locked_page(template: str, title: str, styles: Sequence[Path], **values: obj
 
     Args:
         template: that extends "features/lab_report/page.html".
-        styles: files with style sheets.
+        styles: style sheets.
         values: of the template's names.
     """
     files = "".join(file.read_text(encoding="utf-8") for file in styles)
@@ -94,7 +94,7 @@ def plain_svg(svg: str) -> Markup:
 
 
 def records_html(records: Sequence[StepRecord]) -> Markup:
-    """Element with the records; "" without records."""
+    """ "" without records."""
     if not records:
         return Markup()
     data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}

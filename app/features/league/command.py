@@ -96,7 +96,7 @@ def league(command: League) -> int:
 
 
 def _files(given: tuple[Path, ...]) -> list[Path]:
-    """The given files, those of a folder sorted.
+    """Files, those of a folder sorted.
 
     Raises:
         BadSetting: a folder holds no law.

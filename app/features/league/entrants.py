@@ -25,19 +25,13 @@ OFFSETS: Final = (-0.12, 0.30)
 
 
 class Entrant(msgspec.Struct, frozen=True):
-    """An entrant.
-
-    Attributes:
-        name: of a built-in law, or of a file.
-        text: of the file; None for a built-in law.
-    """
+    """`text`: of the file; None for a built-in law."""
 
     name: str
     text: bytes | None = None
 
     @property
     def label(self) -> str:
-        """Name for the reader."""
         return LAWS[self.name].label if self.text is None else self.name
 
     @property
@@ -47,7 +41,7 @@ class Entrant(msgspec.Struct, frozen=True):
 
     @property
     def knob(self) -> str:
-        """Key of the setting that determines its distance, "offset" for a file; "" if none does."""
+        """Setting that determines its distance, "offset" for a file; "" if none does."""
         if self.text is not None:
             return "offset"
         knob = LAWS[self.name].distance_knob
@@ -55,7 +49,7 @@ class Entrant(msgspec.Struct, frozen=True):
 
 
 def entrants(paths: list[Path]) -> list[Entrant]:
-    """All built-in laws, and the laws of files, each file once and with a unique name.
+    """All built-in laws, and each file's law once, with a unique name.
 
     Raises:
         BadInputFile: a file cannot be read, or has no unique name.
@@ -92,8 +86,7 @@ def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimi
     return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}", limits.seconds)
 
 
-class _Failed(DuetError):
-    """The law of a file failed; the message says why."""
+class _Failed(DuetError): ...
 
 
 class _ShiftedLaw(CustomLaw):
@@ -114,7 +107,6 @@ class _ShiftedLaw(CustomLaw):
 
 
 def main() -> None:
-    """Make the runs of an event with the law of a file."""
     limits, (name,), given = fenced_input()
     load_if_compiled()
     asked, _, text = given.partition(b"\n")

@@ -1,5 +1,5 @@
-"""Files of the league in a folder: every outcome at once while it plays, and at the end a table of runs and
-one of settings."""
+"""Files of the league: every outcome at once while it plays, and at the end a table of runs and one of
+settings."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
@@ -40,7 +40,6 @@ class Played(msgspec.Struct, frozen=True):
 
     @property
     def key(self) -> tuple[str, str, Event]:
-        """Key of the outcome."""
         return self.name, self.sha256, self.event
 
 
@@ -67,7 +66,7 @@ class LeagueFiles:
 
     @property
     def outcomes(self) -> list[Played]:
-        """Known outcomes of the present entrants, in their order and that of the events."""
+        """Known outcomes, in the order of the present entrants and the events."""
         keys = [(entrant.name, entrant.sha256, event) for entrant in self.entrants for event in events()]
         return [self._known[key] for key in keys if key in self._known]
 
@@ -79,7 +78,7 @@ class LeagueFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
-        """Yield a function that writes an outcome to disk at once.
+        """Function that writes an outcome to disk at once.
 
         Raises:
             BadSetting: the folder cannot be made or written to.
@@ -101,7 +100,7 @@ class LeagueFiles:
             yield add
 
     def finish(self) -> list[Path]:
-        """Write and return `league.csv`, `league.json` and `times.csv`. Only the last one has wall times."""
+        """Write and return `league.csv`, `league.json` and `times.csv`; only the last has wall times."""
         names = ("league.csv", "league.json", "times.csv")
         times = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in self.outcomes]
         times_table = csv_text([("law", "scene", "robot", "level", "step_us"), *times]).encode()

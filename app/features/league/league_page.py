@@ -1,5 +1,5 @@
-"""Summary of the league: one row per entrant, compared with the paper's law in the same runs; as Markdown,
-and as one offline page with tables, pictures and conditions."""
+"""Summary of the league, compared with the paper's law in the same runs, as Markdown, and as one offline
+page."""
 
 import io
 import math
@@ -67,7 +67,7 @@ class LeagueRow(NamedTuple):
     notes: tuple[str, ...]
 
     def cells(self) -> tuple[str, ...]:
-        """Row as text, in the order of `COLUMNS`."""
+        """Texts in the order of `COLUMNS`."""
         numbers = (
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
@@ -95,7 +95,7 @@ def league_rows(
     robot: RobotKind,
     half: str = "public",
 ) -> list[LeagueRow]:
-    """Rows of a table, the best first: with their own settings by their loss, at equal safety by their error."""
+    """The best first: with their own settings by their loss, at equal safety by their error."""
     known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
@@ -133,7 +133,7 @@ def _row(entrant: Entrant, known: dict[tuple[str, str], Played], schedule: Sched
 
 
 def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: str) -> float | None:
-    """Mean e² of an entrant in a scene over that of the paper's law; None if either has no run there."""
+    """Mean e² in a scene over that of the paper's law; None if either has no run there."""
     means: list[float] = []
     for one in (name, DEFAULT_LAW):
         played = known.get((one, scene))
@@ -147,7 +147,7 @@ def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: st
 def league_tables(
     entrants: Sequence[Entrant], outcomes: Sequence[Played], schedule: Schedule
 ) -> list[tuple[str, list[LeagueRow]]]:
-    """All tables with their titles."""
+    """Tables with their titles."""
     halves = {"public": "", "hidden": ", hidden half"} if schedule.word else {"public": ""}
     return [
         (f"{title}, {robot} robots{more}", league_rows(entrants, outcomes, schedule, level, robot, half))

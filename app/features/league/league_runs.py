@@ -1,5 +1,4 @@
-"""The league's runs: every law in the same runs, with its own settings, and with those at which all laws keep
-the same mean distance."""
+"""The league's runs, with a law's own settings, and with those at which all laws keep the same mean distance."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -20,7 +19,7 @@ from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
 
 EDITION: Final = "2026"
-"""Edition of the runs; it changes with anything below, or a default, so that figures of two editions are not
+"""Edition of the runs; changes with anything below, or a default, so that figures of two editions are not
 compared."""
 
 SCENES: Final = (HOLD, BALL, MASTER_SLAVE)

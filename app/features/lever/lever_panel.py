@@ -27,7 +27,7 @@ class LeverPanel(PagePanel):
         handlers.add_first(Nudge, self._move)
 
     def _move(self, nudge: Nudge) -> bool:
-        """Move the lever by a notch; ignore ← and → while a part of the session moves the hand."""
+        """Move by a notch; ignore ← and → while a part of the session moves the hand."""
         law = self._session.settings.run.law
         if law.law != LEVER_LAW:
             return False
@@ -37,5 +37,5 @@ class LeverPanel(PagePanel):
         return self._session.parts.hands_off and not self._session.paused
 
     def show(self, frame: Frame) -> None:
-        """Write changes from elsewhere into the box; entering a value that it already has would not count."""
+        """Write changes from elsewhere into the box; entering its present value would not count."""
         self._box.value = frame.live.settings.run.law.hand_lever

@@ -1,5 +1,4 @@
-"""Marks for a class's hand-ins: points for laws and lab reports, tables for other systems, and a feedback
-page per student."""
+"""Marks for hand-ins: points for laws and lab reports, tables for other systems, and feedback pages."""
 
 from collections.abc import Mapping
 from pathlib import Path

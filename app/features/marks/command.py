@@ -31,7 +31,7 @@ ENDINGS: Final = (".py", ".html", ".htm")
 
 MOST_PARTS: Final = 2000
 MOST_BYTES: Final = 2**29
-"""Most files read from a ZIP file, and their total size [bytes]."""
+"""Most files of a ZIP file, and their total size [bytes]."""
 
 ISOLATION: Final = {
     "network": "only the network is closed to these files: they can read and write what you can. Use a container or a virtual machine.",
@@ -124,7 +124,7 @@ def grade(command: Grade) -> int:
 
 @contextmanager
 def unpacked(given: Path) -> Iterator[Path]:
-    """A folder, or one with the content of a ZIP file while open.
+    """The folder, or the content of a ZIP file while open.
 
     Raises:
         BadSetting: it is neither, or its content is too large.
@@ -147,7 +147,7 @@ def unpacked(given: Path) -> Iterator[Path]:
 
 
 def handed_in(folder: Path) -> list[Path]:
-    """Files to grade in a folder and below, sorted; links are named, and not followed."""
+    """Files in a folder and below, sorted; links are named, and not followed."""
     found: list[Path] = []
     for where, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name != "__pycache__"]

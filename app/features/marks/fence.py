@@ -27,13 +27,13 @@ from controllers.own_packages import FOLDER, PACKAGES, own_command
 from scenes.children import ONE_THREAD
 
 _LOOK: Final = 0.05
-"""Time between two checks of a file's processes [s]."""
+"""Time between two checks of the processes [s]."""
 _MOST: Final = 2**20
-"""Most characters of output from the work on a file."""
+"""Most characters of output."""
 _TOKEN: Final = "DUET_FENCE"
-"""Environment variable that identifies everything a file has started."""
+"""Environment variable of everything that a file has started."""
 _KEPT: Final = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
-"""Environment variables that a fenced process keeps."""
+"""Environment variables that are kept."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class FenceLimits:
     """Limits for one file.
 
     Attributes:
-        seconds: wall time of all together [s].
+        seconds: wall time [s].
         memory: of all processes together [bytes].
         law: of each call.
         isolated: whether to use new namespaces, if the system allows it.
@@ -85,14 +85,14 @@ def fenced(
 
 
 def isolation_of(limits: FenceLimits) -> str:
-    """Isolation that a file would get here: "full", "network" or "none"; "" if no process can be started."""
+    """ "full", "network" or "none"; "" if no process can be started."""
     levels: list[str] = []
     fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
     return levels[0] if levels else ""
 
 
 def fenced_input() -> tuple[LawLimits, list[str], bytes]:
-    """In the fenced process: limits of a law, arguments and text of the file; reports the isolation."""
+    """In the fenced process: limits of a law, arguments and file text; reports the isolation."""
     limits, *arguments, level = sys.argv[1:]
     guard_memory()
     text = sys.stdin.buffer.read()
@@ -138,7 +138,7 @@ def _seen() -> str:
 
 
 def _machine_code() -> list[Path]:
-    """Folder of the compiled loops; empty if unavailable, so that the loops run in Python."""
+    """Compiled loops; empty if unavailable, so that the loops run in Python."""
     try:
         return [loops_folder()]
     except (ImportError, OSError):
@@ -151,7 +151,7 @@ def _feed(stream: IO[bytes], text: bytes) -> None:
 
 
 def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
-    """Put each line into a queue, then None; at most `_MOST` characters."""
+    """Queue each line, then None; at most `_MOST` characters."""
     left = _MOST
     with contextlib.suppress(OSError, ValueError):
         while left > 0 and (line := stream.readline(left)):
@@ -187,11 +187,11 @@ def _followed(
 
 
 def _members(token: str, first: int | None = None) -> list[int]:
-    """Processes that a file has started; on Linux only, elsewhere empty.
+    """Processes that a file has started; on Linux only.
 
     Args:
         token: in the environment that they inherit, unless they start another with a new one.
-        first: ancestor that counts regardless of the environment; None to use the environment alone.
+        first: ancestor that counts regardless of the environment, or None.
     """
     found: list[int] = []
     children: defaultdict[int, list[int]] = defaultdict(list)
@@ -214,7 +214,7 @@ def _members(token: str, first: int | None = None) -> list[int]:
 
 
 def _memory(process: int) -> int:
-    """Memory of a process that it does not share with files, and that of its unnamed files [bytes]."""
+    """Memory not shared with files, and that of unnamed files [bytes]."""
     memory = 0
     with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/status", encoding="utf-8") as file:
         for line in file:
@@ -251,5 +251,4 @@ def _kill(members: list[int]) -> None:
 
 
 def main() -> None:
-    """Report the isolation only."""
     fenced_input()

@@ -24,10 +24,8 @@ from controllers.errors import BadSetting, DuetError
 from scenes.files import read_file, readable
 
 KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
-"""File ending → content."""
 
 REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attempts")
-"""Columns of a report."""
 
 _MOODLE: Final = re.compile(r"(?P<name>.+)_(?P<id>\d+)_assignsubmission_file_?.*")
 _CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_.+")
@@ -35,11 +33,7 @@ _CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_.+")
 
 
 class Student(NamedTuple):
-    """Student of a file, from its name.
-
-    Attributes:
-        id: in Moodle or Canvas; "" if the name has none.
-    """
+    """Student from a file's name. `id`: in Moodle or Canvas, or ""."""
 
     name: str
     id: str
@@ -89,7 +83,7 @@ class GradedFile:
 
     @property
     def feedback(self) -> str:
-        """One line: what failed and what to do about it, or that nothing failed."""
+        """What failed and what to do about it, or that nothing failed, in one line."""
         failed: dict[str, list[str]] = {}
         for one in self.remarks:
             if not one.passed:
@@ -114,8 +108,7 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
 
 
 def student_of(path: Path) -> Student:
-    """Student of a file. `path`: below the graded folder; its first folder is the student's, or else the
-    file."""
+    """`path`: below the graded folder; its first folder is the student's, or else the file."""
     first = readable(path.parts[0] if len(path.parts) > 1 else path.name)
     if found := _MOODLE.fullmatch(first) or _CANVAS.fullmatch(first):
         return Student(found["name"], found["id"])
@@ -197,7 +190,7 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
 
 
 def returned_line(text: bytes) -> tuple[str, ...]:
-    """Sentence with the line that returns from a file's `law` last; () if it has none."""
+    """Sentence with the line of the last return of a file's `law`; () if it has none."""
     try:
         body = ast.parse(text).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -232,7 +225,7 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
 
 
 def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
-    """Points of records and their maximum; a question or challenge in several of them counts once, the best."""
+    """Points and their maximum; a question or challenge in several records counts once, the best."""
     predicted = [(record.lesson, record.step, record.right is True) for record in records if record.prediction is not None]
     challenges = [(record.lesson, record.step, record.passed is True) for record in records if record.passed is not None]
     points = sum(len({one for one in kind if one[2]}) for kind in (predicted, challenges))

@@ -1,10 +1,9 @@
-"""Own process for an untrusted file. Its arguments are all|none FOLDER SEEN COMMAND …: it runs a command with
-limits, and with `all` on Linux, if the system allows it, in new namespaces.
+"""Process for an untrusted file. Arguments all|none FOLDER SEEN COMMAND …: runs a command with limits, and
+with `all` on Linux, if the system allows it, in new namespaces.
 
-There it sees only its own processes, has no network, and reads only the system's programs and libraries and
-the paths in SEEN (separated by os.pathsep). It can write only to FOLDER, which is empty, in memory, and
-temporary. When its first process ends, all others do. If the system does not allow this, only the limits
-remain.
+There it sees only its own processes, has no network, reads only the system's programs and libraries and the
+paths in SEEN (separated by os.pathsep), and writes only to FOLDER, which is empty, in memory, and temporary.
+All processes end with the first. If the system does not allow this, only the limits remain.
 """
 
 import contextlib
@@ -27,7 +26,7 @@ SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
     *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
 )
-"""Folders of the system that Python and its libraries may need."""
+"""Folders that Python and its libraries may need."""
 
 UNAVAILABLE: Final = 96
 """Exit code of an attempt that the system does not permit."""
@@ -45,7 +44,7 @@ _DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
 
 
 def main() -> None:
-    """Run the command in the best available isolation, passed as its last argument."""
+    """Run the command in the best available isolation, its last argument."""
     wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: None)]
@@ -76,7 +75,7 @@ def main() -> None:
 
 
 def limit_resources() -> None:
-    """Limit the resources of this process and each descendant, as far as the system supports it."""
+    """Limit this process and its descendants, as far as the system supports it."""
     try:
         import resource
     except ImportError:
@@ -89,8 +88,7 @@ def limit_resources() -> None:
 
 
 def guard_memory() -> None:
-    """Keep other processes of the same user from reading and changing this one's memory, and from reading its
-    descriptors."""
+    """Keep other processes of the same user from this one's memory and descriptors."""
     if sys.platform == "linux":
         _prctl(_DUMPABLE, 0)
 
@@ -131,7 +129,7 @@ def _mount(kind: bytes, place: str, options: str = "") -> None:
 
 
 def _show(path: str, place: str) -> None:
-    """Bind a file or a folder, if it exists, to a place; a link at the top level stays a link."""
+    """Bind a file or a folder, if it exists; a link at the top level stays a link."""
     if not os.path.exists(path) or (os.path.exists(place) and os.path.samefile(path, place)):
         return
     os.makedirs(os.path.dirname(place), exist_ok=True)
@@ -165,11 +163,7 @@ def _prctl(option: int, value: int) -> None:
 
 
 def _call(name: str, *arguments: Any) -> None:
-    """Call a function of the C library.
-
-    Raises:
-        OSError: it fails.
-    """
+    """Call a C function; raises `OSError` if it fails."""
     if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments) < 0:
         number = ctypes.get_errno()
         raise OSError(number, f"{name}: {os.strerror(number)}")

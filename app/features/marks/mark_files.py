@@ -1,5 +1,5 @@
-"""Files of marks: a table of all hand-ins, one row per student for Moodle or Canvas, a result for Gradescope;
-and a feedback page per student with every test, reason, advice, and a picture of the failed run."""
+"""Marks as files for Moodle, Canvas and Gradescope, as a table, and as feedback pages with every test,
+reason, advice, and a picture of the failed run."""
 
 import json
 import re
@@ -21,8 +21,7 @@ from scenes.files import csv_text, replacing
 
 
 class StudentMarks(NamedTuple):
-    """Hand-ins of one student; the best of several laws counts, and a step in several reports counts once,
-    the best."""
+    """Hand-ins of one student; the best law counts, and a step in several reports counts once, the best."""
 
     student: Student
     files: tuple[GradedFile, ...]
@@ -49,13 +48,13 @@ class StudentMarks(NamedTuple):
 
 
 def by_student(rows: Sequence[GradedFile]) -> list[StudentMarks]:
-    """Files of each student, sorted by name."""
+    """Sorted by name."""
     ordered = sorted(rows, key=lambda row: row.student)
     return [StudentMarks(student, tuple(files)) for student, files in groupby(ordered, key=lambda row: row.student)]
 
 
 def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
-    """Write the table with one row per file."""
+    """One row per file."""
     head = ("name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback")
     values = [
         (
@@ -68,7 +67,7 @@ def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
 
 
 def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a Moodle grading worksheet: the columns that its assignment reads, and identifies a student by."""
+    """Moodle's grading worksheet: the columns that its assignment reads, and identifies a student by."""
     head = ("Identifier", "Full name", "Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
     rows = [
         (
@@ -81,15 +80,14 @@ def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a table for Canvas' gradebook, which identifies a student by ID, and takes only numbers."""
+    """Canvas' gradebook identifies a student by ID, and takes only numbers."""
     most = max((one.maximum for one in students), default=0.0)
     rows = [(one.student.name, one.student.id, "", _number(one.points)) for one in students]
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])
 
 
 def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write the `results.json` of one submission with all files: a test for each of a law's, and one for each
-    other file."""
+    """`results.json` of one submission: a test for each of a law's, and one for each other file."""
     rows = [row for one in students for row in one.files]
     tests: list[dict[str, object]] = []
     for row in rows:
@@ -118,11 +116,7 @@ def _write(path: Path, rows: Sequence[Sequence[object]]) -> None:
 
 
 def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Language) -> None:
-    """Write a page for each student into a folder, which is created if necessary.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write a page for each student; creates the folder. Raises `OSError`."""
     set_language(language)
     folder.mkdir(parents=True, exist_ok=True)
     taken: set[str] = set()

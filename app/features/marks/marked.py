@@ -34,7 +34,7 @@ class LawMarks:
 
     @property
     def as_template(self) -> bool:
-        """True if all its answers are those of the template's law."""
+        """True if it answers like the template's law."""
         return bool(self.verdicts) and all(verdict.as_template for verdict in self.verdicts.values())
 
 
@@ -72,11 +72,7 @@ def _take(marks: LawMarks, said: dict[str, Any]) -> None:
 
 
 def _read_curve(said: object) -> TrialCurve:
-    """Curve from an answer.
-
-    Raises:
-        ValueError: not a curve.
-    """
+    """Raises `ValueError` if it is not a curve."""
     curve = msgspec.convert(said, TrialCurve)
     numbers = [value for line in curve.lines.values() for value in line if value is not None]
     small = len(curve.lines) <= 2 and all(len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items())
@@ -86,7 +82,6 @@ def _read_curve(said: object) -> TrialCurve:
 
 
 def main() -> None:
-    """Make the tests."""
     limits, (name, language), text = fenced_input()
     set_language(language)  # pyright: ignore[reportArgumentType]
     for verdict in examine(Path(name), limits, text=text):

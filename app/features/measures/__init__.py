@@ -1,4 +1,4 @@
-"""Measurements of a run: distances, hand errors, joint speeds, the line of contact, stability."""
+"""Measurements of a run."""
 
 from pathlib import Path
 from typing import Final

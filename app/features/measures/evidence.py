@@ -14,7 +14,7 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 SAMPLES: Final = 600
-"""Most rows of a run at which a position is computed from the joints."""
+"""Most rows at which a position is computed from the joints."""
 
 
 class Evidence:
@@ -27,7 +27,7 @@ class Evidence:
     Attributes:
         settings, room: at the end of the run.
         table: rows (rows, columns of `scenes.history`), oldest first; the history may have dropped the first.
-        arm: the arm with the shown task.
+        arm: with the shown task.
     """
 
     def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
@@ -44,16 +44,16 @@ class Evidence:
 
     @property
     def whole(self) -> bool:
-        """True if the table begins with the run's first step."""
+        """True if the table has the run's first step."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
     @property
     def has_obstacle(self) -> bool:
-        """True if there is an obstacle, and a step was made."""
+        """False before the first step."""
         return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
 
     def column(self, name: str) -> Array:
-        """One column (rows,), see `scenes.history.SCALARS`."""
+        """(rows,), see `scenes.history.SCALARS`."""
         return self.table[:, COLUMN[name]]
 
     @property
@@ -73,7 +73,7 @@ class Evidence:
 
     @property
     def desired(self) -> Array:
-        """q_d of the arm (rows, n) [rad], nan where it follows nothing."""
+        """q_d of the arm (rows, n) [rad], or nan."""
         return self._simulation.history.desired(self.table)[:, self.arm.joints]
 
     def row_at(self, time: float) -> int | None:
@@ -97,7 +97,7 @@ class Evidence:
         return self.kinematics
 
     def lever(self, row: int) -> Array:
-        """J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
+        """J_d (n,), as the law saw it [m/rad]."""
         self.kinematics_at(row)
         law = self.settings.law
         return self._detector.detect(*law.proximity).row[self.arm.joints].copy()

@@ -1,4 +1,4 @@
-"""Positions in a room as lessons describe them: of the ball, of the start, of the elbow's marks."""
+"""Positions in a room as lessons describe them: ball, start, and the elbow's marks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from scenes.room import Room
 from scenes.solo import swing
 
 Anchor = Literal["hand", "goal", "middle", "elbow"]
-"""Origin of a position: the hand at the start, the end or the middle of its path past the ball, the elbow."""
+"""The hand at the start, the end or the middle of its path past the ball, or the elbow."""
 
 
 @dataclass(frozen=True)
 class RoomPlace:
-    """Position of the ball, by the gap between its surface and that of the arm's point.
+    """Position of the ball, by the gap between its surface and the arm's point.
 
     Attributes:
         toward: direction (3,), world, any length; or along the upper arm, from shoulder to elbow.
@@ -35,7 +35,7 @@ class RoomPlace:
 
 @dataclass(frozen=True)
 class Start:
-    """Start of a run other than the room's: another ball position, or another posture (n,) of all arms [rad]."""
+    """Another ball position, or another posture (n,) of all arms [rad]."""
 
     ball: RoomPlace | None = None
     posture: tuple[float, ...] | None = None
@@ -48,11 +48,10 @@ def _standing(room: Room) -> Kinematics:
 
 
 def ball_centre(room: Room, place: RoomPlace) -> Array:
-    """Centre of the ball (3,) [m].
+    """(3,) [m].
 
     Raises:
-        BadSetting: the room has no ball, the direction has no length, or the place is out of the ball's
-            reach.
+        BadSetting: no ball, no direction, or out of the ball's reach.
     """
     if room.ball is None:
         raise BadSetting("A place of the ball needs a room with a ball; set scene = ball.")
@@ -79,7 +78,7 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
 
 
 def start_positions(room: Room, start: Start | None) -> Array | None:
-    """Start q (nv,) of a run [rad, m]; None for the room's own start.
+    """q (nv,) [rad, m]; None for the room's own start.
 
     Raises:
         BadSetting: the room has no such place or posture.

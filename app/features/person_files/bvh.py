@@ -39,11 +39,11 @@ _MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
     ("left", "wrist"): LazyText("left wrist, which should hang from the left elbow"),
     ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
-"""Names of missing parts, in whole words: in another language the side is inflected with the noun."""
+"""In whole words: in another language the side is inflected with the noun."""
 
 
 def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
-    """Motion of both arms in a BVH file, from time 0.
+    """Motion of both arms, from time 0.
 
     Args:
         source: a path, or the file's content.
@@ -83,7 +83,7 @@ class _Skeleton:
 
     Attributes:
         arm: indices of shoulder, elbow and wrist of a side.
-        hips: indices of the joints with the middle of the hips between them.
+        hips: joints with the middle of the hips between them.
     """
 
     def __init__(self, file: BvhFile) -> None:
@@ -120,7 +120,7 @@ class _Skeleton:
         return whole[0]
 
     def _shoulder(self, side: ArmName, elbow: int) -> int | None:
-        """Joint where the upper arm of an elbow begins, or None."""
+        """Joint where the upper arm of an elbow begins."""
         above = [i for i in self._above(elbow) if self._parts[i][0] == side]
         for names in UPPER_ARMS:
             if called := [i for i in above if self._parts[i][1] in names]:
@@ -143,14 +143,13 @@ class _Skeleton:
         return joint
 
     def _are_pieces(self, shoulder: int, elbow: int) -> bool:
-        """True if all joints between shoulder and elbow are twists, or have the shoulder's name with a
-        suffix."""
+        """True if all joints between are twists, or have the shoulder's name with a suffix."""
         side, part = self._parts[shoulder]
         between = self._above(elbow)[: self._above(elbow).index(shoulder)]
         return all(self._twists[i] or (self._parts[i][0] == side and self._parts[i][1].startswith(part)) for i in between)
 
     def _wrist(self, elbow: int) -> int | None:
-        """Joint, or End Site, where the forearm of an elbow ends, or None."""
+        """Joint, or End Site, where the forearm of an elbow ends."""
         part = self._parts[elbow][1]
         below = [i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)]
         called = [i for i in below if self._parts[i][1] in WRISTS]
@@ -170,14 +169,14 @@ class _Skeleton:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
 
     def _above(self, joint: int) -> list[int]:
-        """Ancestors of a joint, the nearest first."""
+        """Ancestors, the nearest first."""
         found: list[int] = []
         while (joint := self._file.joints[joint].parent) >= 0:
             found.append(joint)
         return found
 
     def _below(self, joint: int) -> Iterator[int]:
-        """Descendants of a joint, parents first."""
+        """Descendants, parents first."""
         found = {joint}
         for i, other in enumerate(self._file.joints):
             if other.parent in found:
@@ -197,5 +196,5 @@ class _Skeleton:
 
 
 def from_bvh(motion: SampledAngles) -> PersonTarget:
-    """Person of a BVH file; the motion repeats."""
+    """The motion repeats."""
     return PersonTarget(motion, max(motion.duration, 1e-3))

@@ -1,5 +1,4 @@
-"""The file format BVH: a skeleton as a tree of joints, then one line of numbers per frame. Nothing in the
-file is trusted."""
+"""The file format BVH: a tree of joints, then one line of numbers per frame. Nothing in the file is trusted."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ MOST_JOINTS: Final = 500
 MOST_FRAMES: Final = 100_000
 MOST_LINES: Final = 2 * MOST_FRAMES + 20 * MOST_JOINTS
 LARGEST: Final = 1e6
-"""Largest number of a believable file, in any unit."""
+"""Largest believable number, in any unit."""
 
 CHANNELS: Final = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
 
@@ -43,7 +42,7 @@ class BvhJoint:
 
 @dataclass(frozen=True)
 class BvhFile:
-    """Content of a BVH file. `frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
+    """`frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
 
     name: str
     joints: tuple[BvhJoint, ...]
@@ -70,8 +69,8 @@ class BvhFile:
         return places
 
     def _translations(self, joint: BvhJoint) -> Array:
-        """Vector from the parent (k, 3): the offset, or the position channels unless all are zero, as some
-        exporters write."""
+        """From the parent (k, 3): the offset, or the position channels unless all are zero, as some exporters
+        write."""
         place = np.tile(joint.offset, (len(self.frames), 1))
         moved = [(c, joint.column + i) for i, c in enumerate(joint.channels) if c < 3]
         if any(self.frames[:, column].any() for _, column in moved):
@@ -80,7 +79,7 @@ class BvhFile:
         return place
 
     def _rotations(self, joint: BvhJoint) -> Array:
-        """Rotation against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
+        """Against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
         turn = np.tile(np.eye(3), (len(self.frames), 1, 1))
         for i, channel in enumerate(joint.channels):
             if channel >= 3:
@@ -95,7 +94,7 @@ class BvhFile:
 
 
 def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
-    """Content of a BVH file; arguments and errors as `app.features.person_files.bvh.read_bvh`."""
+    """Arguments and errors as `app.features.person_files.bvh.read_bvh`."""
     if isinstance(source, Path):
         name = str(source)
         missing = BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
@@ -148,7 +147,7 @@ class _Reader:
         return BvhFile(self.name, tuple(self.joints), frame_time, self._read_frames(count))
 
     def _read_tree(self, root: str) -> None:
-        """Read a root and all below it, without recursion, as a file may be arbitrarily deep."""
+        """Without recursion, as a file may be arbitrarily deep."""
         open_joints = [self._read_joint(root, -1)]
         while open_joints:
             line = self._next(LazyText("JOINT, End Site or }"))
@@ -225,7 +224,7 @@ class _Reader:
         return line
 
     def _words(self, first: str, count: int | None) -> list[str]:
-        """Words after the first of the next line, which must be `first`."""
+        """Words after `first` in the next line."""
         words = self._next(first).split()
         if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
             if count is None:

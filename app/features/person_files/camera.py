@@ -1,5 +1,4 @@
-"""A person in front of a camera, or in a video, as a source: a separate thread detects, and the newest angles
-count."""
+"""A person before a camera, or in a video, as a source: a thread detects, and the newest angles count."""
 
 import math
 import threading
@@ -16,7 +15,7 @@ from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.source import SampledAngles
 
 STALE: Final = 0.5
-"""Age at which a seen person counts as lost [s]."""
+"""Age at which a person counts as lost [s]."""
 
 LONGEST_VIDEO: Final = 1800.0
 """Longest video that is read as a whole [s]."""
@@ -45,8 +44,7 @@ class CameraSource:
         return self
 
     def stop(self, patience: float = 5.0) -> None:
-        """Stop the thread, and wait at most `patience` until it has released camera and model [s]. May be
-        called again."""
+        """Wait at most `patience` until the thread has released camera and model [s]. May be called again."""
         self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join(patience)
@@ -57,7 +55,7 @@ class CameraSource:
 
     @property
     def message(self) -> str:
-        """Why no person is seen, in one line; "" while one is seen."""
+        """Why no person is seen, or ""."""
         if self._end:
             return self._end
         if not self.running:
@@ -67,7 +65,7 @@ class CameraSource:
         return LazyText("No person is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
-        """Angles (2, 4) last seen [rad]; None if too long ago."""
+        """(2, 4) [rad]; None if seen too long ago."""
         seen, angles = self._latest
         return None if angles is None or self._clock() - seen > STALE else angles.copy()
 
@@ -104,7 +102,7 @@ class CameraSource:
 
 
 def read_film(film: Film, detector: Detector) -> SampledAngles:
-    """Person in a whole film, picture by picture; closes both. The same film always gives the same angles.
+    """Person in a whole film; closes both. The same film always gives the same angles.
 
     Raises:
         BadInputFile: no pictures, no person in any of them, or a film too long.
@@ -142,7 +140,7 @@ HIPS: Final = (23, 24)
 ARMS: Final = (*SHOULDERS, *ELBOWS, *WRISTS)
 
 LEAST_VISIBILITY: Final = 0.5
-"""Least visibility of a landmark that is used; 0 … 1."""
+"""Least visibility of a used landmark; 0 … 1."""
 
 SHORTEST_BONE: Final = 0.03
 """Shortest possible bone [m]; a shorter one is a tracking error."""

@@ -1,5 +1,4 @@
-"""Frames of a camera or a video by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`,
-imported only here."""
+"""Frames by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
 
 import importlib
 import time
@@ -20,7 +19,7 @@ COUNT: Final = 33
 
 
 class VideoFrame(NamedTuple):
-    """One frame of a film. `time`: since the film began [s]; `image`: RGB (height, width, 3)."""
+    """`time`: since the film began [s]; `image`: RGB (height, width, 3)."""
 
     time: float
     image: NDArray[np.uint8]
@@ -28,10 +27,10 @@ class VideoFrame(NamedTuple):
 
 class Film(Protocol):
     live: bool
-    """Whether frames come in real time instead of on request."""
+    """Whether frames come in real time."""
 
     def next(self) -> VideoFrame | None:
-        """Next frame, or None at the end."""
+        """None at the end."""
         ...
 
     def close(self) -> None:
@@ -39,17 +38,17 @@ class Film(Protocol):
 
 
 class Detector(Protocol):
-    """Finds a person in frames; their times must increase."""
+    """Finds a person in frames with increasing times."""
 
     def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
-        """World landmarks (33, 3) [m] and their visibility (33,), or None if no person is seen."""
+        """World landmarks (33, 3) [m] and their visibility (33,), or None."""
         ...
 
     def close(self) -> None: ...
 
 
 def open_camera(index: int) -> Film:
-    """Pictures of a camera at this machine.
+    """Camera of this machine.
 
     Raises:
         MissingPackage: OpenCV is not installed.
@@ -76,12 +75,7 @@ def open_camera(index: int) -> Film:
 
 
 def open_video(path: Path) -> Film:
-    """Pictures of a video file.
-
-    Raises:
-        MissingPackage: OpenCV is not installed.
-        BadInputFile: no such file, or not a video.
-    """
+    """Raises `MissingPackage` without OpenCV, and `BadInputFile` without a video."""
     _must_exist(path, "video")
     cv2 = _package("cv2", "opencv-contrib-python")
     capture = cv2.VideoCapture(str(path))
@@ -93,7 +87,7 @@ def open_video(path: Path) -> Film:
 
 
 def open_detector(model: Path) -> Detector:
-    """MediaPipe's pose landmarker with a model file.
+    """MediaPipe's pose landmarker.
 
     Raises:
         MissingPackage: MediaPipe is not installed.

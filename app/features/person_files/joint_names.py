@@ -1,4 +1,4 @@
-"""Names of a person's joints in various programs; a convention is one entry of a table."""
+"""Names of a person's joints in various programs."""
 
 import re
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ from scenes.settings import ArmName
 
 
 class Convention(NamedTuple):
-    """Blank-separated names of joints in the skeletons of some programs: lower case, without side, digits and
-    signs, "bend" and "twist".
+    """Blank-separated names of joints in some programs: lower case, without side, digits and signs, "bend"
+    and "twist".
 
     Attributes:
         thigh, collar, upper_arm, forearm, hand: of the joint where it begins.
@@ -36,11 +36,10 @@ CONVENTIONS: Final = {
     "Advanced Skeleton": Convention("hip", "scapula", "shoulder", "elbow", "wrist"),
     "others": Convention("leg", "collarbone shoulderblade", "upperarm", "foarm", "palm"),
 }
-"""Programs → their names. Two conventions may use one word for two joints: "shoulder" is a collar or an upper
-arm."""
+"""Programs → their names. A word may mean two joints: "shoulder" is a collar or an upper arm."""
 
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
-"""Names of the middle of the hips, if there are no thighs; the first one found counts."""
+"""Names of the middle of the hips, without thighs; the first one found counts."""
 
 
 def _all(field: str) -> frozenset[str]:
@@ -61,7 +60,7 @@ UPPER_ARMS: Final = (_all("upper_arm") - SHOULDERS - {"arm"}, frozenset({"arm"})
 ELBOWS_BELOW_SHOULDERS: Final = frozenset(
     name for one in CONVENTIONS.values() if SHOULDERS & set(one.upper_arm.split()) for name in one.forearm.split()
 )
-"""Names of elbows in the conventions that call an upper arm a shoulder."""
+"""Names of elbows in conventions that call an upper arm a shoulder."""
 
 _PARTS: Final = frozenset().union(THIGHS, ELBOWS, WRISTS, COLLARS, SHOULDERS, *UPPER_ARMS)
 
@@ -82,7 +81,7 @@ def is_twist(name: str) -> bool:
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:
-    """Side and part of the body in a joint's name, the part in lower case without decoration.
+    """Side and part in a joint's name, in lower case without decoration.
 
     An unknown part is the rest of the name. A twist has the part that it turns.
     """

@@ -1,3 +1,5 @@
+"""A server's persons, shared by its sessions."""
+
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -14,12 +16,7 @@ from scenes.person.source import PersonTarget
 
 
 class OpenedPersons(OpenedFeature):
-    """The server's person from a file, and its camera.
-
-    Args:
-        bvh: person of the file, or None.
-        camera: person in front of the camera or in the video, or None.
-    """
+    """The server's person from a file, and its camera or video."""
 
     def __init__(self, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
         self.bvh, self.camera = bvh, camera

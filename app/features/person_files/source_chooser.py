@@ -1,4 +1,4 @@
-"""A visitor's choice of the imitated person, including a file, a camera and an uploaded BVH file."""
+"""A visitor's choice of the imitated person, also from a file or a camera."""
 
 from dataclasses import field
 
@@ -21,14 +21,12 @@ from scenes.person.source import PersonTarget
 
 
 class TakePerson(Action):
-    """Read a person's recorded motion from a BVH file."""
-
     name: str
     content: bytes = field(repr=False)
 
 
 class UploadedPerson(SessionPart):
-    """Person of the visitor's file; it survives a rebuilt page, but is not saved."""
+    """Survives a rebuilt page, but is not saved."""
 
     name = "uploaded_person"
     person: PersonTarget | None = None
@@ -41,12 +39,7 @@ class UploadedPerson(SessionPart):
 
 
 class SourceChooser(PagePanel):
-    """Keeps the session's guest in step with the chosen source.
-
-    Args:
-        bvh: person of the server's file, or None.
-        camera: of the server, or None.
-    """
+    """Keeps the session's guest in step with the chosen source. `bvh`, `camera`: of the server, or None."""
 
     def __init__(self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
         self._session, self._bvh, self._camera = page.session, bvh, camera
@@ -68,8 +61,7 @@ class SourceChooser(PagePanel):
         page.handlers.add(TakePerson, self._take_person)
 
     def _take_person(self, action: TakePerson) -> None:
-        """Imitate the person of a file from now on, if readable; kept by the session, as a page may be built
-        again."""
+        """Imitate the person of a readable file; kept by the session, as a page may be built again."""
         try:
             person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
@@ -81,7 +73,6 @@ class SourceChooser(PagePanel):
             self._session.hand.set_source(person)
 
     def show(self, frame: Frame) -> None:
-        """Apply a changed choice of the person."""
         settings = frame.live.settings
         source = settings.page.source if settings.run.experiment.moves == "person" else None
         if source != self._shown:

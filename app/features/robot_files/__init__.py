@@ -1,4 +1,4 @@
-"""Robots from URDF files, which the command line names, and the list of suitable ones."""
+"""Robots from URDF files on the command line, and the list of suitable ones."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A robot from a URDF file in the form that the scenes use."""
+"""A robot from a URDF file for the scenes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +18,11 @@ from scenes.robots.description import Capsule, Robot
 SOURCES: Final = tuple(sorted(Path(__file__).parent.glob("*.py")))
 
 DARK: Final = 70.0
-"""Mean of red, green and blue below which a part of a file's robot is dark, 0 … 255."""
+"""Mean of red, green and blue below which a part is dark, 0 … 255."""
 
 
 @dataclass(frozen=True)
 class FileRobot(GivenRobot):
-    """Robot of a file that was given at the start."""
-
     file: RobotFile
 
     @property
@@ -56,7 +54,7 @@ class FileRobot(GivenRobot):
         return load_arm(self.file).robot(capsules)
 
     def shapes(self) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-        """As in `GivenRobot`; of the colours in the file only light and dark count."""
+        """Of the colours in the file only light and dark count."""
         arm = load_arm(self.file)
         shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
         lights = np.array([float(np.mean(one.colour)) for one in shapes])

@@ -14,7 +14,7 @@ FEWEST, MOST = 5, 7
 """Joints of an arm."""
 
 GRIPPER: Final = ("gripper", "finger", "jaw")
-"""Parts of the names of joints beyond the arm; these are held still."""
+"""Parts of the names of joints beyond the arm; held still."""
 
 TURNING: Final = ("revolute", "continuous")
 """Types of the joints of an arm."""
@@ -23,7 +23,7 @@ MOST_NAMES: Final = 60
 """Most links listed in a message."""
 
 FARTHEST: Final = 50.0
-"""Greatest bound of a joint [rad]: a larger one is in degrees, or means a joint without stops."""
+"""Greatest bound of a joint [rad]: a larger one is in degrees, or means no stops."""
 
 SLOWEST: Final = 0.01
 """Least top speed of a joint [rad/s]."""
@@ -34,8 +34,8 @@ class Chain:
     """The arm in a tree of joints.
 
     Attributes:
-        joints: names of its joints, base first.
-        hand: name of the hand's link, if given by a person; "" leaves the choice to `hand_frame`.
+        joints: names, base first.
+        hand: named link of the hand; "" leaves the choice to `hand_frame`.
         still: names of all other movable joints.
     """
 
@@ -45,15 +45,15 @@ class Chain:
 
 
 def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
-    """The arm: the revolute joints from the root to the hand; without a named hand, up to a fork, a gripper
-    or the end.
+    """The revolute joints from the root to the hand; without a named hand, up to a fork, a gripper or the
+    end.
 
     Args:
         name: of the file, for messages.
         hand: name of the hand's link.
 
     Raises:
-        BadInputFile: there is no chain of 5 to 7 revolute joints, or no link of that name.
+        BadInputFile: no chain of 5 to 7 revolute joints, or no link of that name.
     """
     joints = _joints_to(tree, hand, name) if hand else _joints_from_root(tree, name)
     _check_joints(joints, name)

@@ -1,4 +1,4 @@
-"""Check of an arm's shapes: their sizes relative to its length reveal millimetres and plates of the world."""
+"""Check of an arm's shapes: sizes relative to its length reveal millimetres and plates of the world."""
 
 from __future__ import annotations
 
@@ -20,26 +20,25 @@ if TYPE_CHECKING:
 ShapeKind = Literal["visuals", "collisions"]
 
 LARGEST: Final = 2.0
-"""Least impossible size of a link [lengths of its arm]."""
+"""Least impossible size of a link [arm lengths]."""
 
 LARGEST_FOOT: Final = 4.0
-"""Least impossible size of what the arm stands on [lengths of its arm]; a plate may be as wide as its arm is
-long."""
+"""Least impossible size of the arm's foot [arm lengths]; a plate may be as wide as its arm is long."""
 
 SMALLEST: Final = 0.005
-"""Greatest impossibly small size of a link [lengths of its arm]."""
+"""Greatest impossibly small size of a link [arm lengths]."""
 
 FAR: Final = 4.0
-"""Distance from its joint at which a shape is misplaced [lengths of the arm]."""
+"""Distance from its joint at which a shape is misplaced [arm lengths]."""
 
 FLAT: Final = 0.05
-"""Greatest thickness of a plate [share of its size]."""
+"""Greatest thickness of a plate [its size]."""
 
 UNITS: Final = (("millimetres", 0.001), ("inches", 0.0254), ("centimetres", 0.01), ("feet", 0.3048))
 """Units of drawings, and their size [m]."""
 
 USUAL: Final = 0.15
-"""Usual size of a link [lengths of its arm]: the unit that comes nearest to it is likely."""
+"""Usual size of a link [arm lengths]: the unit that comes nearest is likely."""
 
 
 @dataclass(frozen=True)
@@ -63,18 +62,17 @@ class Solid:
 
 
 def arm_length(model: pin.Model) -> float:
-    """Length of the path along all joints [m]."""
+    """Along all joints [m]."""
     data = model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     return float(sum(np.linalg.norm(b.translation - a.translation) for a, b in pairwise(data.oMi[1:])))
 
 
 def check_sizes(solids: Iterable[Solid], model: pin.Model, kind: ShapeKind, name: str) -> None:
-    """Refuse shapes that are much too large, too small or too far away for the arm. `name`: of the file, for
-    messages.
+    """Refuse shapes that are much too large, too small or too far away. `name`: of the file, for messages.
 
     Raises:
-        BadInputFile: it names the link, its size and the likely cause.
+        BadInputFile: names the link, its size and the likely cause.
     """
     length = arm_length(model)
     largest: dict[int, tuple[float, Solid]] = {}
@@ -116,7 +114,6 @@ def _fault(name: str, link: str, word: str, size: float, length: float, cause: s
 
 
 def _cause(solid: Solid, length: float) -> str:
-    """Likely cause of a wrong size."""
     sides = np.sort(np.ptp(solid.mesh.bounds, axis=0))
     size, form = float(sides[-1]), solid.form
     if not isinstance(form, MeshFile):
@@ -138,7 +135,7 @@ def _cause(solid: Solid, length: float) -> str:
 
 
 def _unit(size: float, length: float) -> str | None:
-    """Unit in which a size would be usual, or None."""
+    """Unit in which a size would be usual."""
     share = size / length
     usual = [(abs(np.log(share * factor / USUAL)), unit) for unit, factor in UNITS if SMALLEST < share * factor < LARGEST / 2.0]
     return min(usual)[1] if share > 1.0 and usual else None

@@ -1,4 +1,4 @@
-"""A URDF file with the files that it refers to, named by file name and content."""
+"""A URDF file with the files that it refers to."""
 
 import hashlib
 import os
@@ -18,11 +18,11 @@ LARGEST_URDF: Final = 10_000_000
 """[B]"""
 
 LARGEST_MESHES: Final = 64_000_000
-"""Most bytes of a robot's mesh files together."""
+"""[B]"""
 
 
 MOST_NAMES: Final = 8
-"""Most joints named in a line."""
+"""Most joints in a line."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,8 @@ class RobotFile:
     Attributes:
         key: of the setting `robot`: file name, and a hash of file, meshes and a named hand.
         text: content of the file.
-        chain: its arm.
         meshes: name of a mesh, as in the URDF → its file.
-        guesses: a line that names what was guessed.
+        guesses: line that names what was guessed.
     """
 
     key: str
@@ -76,7 +75,7 @@ def robot_file(path: Path, hand: str = "") -> RobotFile:
 
 
 def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
-    """Line about the guesses in a file's arm. `hand`, `part`: as in `hand_frame`."""
+    """`hand`, `part`: as in `hand_frame`."""
     link = chain.hand or next(name for name, frame in frame_names(tree).items() if frame == hand)
     if chain.hand:
         how = ""
@@ -107,8 +106,7 @@ def _too_large(name: Path | str, limit: int) -> BadInputFile:
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:
-    """File of a mesh: relative to the URDF file, or of a ROS package that is one of the folders around it or
-    in one.
+    """Relative to the URDF file, or of a ROS package that is a folder around it or in one.
 
     Raises:
         BadInputFile: there is no such file.

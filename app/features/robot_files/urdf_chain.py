@@ -1,4 +1,4 @@
-"""The arm in a URDF file as a Pinocchio model, and the landmarks on it."""
+"""The arm in a URDF file as a Pinocchio model, with landmarks."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ TURN: Final = 2.0 * np.pi
 """Bound of a joint without stops, to either side [rad]."""
 
 SHOULDER_HEIGHT: Final = 0.31
-"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column under its foot."""
+"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column."""
 
 SHORTEST: Final = 0.1
 LONGEST: Final = 10.0
-"""Least and greatest length of an arm, from joint to joint [m]: others mean a file in other units."""
+"""Least and greatest length from joint to joint [m]: others mean other units."""
 
 ROLL: Final = 0.8
-"""Least cosine of the angle between axis and link of a joint that only turns the link about itself."""
+"""Least cosine between axis and link of a joint that only turns the link about itself."""
 
 
 def frame_names(tree: UrdfTree) -> dict[str, str]:
-    """Link → name of its frame in the model: its own, unless the model uses that name itself."""
+    """Link → name of its frame in the model: its own, unless the model uses that."""
     taken = {"universe", *(f"arm_joint_{i}" for i in range(1, MOST + 1)), *(f"fixed joint {joint.name}" for joint in tree.joints)}
     names: dict[str, str] = {}
     for link in tree.links:
@@ -54,7 +54,7 @@ def frame_names(tree: UrdfTree) -> dict[str, str]:
 
 
 def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
-    """Model of the chain, with all other joints held still, and height of the column under its foot [m].
+    """Model of the chain, other joints held still, and height of the column under its foot [m].
 
     Raises:
         BadInputFile: Pinocchio cannot read it, or finds a different arm.
@@ -90,24 +90,21 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
 
 
 def _stops(joint: UrdfJoint) -> tuple[float, float]:
-    """Bounds of a joint of the chain [rad]."""
+    """[rad]"""
     if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
         return -TURN, TURN
     return joint.lower, joint.upper
 
 
 def top_speed(joint: UrdfJoint) -> float:
-    """Top speed of a joint, a usual one if missing or unbelievable in the file [rad/s]."""
+    """A usual one if missing or unbelievable in the file [rad/s]."""
     speed = joint.velocity or 0.0
     return speed if 0.0 < speed <= FASTEST else USUAL_SPEED
 
 
 def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict[str, Array]:
-    """Link → pose (4, 4) in the frame of the root, straight from the tree; joints outside the chain are at 0.
-
-    Args:
-        positions: q (n,) of the chain [rad].
-    """
+    """Link → pose (4, 4) in the frame of the root, from the tree; other joints are at 0. `positions`: q (n,)
+    of the chain [rad]."""
     from trimesh import transformations
 
     poses = {tree.root: np.eye(4)}
@@ -148,8 +145,7 @@ def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], 
 
 
 def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
-    """Refuse an arm in other units than metres, and one that moves only in a plane. `axes`: of the joints (3,
-    n), as in `data`."""
+    """Refuse an arm in other units than metres, and one that moves only in a plane. `axes`: (3, n)."""
     places = [placement.translation for placement in data.oMi[1:]]
     length = float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
     if not SHORTEST <= length <= LONGEST:

@@ -19,12 +19,12 @@ from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 
 MOST_TRIANGLES: Final = 1_500_000
-"""Most triangles in all meshes of a robot together."""
+"""Most triangles in all meshes together."""
 
 
 @dataclass(frozen=True)
 class FileArm:
-    """The arm in a URDF file, without its slow parts.
+    """The arm without its slow parts.
 
     Attributes:
         model: of the arm on its column.
@@ -45,11 +45,7 @@ class FileArm:
 
 
 def load_arm(file: RobotFile) -> FileArm:
-    """Arm of a file.
-
-    Raises:
-        BadInputFile: it cannot be read.
-    """
+    """Raises `BadInputFile` if it cannot be read."""
     tree = read_urdf(file.text, str(file.path))
     model, column = chain_model(tree, file.chain.joints, str(file.path))
     return FileArm(file, tree, model, column)
@@ -59,7 +55,7 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
     """Every shape, as one or more meshes.
 
     Raises:
-        BadInputFile: a mesh cannot be read, or there are too many triangles.
+        BadInputFile: unreadable mesh, or too many triangles.
     """
     frames = frame_names(arm.tree)
     left = MOST_TRIANGLES
@@ -81,8 +77,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
 
 
 def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
-    """A capsule around the collision shapes of every link, or around its visible ones if it has no others.
-    The first link shares one with its base.
+    """A capsule around each link's collision shapes, or else around its visible ones. The first link shares
+    one with its base.
 
     Raises:
         BadInputFile: as `solids`; or nothing has a shape.
@@ -120,8 +116,7 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
 
 
 def _own_capsule(shapes: list[Solid]) -> tuple[Array, Array, float] | None:
-    """Capsule (centres (3,), radius [m]) that is a joint's only shape in the file; None with other shapes, or
-    for a ball."""
+    """Capsule (centres (3,), radius [m]) that is a joint's only shape; None with others, or for a ball."""
     from scenes.robots.fitting import SHORTEST
 
     (first, *more) = shapes

@@ -30,10 +30,8 @@ GREY: Final = np.full(3, 200.0)
 
 
 def form_meshes(form: ShapeForm, files: Mapping[str, Path]) -> Iterator[tuple[trimesh.Trimesh, Array]]:
-    """Meshes of a shape in its own frame [m] with their colours (3,) in 0 … 255.
-
-    Args:
-        files: name of a mesh, as in the URDF → its file.
+    """Meshes in the shape's own frame [m] with their colours (3,) in 0 … 255. `files`: name of a mesh, as in
+    the URDF → its file.
 
     Raises:
         BadInputFile: a mesh cannot be read, or has nothing solid in it.
@@ -75,7 +73,7 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The mesh with outward faces: a file may have it inside out."""
+    """A file may have its faces inside out."""
     # For an open shell only its author knows which side is outside.
     if len(mesh.faces) <= MENDED and mesh.is_watertight and not mesh.is_winding_consistent:
         mesh.fix_normals(multibody=True)

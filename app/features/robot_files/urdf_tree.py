@@ -1,6 +1,6 @@
-"""The one strict reader of URDF files (versions 1.0 to 1.2), for both the joints and the shapes of an arm.
+"""The one strict reader of URDF files (versions 1.0 to 1.2), for joints and shapes of an arm.
 
-It refuses unknown numbers, attributes and shapes by name: two lenient readers would find two different arms.
+It refuses unknown numbers, attributes and shapes: two lenient readers would find two different arms.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Pill:
-    """A capsule about z; its length is that between the centres of its two half spheres [m]."""
+    """A capsule about z; length between the centres of its half spheres [m]."""
 
     radius: float
     length: float
@@ -70,7 +70,7 @@ class Pill:
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh. `scale`: along x, y and z."""
+    """`scale`: along x, y and z."""
 
     filename: str
     scale: tuple[float, ...]
@@ -81,8 +81,7 @@ ShapeForm = Box | Cylinder | Sphere | Pill | MeshFile
 
 @dataclass(frozen=True)
 class Shape:
-    """One shape of a link. `pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1,
-    or None."""
+    """`pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1, or None."""
 
     form: ShapeForm
     pose: Array
@@ -91,8 +90,6 @@ class Shape:
 
 @dataclass(frozen=True)
 class Link:
-    """A link with its visible and collision shapes."""
-
     name: str
     visuals: tuple[Shape, ...]
     collisions: tuple[Shape, ...]
@@ -109,8 +106,7 @@ class UrdfJoint:
         axis: (3,), not normalised.
         lower, upper, velocity: as in the file [rad, rad/s], or None.
         mimic: whether it only follows another joint.
-        origin: attributes of its <origin>, as in the file.
-        direction: its axis, as in the file.
+        origin, direction: <origin> and axis, as in the file.
     """
 
     name: str
@@ -133,7 +129,7 @@ class UrdfTree:
 
     Attributes:
         version: of the format.
-        links, joints: in the order of the file; their names are unique.
+        links, joints: in the order of the file, with unique names.
         root: name of the link without a parent.
     """
 
@@ -144,12 +140,12 @@ class UrdfTree:
 
 
 def short(name: str) -> str:
-    """A name in a file, shortened for messages."""
+    """For messages."""
     return "".join(c if c.isprintable() else "?" for c in name)[:40]
 
 
 def read_urdf(text: bytes, name: str) -> UrdfTree:
-    """Robot in a URDF file. `name`: of the file, for messages.
+    """`name`: of the file, for messages.
 
     Raises:
         BadInputFile: damaged, not a URDF file, or ambiguous.
@@ -158,7 +154,7 @@ def read_urdf(text: bytes, name: str) -> UrdfTree:
 
 
 def _root(text: bytes, name: str) -> Element:
-    """<robot> of a file. Refuses damaged XML, other XML, and xacro that is not expanded."""
+    """Refuses damaged XML, other XML, and xacro that is not expanded."""
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
@@ -313,7 +309,7 @@ class _UrdfReader:
         return float(text)
 
     def _pose(self, origin: Element | None, place: str) -> Array:
-        """Pose (4, 4) of an <origin>."""
+        """(4, 4)"""
         if origin is None:
             return np.eye(4)
         # Slow to import.
@@ -348,7 +344,7 @@ class _UrdfReader:
         return name
 
     def _only(self, part: Element, tag: str, place: str) -> Element | None:
-        """Child with that tag, which may occur once at most, or None."""
+        """Child with that tag, at most one."""
         found = part.findall(tag)
         if len(found) > 1:
             raise self._fault(f"{place}: it has {len(found)} <{tag}>; give one")
@@ -364,8 +360,7 @@ class _UrdfReader:
     def _numbers(
         self, part: Element, key: str, counts: Sequence[int], place: str, usual: tuple[float, ...] | None = None
     ) -> tuple[float, ...]:
-        """Finite numbers of an attribute. `counts`: allowed numbers of them. `usual`: if the attribute is
-        missing."""
+        """Finite numbers of an attribute. `counts`: allowed lengths. `usual`: default."""
         text = part.get(key)
         if text is None:
             if usual is None:

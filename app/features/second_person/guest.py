@@ -1,4 +1,4 @@
-"""A guest's page: another visitor's session, with the handles of one arm only."""
+"""A guest's page: another visitor's session, with the handles of one arm."""
 
 from contextlib import suppress
 from time import perf_counter
@@ -36,7 +36,7 @@ ENDED: Final = N_("Your host has ended this invitation.")
 
 
 class Guest:
-    """One guest. Belongs to the frame loop's thread. `word`: of the link."""
+    """Belongs to the frame loop's thread. `word`: of the link."""
 
     def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
         query = request_query(client)
@@ -49,8 +49,7 @@ class Guest:
         self._said, self._sent = "", False
 
     def build(self, host: Visitor | None) -> Pieces:
-        """Build the page piece by piece: the host's session, or a line that says why there is no place; see
-        `follow`."""
+        """The host's session, or a line that says why there is no place; see `follow`."""
         client, look = self.client, self._look
         set_language(look.language)
         with client.atomic():
@@ -83,7 +82,7 @@ class Guest:
         return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
 
     def follow(self, host: Visitor | None) -> None:
-        """Stay with the host, wait, or have the page built again. `host`: None while the host is away."""
+        """Stay with the host, wait, or rebuild the page. `host`: None while absent."""
         mine = None if self._host is None else self._host.session
         if self._host is not None and (place_of(self._host).guest is not self or place_of(self._host).word != self.word):
             # The same tab has connected again, or the host has ended the invitation.
@@ -103,7 +102,7 @@ class Guest:
             self.come_again()
 
     def _say(self, text: str) -> None:
-        """Show a sentence over the page; "" removes it."""
+        """Show a sentence over the page, or none."""
         if text != self._said:
             self._said = text
             set_language(self._look.language)
@@ -113,7 +112,7 @@ class Guest:
                 )
 
     def come_again(self) -> None:
-        """Let the page reconnect to where the host is now."""
+        """Reconnect the page to where the host is now."""
         self.leave()
         if not self._sent:
             self._sent = True
@@ -130,7 +129,7 @@ class Guest:
             self._hand.posts.do()
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame of the host; errors here never reach the host's page."""
+        """Errors here never reach the host's page."""
         set_language(self._look.language)
         with self._context.apart("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():

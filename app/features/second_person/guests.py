@@ -49,5 +49,5 @@ class Guests:
 
 
 def _hosts(visitors: Collection[Visitor]) -> dict[str, Visitor]:
-    """Visitors who have invited a guest, by the word of the invitation."""
+    """By the word of the invitation."""
     return {place_of(one).word: one for one in visitors if place_of(one).word and not one.superseded}

@@ -1,4 +1,4 @@
-"""The host's folder that invites a second person, and shows the link and its QR code."""
+"""The host's folder with the invitation: link and QR code."""
 
 import secrets
 
@@ -23,7 +23,7 @@ class Invite(Action):
 
 
 class InviteBox(PagePanel):
-    """Folder with the invitation; visible while one is open, and where two people can each hold an arm."""
+    """Visible while an invitation is open, and where two people can each hold an arm."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session = page.client.gui, page.session
@@ -68,5 +68,5 @@ class InviteBox(PagePanel):
 
 
 def invite_box(page: PanelContext) -> InviteBox | None:
-    """The folder; None on the page of a class or a group."""
+    """None on the page of a class or a group."""
     return InviteBox(page) if page.private else None

@@ -19,8 +19,7 @@ class SecondHand:
         do: carries out the guest's actions.
 
     Attributes:
-        posts: waiting actions. They never enter the session's own queue, where they could mean more than a
-            pull.
+        posts: waiting actions, kept out of the session's own queue, where they could mean more than a pull.
     """
 
     def __init__(self, session: Session, do: Callable[[Action], object]) -> None:
@@ -43,7 +42,7 @@ class SecondHand:
         return self.session.hand.other
 
     def hold(self, target: Target | None) -> None:
-        """Hold a target, or (None) let go; the hand's desired place stays where it was moved."""
+        """None lets go; the hand's desired place stays where it was moved."""
         self.session.hand.other = target if isinstance(target, (HandTarget, LinkTarget)) else None
 
     def nudge(self, way: Array) -> None:

@@ -1,4 +1,4 @@
-"""The place of a second person in a session: the word of its link, and its guest."""
+"""The place of a second person in a session: word of its link, and guest."""
 
 from typing import ClassVar
 
@@ -13,11 +13,11 @@ class SecondPlace(SessionPart):
 
     Attributes:
         word: of the link; "" without an invitation.
-        guest: page of the person in the place, or None.
+        guest: their page, or None.
     """
 
     name: ClassVar[str] = "invitation"
-    """Earlier releases stored the word as a field of this name."""
+    """As the field of earlier releases."""
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -28,7 +28,7 @@ class SecondPlace(SessionPart):
         return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """Open the same link again; a damaged record opens none."""
+        """A damaged record opens no link."""
         try:
             self.word = msgspec.msgpack.decode(saved, type=str)
         except msgspec.MsgspecError:

@@ -27,6 +27,5 @@ def _store(options: "ServeOptions") -> "Parking":
 
 
 IN_MEMORY: Final = ("--store", "memory")
-"""Options of a server without a store file."""
 
 STORE: Final = Feature("store", texts=Path(__file__).parent, options=_options, store=_store)

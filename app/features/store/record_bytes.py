@@ -27,8 +27,7 @@ _TAB: Final = "\t"
 """Separator of the words of a part's name."""
 
 
-class DamagedRecord(ValueError):
-    """The bytes are not those of a record."""
+class DamagedRecord(ValueError): ...
 
 
 def record_to_bytes(data: object) -> bytes:
@@ -38,7 +37,7 @@ def record_to_bytes(data: object) -> bytes:
 
 
 def record_from_bytes(data: bytes, kind: type[P]) -> P:
-    """Inverse of `record_to_bytes`, of a given type.
+    """Inverse of `record_to_bytes`.
 
     Raises:
         DamagedRecord: the bytes are others.
@@ -48,8 +47,8 @@ def record_from_bytes(data: bytes, kind: type[P]) -> P:
 
 
 def visitor_from_bytes(data: bytes) -> VisitorRecord:
-    """Visitor's record from `record_to_bytes` of this release or an earlier one. Earlier releases stored the
-    parts of features beside the record's own fields.
+    """`record_from_bytes` for this release and earlier ones, which stored the parts of features beside the
+    record's own fields.
 
     Raises:
         DamagedRecord: the bytes are others.
@@ -90,7 +89,7 @@ def _array_in(kind: type[Any], value: Any) -> Any:
 
 
 def split_record(record: VisitorRecord) -> tuple[VisitorRecord, dict[str, Recorded]]:
-    """A record without its recorded pieces, and these by name."""
+    """Record without its recorded pieces, and these by name."""
     parts, state = dict(record.recordings), record.state
     if state is not None:
         parts |= _numbered("run", state.run)

@@ -1,4 +1,4 @@
-"""Writes and reads visitors' records in a separate thread, so that no frame waits for the disk."""
+"""Writes and reads visitors' records in a thread, so that no frame waits for the disk."""
 
 import fcntl
 import logging
@@ -36,15 +36,15 @@ AGAIN: Final = 5.0
 """Time from a failed write to the next attempt [s]."""
 
 CLEANING: Final = 60.0
-"""Time between two removals of what is too old or too much [s]."""
+"""Time between two removals of old records [s]."""
 
 MOST_WAITING: Final = 32
-"""Most records that wait for a disk that cannot be written; the oldest is dropped."""
+"""Most records that wait for a disk; the oldest is dropped."""
 
 
 @dataclass
 class _Written:
-    """File content of a tab: its head as bytes, and its parts as their source objects."""
+    """File content of a tab: head as bytes, parts as their source objects."""
 
     head: bytes = b""
     parts: Mapping[str, Recorded | None] = field(default_factory=dict)
@@ -99,7 +99,7 @@ class RecordWriter:
             remember(self._waiting, tab, record, MOST_WAITING if self.problem else inf)
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
-        """Queue the reading of a tab's record; the result is None without a readable one."""
+        """Queue the reading of a tab's record; None without a readable one."""
         answer: Future[VisitorRecord | None] = Future()
         with self._guard:
             self._asked.append((tab, answer))
@@ -141,7 +141,7 @@ class RecordWriter:
             answer.set_result(self._read(tab))
 
     def _try(self, work: Callable[[], None]) -> None:
-        """Use the file; failures are reported and tried again."""
+        """Failures are reported and tried again."""
         try:
             work()
         except Exception as error:
@@ -218,7 +218,7 @@ class RecordWriter:
             self.problem = ""
 
     def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
-        """New parts of a record, and what the file then holds of it; None if nothing can be written."""
+        """New parts of a record, and what the file then holds; None if nothing can be written."""
         before, now = self._written.get(tab), self._clock()
         if before is None:
             # Not written lately: the names of its parts are read.
@@ -270,7 +270,7 @@ class RecordWriter:
             return None
 
     def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Content of the file for a tab; if it is damaged, its readable parts."""
+        """Content for a tab; if damaged, its readable parts."""
         self._unread.add(tab)
         try:
             found = self._opened.read(tab)

@@ -14,10 +14,10 @@ from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.i18n.speaking import N_
 
 MOST_RECORDS: Final = 300
-"""Most records in memory, if there is no file; the oldest is dropped."""
+"""Most records in memory, without a file; the oldest is dropped."""
 
 LOOK: Final = 0.002
-"""Time that a frame waits for a record that is being read [s]."""
+"""Time that a frame waits for the reading of a record [s]."""
 
 
 _NOT_SAVED: Final = (
@@ -36,7 +36,7 @@ class StoreState(NamedTuple):
     Attributes:
         lasting: whether they outlive the server.
         problem: why they cannot be written now, or "".
-        set_aside: name of the damaged file set aside last, or "".
+        set_aside: damaged file set aside last, or "".
     """
 
     lasting: bool
@@ -45,8 +45,7 @@ class StoreState(NamedTuple):
 
 
 class SessionStore(Parking):
-    """Keeps a record of every visitor besides the live sessions of absent ones. Belongs to the frame loop's
-    thread.
+    """Keeps every visitor's record besides absent ones' live sessions. Belongs to the frame loop's thread.
 
     The same tab gets its live session back by the same link, and its record by any link. A visitor without a
     valid id leaves nothing.
@@ -102,12 +101,12 @@ class SessionStore(Parking):
         self.tidy()
 
     def save_named(self, name: str, record: VisitorRecord) -> None:
-        """Keep a record of no tab, if records outlive the server. `name`: too short to be a tab's id."""
+        """Keep a record of no tab, in the file only. `name`: too short to be a tab's id."""
         if self._file is not None:
             self._file.put(name, record)
 
     def named(self, name: str) -> VisitorRecord | None:
-        """Newest record of a name, see `save_named`, or None. Waits for the disk."""
+        """See `save_named`; waits for the disk."""
         return None if self._file is None else self._file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:

@@ -19,7 +19,7 @@ _TABLE: Final = 13
 
 _MOST: Final = PAGE - 35
 _LEAST: Final = (PAGE - 12) * 32 // 255 - 23
-"""Most bytes of a row in its own page, and least if it continues in further pages."""
+"""Most bytes of a row in its own page, and least if it continues in others."""
 
 _NUMBERS: Final = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)
 """Bytes of a number by its kind; the first has no value, the eighth is real, and the last two are 0 and 1."""
@@ -35,18 +35,14 @@ def is_whole(data: bytes) -> bool:
 
 
 class Pages:
-    """Pages of a file, and of the complete transactions in its log.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
+    """Pages of a file, and of its log's complete transactions; raises `OSError`."""
 
     def __init__(self, path: Path) -> None:
         self._content, self._logged = path.read_bytes(), _logged(path.with_name(path.name + "-wal"))
         self._count = max([-(-len(self._content) // PAGE), *self._logged])
 
     def page(self, number: int) -> bytes:
-        """Page by its number, from 1; shorter where the end of the file is missing."""
+        """From 1; shorter where the end of the file is missing."""
         logged = self._logged.get(number)
         return self._content[(number - 1) * PAGE : number * PAGE] if logged is None else logged
 

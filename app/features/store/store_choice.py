@@ -1,4 +1,4 @@
-"""Default store file of a server: several servers of one computer have one each."""
+"""Default store file: several servers of one computer have one each."""
 
 from pathlib import Path
 from typing import Final

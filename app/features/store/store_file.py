@@ -17,7 +17,7 @@ APPLICATION: Final = 0x44754574
 """SQLite's application id of our files."""
 
 VERSION: Final = 1
-"""Version of the tables and of their content; a file of another version is set aside."""
+"""A file of another version is set aside."""
 
 _TABLES: Final = """
 CREATE TABLE tabs (tab TEXT PRIMARY KEY, saved REAL NOT NULL, head BLOB NOT NULL);
@@ -42,15 +42,15 @@ _PASSING: Final = (
     sqlite3.SQLITE_READONLY,
     sqlite3.SQLITE_PROTOCOL,
 )
-"""SQLite errors of the disk or of another process, not of the content."""
+"""Errors of the disk or of another process, not of the content."""
 
 
 _WRITING: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_WRITE)
-"""Errors of a connection that cannot write but may read; the last one of a quota."""
+"""Errors of a connection that may still read; the last one of a quota."""
 
 
 class StoreRefused(DuetError):
-    """The file belongs to another server or another program; the message names the remedy."""
+    """Another server's or program's file; the message names the remedy."""
 
 
 class StoreTaken(StoreRefused):
@@ -58,14 +58,14 @@ class StoreTaken(StoreRefused):
 
 
 class Unusable(Exception):
-    """The file is damaged, or of another version; the message says which."""
+    """Damaged, or of another version; the message says which."""
 
 
 class Change(NamedTuple):
     """Changes of one tab.
 
     Attributes:
-        saved: their time [s since 1970].
+        saved: [s since 1970].
         parts: new ones by name.
         gone: names of parts that are no longer needed.
     """
@@ -78,7 +78,6 @@ class Change(NamedTuple):
 
 
 def usual_path() -> Path:
-    """Default path of the store."""
     return platformdirs.user_state_path("lwr-duet") / "visitors.sqlite"
 
 
@@ -109,13 +108,13 @@ class StoreLock:
             ) from None
 
     def note_port(self, port: int) -> None:
-        """Save the server's port in the lock's file for the next server; see `last_port`."""
+        """Save the server's port in the lock's file, see `last_port`."""
         os.ftruncate(self._file, 0)
         os.pwrite(self._file, f"{port}\n".encode(), 0)
 
     @staticmethod
     def last_port(path: Path) -> int | None:
-        """Port of the server that has or had a store, or None."""
+        """Port of the store's present or last server, or None."""
         try:
             return int(_lock_of(path).read_bytes()[:6])
         except (OSError, ValueError):
@@ -186,7 +185,7 @@ class StoreFile:
             return True
 
     def write(self, changes: Iterable[Change]) -> None:
-        """Write the changes of several tabs, all or nothing."""
+        """All or nothing."""
         execute = self.connection.execute
         execute("BEGIN IMMEDIATE")
         try:
@@ -205,7 +204,7 @@ class StoreFile:
             raise
 
     def read(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Time of a tab's record [s since 1970], its head and its parts, or None."""
+        """Time [s since 1970], head and parts, or None."""
         execute = self.connection.execute
         found = execute("SELECT saved, head FROM tabs WHERE tab = ?", (tab,)).fetchone()
         return None if found is None else (*found, dict(execute("SELECT name, content FROM parts WHERE tab = ?", (tab,))))
@@ -250,7 +249,7 @@ def _lock_of(path: Path) -> Path:
 
 
 def is_passing(error: BaseException) -> bool:
-    """True if an error may be over at the next try, so that it says nothing about the content of the file."""
+    """True if an error may be over at the next try, so that it does not concern the content."""
     if isinstance(error, sqlite3.Error):
         code = getattr(error, "sqlite_errorcode", 0)
         return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
@@ -258,8 +257,7 @@ def is_passing(error: BaseException) -> bool:
 
 
 def still_reads(error: BaseException) -> bool:
-    """True if a connection that cannot write, because the disk is full or another process writes, still
-    reads."""
+    """True if a connection still reads, though the disk is full or another process writes."""
     return getattr(error, "sqlite_errorcode", 0) in _WRITING
 
 

@@ -1,4 +1,4 @@
-"""A damaged file of records is set aside, and its readable records are copied into a new one."""
+"""A damaged file of records is set aside, and its readable records go into a new one."""
 
 import fcntl
 import os
@@ -74,8 +74,7 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
 
 
 def last_aside(path: Path) -> tuple[str, float]:
-    """Name and time [s since 1970] of the newest file that was set aside and still exists; "" and 0 without
-    one."""
+    """Name and time [s since 1970] of the newest existing file that was set aside; "" and 0 without one."""
     # Excludes SQLite's own files and packed ones.
     names = path.parent.glob(f"{escape(path.name)}.damaged-{8 * '[0-9]'}-{6 * '[0-9]'}")
     name = max((one.name for one in names), default="")
@@ -83,12 +82,12 @@ def last_aside(path: Path) -> tuple[str, float]:
 
 
 def _sides(path: Path) -> tuple[Path, ...]:
-    """Files that SQLite adds beside one that it writes to."""
+    """Files that SQLite adds while it writes."""
     return tuple(path.with_name(path.name + end) for end in ("-wal", "-shm"))
 
 
 def _readable(path: Path, now: float) -> Iterator[Change]:
-    """Records in a damaged file; an impossible time becomes now."""
+    """An impossible time becomes now."""
     heads: dict[str, tuple[float, bytes]] = {}
     parts: dict[str, dict[str, bytes]] = {}
     for row in Pages(path).rows():

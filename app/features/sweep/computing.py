@@ -1,4 +1,4 @@
-"""Computes many runs in processes of this computer, or on a cluster."""
+"""Runs in processes of this computer, or on a cluster."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 
 
 def computing(workers: int, scheduler: str | None) -> AbstractContextManager[ComputeMany[Any]]:
-    """Context that computes in processes of this computer (0: one per core), or on a Dask scheduler's
-    workers.
+    """Processes of this computer (0: one per core), or a Dask scheduler's workers.
 
     Raises:
         BadSetting: both are given, or an impossible number; once entered, as `on_dask`.

@@ -37,7 +37,7 @@ ALONE: Final = 60.0
 """Time after which runs without any worker are given up [s]."""
 
 AHEAD: Final = 2
-"""Runs handed out per thread of the workers: one that runs, and the next one."""
+"""Runs per thread of the workers: one that runs, and the next one."""
 
 LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", "daqp", "example-robot-data")
 """Distributions that affect the figures."""
@@ -51,8 +51,7 @@ _one_at_a_time: Final = threading.Lock()
 
 @contextmanager
 def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
-    """Connect to a scheduler, and yield a function that computes on its workers; at the end all calls are
-    cancelled.
+    """Function that computes on a scheduler's workers; at the end all calls are cancelled.
 
     Raises:
         BadSetting: Dask is not installed, no scheduler answers, it has no workers, or a worker's environment
@@ -117,7 +116,7 @@ def _connected(address: str) -> Any:
 
 
 async def _greet(address: str) -> None:
-    """Connect once: `Client` waits for ever for a peer that accepts a connection but never answers."""
+    """Connect once: `Client` waits for ever for a peer that never answers."""
     from distributed import Security
     from distributed.comm.core import connect
 
@@ -206,7 +205,7 @@ _checked: Final[set[str]] = set()
 
 
 def _check_files(robot: GivenRobot) -> None:
-    """Raise an error if a robot's files are missing or different on this worker; each robot once."""
+    """Raise an error if a robot's files are missing or different here; each robot once."""
     if robot.key not in _checked:
         robot.check_files()
         _checked.add(robot.key)

@@ -32,7 +32,7 @@ _MARKERS: Final = "osD^vPX*"
 
 
 def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> list[Path]:
-    """Draw d_min, e2_max and ddq_max of a complete sweep and return the files; none if there would be too
+    """Draw d_min, e2_max and ddq_max of a complete sweep; return the files, or none if there would be too
     many panels.
 
     Numbers come first on the axes, choices as lines or side by side. The line on a heat map is d_min = d_m.
@@ -60,7 +60,7 @@ class _Plan:
 
     Attributes:
         x: along the picture.
-        y: up the picture of a heat map; None for lines.
+        y: up a heat map; None for lines.
         series: a line each; None for a heat map, or a single line.
         panels: settings of each panel, as index of a value for each of `beside`.
         critical: d_m at every point, of the grid's shape [m].
@@ -79,7 +79,7 @@ class _Plan:
         self.critical = np.array([values(grid.at(point))["dm"] for point in grid.points()]).reshape(grid.shape)
 
     def figure(self, name: str) -> Array:
-        """A figure in the shown unit, of the grid's shape; nan where it is not finite."""
+        """In the shown unit, of the grid's shape; nan where it is not finite."""
         field = self._figures[name] * _SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
@@ -103,7 +103,7 @@ class _Plan:
         return self.specs[axis.key]
 
     def symbol(self, axis: Axis) -> str:
-        """Name of the axis, as mathematics if it is a symbol."""
+        """As mathematics if it is a symbol."""
         label = self.spec(axis).label
         head, _, index = label.partition("_")
         if len(head) > 1 or " " in label:
@@ -124,13 +124,12 @@ class _Plan:
         return f"{value * self.spec(axis).page_scale:g} {unit}".strip()
 
     def places(self, axis: Axis) -> Array:
-        """Positions of an axis's values (k,): to scale in the page's unit, or one after the other."""
+        """Positions of values (k,): to scale in the page's unit, or one after the other."""
         if not is_scale(axis):
             return np.arange(len(axis.values), dtype=float)
         return np.array(axis.values, float) * self.spec(axis).page_scale
 
     def footnote(self) -> str:
-        """The shared settings that differ from the defaults."""
         usual = values(RunSettings())
         fixed = self.grid.fixed()
         parts = [f"{key} = {value}" for key, value in fixed.items() if value != usual[key] or key == "scene"]
@@ -200,7 +199,7 @@ def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
 
 
 def _scale(plan: _Plan, name: str) -> tuple[Any, str]:
-    """Colour scale of a figure, from palettes that are safe for colour-blind people."""
+    """Colour scale of a figure, safe for colour-blind people."""
     from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 
     whole = plan.figure(name)
@@ -255,7 +254,7 @@ def _draw_lines(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
 
 
 def _edges(places: Array) -> Array:
-    """Borders (k + 1,) of cells about k positions."""
+    """Borders (k + 1,) of cells."""
     if len(places) == 1:
         return places[0] + np.array([-0.5, 0.5])
     middle = (places[1:] + places[:-1]) / 2.0

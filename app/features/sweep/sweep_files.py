@@ -1,5 +1,4 @@
-"""Files of a sweep: one row per point, written at once while it runs, and one ordered table at the end, CSV
-or Parquet."""
+"""Files of a sweep: each row at once, and one ordered table at the end, CSV or Parquet."""
 
 import csv
 import io
@@ -19,20 +18,20 @@ _MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
-    """Head of the table: the settings that all rows share, and the values of the swept ones."""
+    """The settings that all rows share, and the values of the swept ones."""
     fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
     swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
 
 
 def sweep_columns(grid: Grid) -> tuple[str, ...]:
-    """Columns of the table: the swept keys, then the figures."""
+    """The swept keys, then the figures."""
     return (*(axis.key for axis in grid.axes), *FIGURES)
 
 
 class SweepFiles:
-    """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so
-    far, `sweep.part.csv`.
+    """Table in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so far,
+    `sweep.part.csv`.
 
     Args:
         folder: created by `recording`.
@@ -62,7 +61,7 @@ class SweepFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[int, SweepFigures], None]]:
-        """Yield a function that writes a point's row to disk at once.
+        """Function that writes a point's row to disk at once.
 
         Raises:
             BadSetting: the folder cannot be made or written to.

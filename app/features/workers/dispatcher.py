@@ -23,7 +23,7 @@ from app.web.traffic_limits import BoundedQueue
 log = logging.getLogger("duet.workers")
 
 HEAD: Final = 8192
-"""Bytes in which the end of a request's head is searched; the worker gets a longer head as it is."""
+"""Bytes in which the end of a head is searched; the worker gets a longer head as it is."""
 
 SLOW: Final = 10.0
 """Time in which the head has to arrive [s]."""
@@ -49,13 +49,7 @@ def tab_of(line: bytes, key: str = "resume") -> str:
 
 
 class Dispatcher:
-    """Listens for a group of workers.
-
-    Args:
-        listener: a socket that listens.
-        start: what every worker serves.
-        most: see `WorkerGroup`.
-    """
+    """Listens for a group of workers. `start`: what every worker serves; `most`: see `WorkerGroup`."""
 
     def __init__(self, listener: socket.socket, start: WorkerStart, most: int) -> None:
         listener.setblocking(False)
@@ -122,8 +116,8 @@ class Dispatcher:
             oldest.cancel()
 
     async def _pass_on(self, connection: socket.socket, address: str) -> None:
-        """Give a connection to the worker of its tab once the head of its request has arrived; drop one that
-        is too slow, or over a limit."""
+        """Hand a connection over once the head of its request has arrived; drop it if too slow, or over a
+        limit."""
         this = asyncio.current_task()
         assert this is not None
         try:
@@ -154,8 +148,7 @@ async def _readable(connection: socket.socket) -> None:
 
 
 def _begun(connection: socket.socket) -> tuple[bytes, bool]:
-    """First line of the data that have arrived, left for the worker to read, and whether the head is
-    complete.
+    """First line, left for the worker to read, and whether the head is complete.
 
     Raises:
         OSError: the browser has gone.

@@ -1,4 +1,4 @@
-"""Connections that one process accepts and hands over to another one."""
+"""Connections that one process accepts and hands over to another."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class HandedOverListener(socket.socket):
         """Do nothing: the other process listens."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Next connection and its address, as `socket.accept`.
+        """As `socket.accept`.
 
         Raises:
             BlockingIOError: no connection waits now.

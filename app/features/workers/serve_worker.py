@@ -1,4 +1,4 @@
-"""A worker of `lwr-duet serve`: serves the page on connections from the dispatcher, which alone starts it."""
+"""A worker of `lwr-duet serve`: serves the page on connections from the dispatcher, which starts it."""
 
 import logging
 import signal
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class MessagePipe:
-    """Messages between a worker and the dispatcher. `send` may be called from any thread."""
+    """Messages to and from the dispatcher. `send` may be called from any thread."""
 
     def __init__(self, control: "Connection[Any, Any]") -> None:
         self._control, self._lock = control, threading.Lock()
@@ -35,7 +35,7 @@ class MessagePipe:
                 return
 
     def receive(self, until: float = inf) -> object:
-        """Wait for the next message; `Stop` if the dispatcher has ended, None at the time `until` [s]."""
+        """Next message; `Stop` if the dispatcher has ended, None at the time `until` [s]."""
         try:
             if until < inf and not self._control.poll(max(until - monotonic(), 0.0)):
                 return None
@@ -93,7 +93,7 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
-    """Obey the dispatcher until the end. True if a shared session continues on the next server."""
+    """True if a shared session continues on the next server."""
     from app.features.workers.shared_load import LoadOfAll
 
     load = LoadOfAll(app)

@@ -1,5 +1,4 @@
-"""One pool of background jobs for several processes: `JobServer` runs it, and each process uses a
-`JobClient`."""
+"""One pool of jobs for several processes: `JobServer` runs it, and each process uses a `JobClient`."""
 
 import logging
 import os
@@ -54,8 +53,7 @@ class JobClient(Jobs):
     """Client of the shared pool; see `app.runtime.job_pool.Jobs`.
 
     Args:
-        start: starts the server if it does not run; called with the first job, and again when the server has
-            ended.
+        start: starts the server; called with the first job, and again when the server has ended.
     """
 
     def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
@@ -99,7 +97,7 @@ class JobClient(Jobs):
         self._unsent.put(None)
 
     def _drop(self, owner: object, kind: str | None) -> bool:
-        """Drop an owner's jobs. True if there were any."""
+        """True if there were any."""
         dropped = [job for job in self._jobs.values() if job.owner == owner and kind in (None, job.kind)]
         for job in dropped:
             job.state = "dropped"
@@ -150,7 +148,7 @@ class JobClient(Jobs):
             self._end()
 
     def _hang_up(self) -> None:
-        """Shut the connection down for both sides; closing alone does not wake the reading thread."""
+        """Shut down both sides; closing alone does not wake the reading thread."""
         if self._connection is not None:
             with suppress(OSError), socket.socket(fileno=os.dup(self._connection.fileno())) as end:
                 end.shutdown(socket.SHUT_RDWR)
@@ -180,7 +178,7 @@ class JobClient(Jobs):
 
 
 class JobServer:
-    """Runs the jobs of all clients in one pool. `workers`: processes; None as in `JobPool`."""
+    """Runs the jobs of all clients. `workers`: processes; None as in `JobPool`."""
 
     def __init__(self, address: JobAddress, workers: int | None = None) -> None:
         self._listener = Listener(address.path, family="AF_UNIX", backlog=64, authkey=address.secret)
@@ -235,7 +233,7 @@ class JobServer:
 
 
 def main() -> None:
-    """Serve jobs until standard input ends; its first line has path and secret."""
+    """Serve until standard input ends; its first line has path and secret."""
     write_log()
     path, secret = sys.stdin.buffer.readline().split()
     server = JobServer(JobAddress(path.decode(), bytes.fromhex(secret.decode())))

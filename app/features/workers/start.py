@@ -21,7 +21,6 @@ def serve_with_workers(
     """Serve until Ctrl+C; return False at once if the page must be served in this process.
 
     Args:
-        features: of the server.
         announce: called once, when the first worker serves, with the number of places.
 
     Raises:

@@ -1,5 +1,4 @@
-"""The worker processes behind the dispatcher: the worker of a tab, and their start, replacement and renewal.
-Imports nothing slow."""
+"""The worker processes: the worker of a tab, and their start, replacement and renewal. Imports nothing slow."""
 
 import asyncio
 import logging
@@ -21,7 +20,7 @@ from controllers.errors import DuetError
 log = logging.getLogger("duet.workers")
 
 FEW: Final = 2
-"""Browsers per worker at which another worker is started."""
+"""Browsers per worker at which another is started."""
 
 MOST_TABS: Final = 20_000
 """Most tabs that are remembered."""
@@ -30,13 +29,13 @@ SHORT_LIFE: Final = 10.0
 """Lifetime below which a worker is not replaced at once [s]."""
 
 RESTART_DELAYS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
-"""Successive delays of such replacements [s]."""
+"""Delays of successive replacements of short-lived workers [s]."""
 
 LOOK: Final = 5.0
 """Time between two checks of the workers [s]."""
 
 LATE: Final = 1.0
-"""Delay of a check from which it says nothing of the workers: they had no processor either [s]."""
+"""Delay from which a check says nothing of the workers: they had no processor either [s]."""
 
 MOST_SILENT, MOST_STOPPING = 3, 12
 """Most silent checks of a serving worker, and of one that saves everything before its end."""
@@ -53,7 +52,7 @@ class WorkerGroup:
     """Starts workers as needed, and replaces those that have ended.
 
     Args:
-        loop: that hears the workers. All methods belong to its thread.
+        loop: hears the workers. All methods belong to its thread.
         start: what every worker serves; `run`, `jobs` and `index` are set here.
         most: workers at once, besides the one with a shared session.
 
@@ -104,7 +103,7 @@ class WorkerGroup:
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
     def worker_of(self, tab: str, word: str = "") -> WorkerProcess:
-        """Worker of a tab, always the same; a new tab gets the one with the fewest browsers. With a shared
+        """Always the same worker for a tab; a new tab gets the one with the fewest browsers. With a shared
         session it is the first, or that of the tab's own session.
 
         Args:
@@ -123,7 +122,7 @@ class WorkerGroup:
         return self.workers[index]
 
     def _place(self) -> int:
-        """Worker for a new tab: of those that serve, the one with the fewest browsers."""
+        """Of the serving workers, the one with the fewest browsers."""
         now = monotonic()
         loads = [worker.load(now) for worker in self.workers]
         if sum(loads) >= FEW * len(loads) and len(loads) < self._most and self._begin(len(loads)):
@@ -132,8 +131,8 @@ class WorkerGroup:
         return min(serving or range(len(loads)), key=loads.__getitem__)
 
     def _place_explorer(self) -> int | None:
-        """Worker for one more session beside the shared one: that with the fewest, or a new one; None if none
-        can be started."""
+        """Worker for a session beside the shared one: that with the fewest, or a new one; None if none can be
+        started."""
         counts = [0] * (len(self.workers) - 1)
         for index, _ in self._exploring.values():
             counts[index - 1] += 1
@@ -232,7 +231,7 @@ class WorkerGroup:
         return True
 
     def _put(self, index: int, worker: WorkerProcess) -> None:
-        """Give a worker the place, the connections and the students of one that has ended."""
+        """Give a worker the place, the connections and the students of an ended one."""
         worker.waiting = self.workers[index].waiting
         self.workers[index] = worker
         self._inform(index)
@@ -328,7 +327,6 @@ class WorkerGroup:
         self._renew_next()
 
     async def look_after(self) -> None:
-        """Check the workers every `LOOK`."""
         while True:
             due = monotonic() + LOOK
             await asyncio.sleep(LOOK)

@@ -10,11 +10,7 @@ from app.web.request import request_query
 
 
 class WorkerHost(PrivateHost):
-    """Host of private sessions that sends tabs to other workers which have them, or more room.
-
-    Args:
-        link: to the other processes.
-    """
+    """Host that sends tabs to other workers which have them, or more room. `link`: to the other processes."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         super().__init__(context)
@@ -22,7 +18,7 @@ class WorkerHost(PrivateHost):
         self._announced: set[str] = set()
 
     def connect(self) -> None:
-        """Handle other workers' announcements, and send waiting tabs to another worker that has more room."""
+        """Handle announcements, and send waiting tabs to workers that have more room."""
         super().connect()
         for message in self._link.received():
             if isinstance(message, Announced):
@@ -35,7 +31,7 @@ class WorkerHost(PrivateHost):
                     self.context.server.send_elsewhere(client)
 
     def join(self) -> None:
-        """Announce to the other workers which visitors can be joined here."""
+        """Announce the visitors that can be joined here."""
         super().join()
         words = {word for pages in self.joining for word in pages.words(self.visitors.values())}
         for word in words - self._announced:

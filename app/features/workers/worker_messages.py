@@ -1,5 +1,5 @@
-"""Messages between the listening process and its workers; with a shared session also between the first
-worker, which has it, and the others, which have sessions of single tabs. Imports nothing slow."""
+"""Messages between the listening process and its workers, and with a shared session between the first worker,
+which has it, and those with sessions of single tabs. Imports nothing slow."""
 
 import pickle
 from collections import deque
@@ -22,12 +22,12 @@ class WorkerStart:
     """What a worker serves.
 
     Attributes:
-        options: of the server, with the address of the dispatcher's socket.
+        options: with the address of the dispatcher's socket.
         given: robots known only to the command line, or None.
         features: each an `app.feature.Feature`.
         run: see `app.web.server.DuetServer`; chosen by the dispatcher.
-        jobs: the shared pool of jobs; chosen by the dispatcher.
-        index: of the worker, from 0; chosen by the dispatcher.
+        jobs: shared pool; chosen by the dispatcher.
+        index: from 0; chosen by the dispatcher.
     """
 
     options: ServeOptions
@@ -51,7 +51,7 @@ class Failed(NamedTuple):
 
 
 class ClientCount(NamedTuple):
-    """Number of browsers connected to a worker; sent to a worker, of all others."""
+    """Browsers of a worker; sent to a worker, of all others."""
 
     browsers: int
 
@@ -76,16 +76,14 @@ class Announced(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Load of a worker, sent every `PULSE`: the fields of its `ServerLoad`. `draws`: whether it draws its
-    pages, however slowly."""
+    """Sent every `PULSE`: the fields of a worker's `ServerLoad`. `draws`: whether it draws its pages, however
+    slowly."""
 
     report: tuple[int, ...]
     draws: bool
 
 
 class LoadElsewhere(NamedTuple):
-    """Load of the other workers."""
-
     reports: tuple[tuple[int, ...], ...]
 
 
@@ -94,8 +92,7 @@ class StartJobs(NamedTuple):
 
 
 class ToFirst(NamedTuple):
-    """For the first process, which has the shared session; like the next two, passed on unread by the
-    dispatcher."""
+    """For the process with the shared session; like the next two, passed on unread by the dispatcher."""
 
     content: bytes
 
@@ -109,7 +106,7 @@ class ForTab(NamedTuple):
 
 
 class ForAll(NamedTuple):
-    """For all processes except the first, also for those that start later."""
+    """For all processes except the first, also those that start later."""
 
     content: bytes
 
@@ -137,7 +134,7 @@ class WorkerLink:
 
     Args:
         index: of the process; 0 has the shared session, if any.
-        send: sends a message to the dispatcher.
+        send: to the dispatcher.
 
     Attributes:
         wake: called when something has arrived.
@@ -152,15 +149,15 @@ class WorkerLink:
         self.send(ToFirst(pickle.dumps(message)))
 
     def to_tab(self, tab: str, group: str, message: object) -> None:
-        """Send a message to the process that has a tab from now on; see `ForTab`."""
+        """See `ForTab`."""
         self.send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
-        """Send a message to all processes except the first, also to those that start later."""
+        """See `ForAll`."""
         self.send(ForAll(pickle.dumps(message)))
 
     def put(self, message: object) -> None:
-        """Accept a message for this process; unpacks content from another process."""
+        """Accept a message for this process; unpacks content from another."""
         self._arrived.append(pickle.loads(message) if isinstance(message, bytes) else message)
         self.wake()
 

@@ -24,7 +24,7 @@ class WorkerOptions(FeatureOptions):
             raise BadSetting("--workers must be at least 1.")
 
     def count(self, options: ServeOptions) -> int:
-        """Number of processes that may share the visitors. `options`: all of the server.
+        """Processes that may share the visitors. `options`: of the server.
 
         Raises:
             BadSetting: more than one is asked for, but only one is possible.

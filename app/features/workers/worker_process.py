@@ -16,7 +16,7 @@ LATELY: Final = 3.0
 """Time that a handed-over tab counts before it is likely to have a place [s]."""
 
 MOST_WAITING, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 200, 8
-"""Most connections that wait for a worker: in all, from one address, and of one tab; the oldest is dropped."""
+"""Most waiting connections: in all, from one address, and of one tab; the oldest is dropped."""
 
 
 class WorkerProcess:
@@ -30,7 +30,6 @@ class WorkerProcess:
         OSError: no process can be started.
 
     Attributes:
-        control: its messages.
         ready: whether it serves.
         has_served: whether it lives and has served, so that it has something to save.
         has_started: whether it could serve.
@@ -64,7 +63,7 @@ class WorkerProcess:
         self.send(start)
 
     def load(self, now: float) -> int:
-        """Number of browsers that it has, or soon will have."""
+        """Browsers that it has, or soon will have."""
         self._lately = {tab: since for tab, since in self._lately.items() if now - since <= LATELY}
         return max(self.clients, len(self._lately)) + len(self.waiting)
 
@@ -95,7 +94,6 @@ class WorkerProcess:
             self._hand_over(connection)
 
     def count_others(self, count: int) -> None:
-        """Tell the worker how many browsers the others have."""
         if count != self._others:
             self._others = count
             self.send(ClientCount(count))

@@ -13,12 +13,11 @@ from controllers.activation import activation
 from scenes.settings import RunSettings, specs, values
 
 FAR = 1000.0
-"""Farther than any rest [m]."""
 
 
 @quantity(N_("setting"), "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
-    """A setting of the run, in SI units; of a choice, its index."""
+    """In SI units; of a choice, its index."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
     if value is None or spec is None or spec.read is not None:
         return None
@@ -32,7 +31,7 @@ def activation_now(evidence: Evidence) -> Value:
 
 @quantity(N_("λ met at d = {ratio} dₘ"), "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Reading:
-    """λ where d first was `ratio` times d_m, interpolated between two steps."""
+    """λ where d first was `ratio` times d_m, interpolated."""
     d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
     crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
     if not len(crossed):
@@ -52,14 +51,13 @@ def activation_formula(evidence: Evidence, ratio: float) -> Value:
 
 @quantity(N_("u"), "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
-    """u, the speed with which the task pulls towards the obstacle [m/s]."""
+    """u [m/s]."""
     return float(evidence.column("u")[-1])
 
 
 @quantity(N_("d*"), "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
-    """d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m], as in the plot; None under a law without
-    this rest."""
+    """d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m]; None under a law without this rest."""
     if not evidence.settings.law.entry.rests:
         return None
     return resting_at_end(evidence.settings, evidence.table)
@@ -91,7 +89,7 @@ def stand_off_formula(evidence: Evidence, gap: float) -> Value:
 
 @quantity(N_("displacement by λv = (1 − λ)K e"), "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
-    """Resting distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
+    """Rest's distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
     return balance(evidence.settings, gap) - gap
 
 
@@ -107,7 +105,7 @@ def euler_number(evidence: Evidence) -> Value:
 
 
 def _fall(evidence: Evidence) -> Row:
-    """Row of the fastest fall of d below d_m; None if d never was below d_m."""
+    """Row of the fastest fall of d below d_m, or None."""
     d = evidence.column("law_d")
     below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
     if not len(below):
@@ -123,7 +121,7 @@ def loss_rate(evidence: Evidence) -> Reading:
 
 @quantity(N_("w − v at that moment"), "m/s", 3, obstacle=True)
 def loss_formula(evidence: Evidence) -> Reading:
-    """w − v in that step, where λ = 1 [m/s]."""
+    """w − v at the fastest fall below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)
     if row is None:
         return None

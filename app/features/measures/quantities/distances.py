@@ -1,5 +1,4 @@
-"""Distance and approach to the obstacle, the effect of dead time, and the distance of arms from followed
-joints."""
+"""Distance from the obstacle, approach, dead time, and distance from followed joints."""
 
 import numpy as np
 
@@ -61,13 +60,12 @@ def approach_now(evidence: Evidence) -> Value:
 
 @quantity(N_("changes of the closest pair"), "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
-    """Number of changes of the closest pair of bodies."""
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 
 @quantity(N_("swing of d, {since} to {until}"), "mm", 1, obstacle=True)
 def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
-    """Largest less smallest d between two times [m]."""
+    """Largest less smallest d [m]."""
     rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
     if evidence.row_at(until) is None or not len(rows):
         return None
@@ -77,7 +75,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
 
 @quantity(N_("a T at {time}, T = {dead}"), "", 2, obstacle=True)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
-    """a T = n (u + w) T / d* with u and w at a time, for a dead time T [s]: a rest is stable below π/2."""
+    """a T = n (u + w) T / d* for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
         return None
@@ -87,7 +85,7 @@ def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
 
 
 def joint_errors(evidence: Evidence) -> Array:
-    """|q_d − q| of the arm with the shown task (rows,) [rad]; nan if it follows no joints."""
+    """|q_d − q| (rows,) [rad]; nan if the arm follows no joints."""
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
@@ -112,6 +110,6 @@ def joint_error_met(evidence: Evidence, distance: float) -> Reading:
 
 @quantity(N_("largest joint error while d was more than {distance}"), "deg", 1, obstacle=True)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Reading:
-    """Largest |q_d − q| while d was more than a distance [rad]."""
+    """Largest |q_d − q| while d was larger [rad]."""
     errors, beyond = joint_errors(evidence), evidence.column("d") > distance
     return at(errors, int(np.where(beyond, errors, -np.inf).argmax())) if beyond.any() else None

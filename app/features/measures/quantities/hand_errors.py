@@ -1,4 +1,4 @@
-"""One hand and its elbow, eqs (1)–(8): freedom, drift and error."""
+"""Hand and elbow, eqs (1)–(8): freedom, drift and error."""
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +13,7 @@ from scenes.solo import LAP, circle
 
 
 def hand_errors(evidence: Evidence) -> Array:
-    """|e| of the hand (rows,) [m]; nan if the task is about joints."""
+    """|e| (rows,) [m]; nan if the task is about joints."""
     if evidence.settings.experiment.error_unit != "m²":
         return np.full(evidence.rows, np.nan)
     return np.sqrt(evidence.column("e2"))
@@ -51,8 +51,7 @@ def hand_error_at(evidence: Evidence, time: float) -> Reading:
 
 @quantity(N_("way between the elbow's farthest places"), "mm", 0)
 def elbow_travel(evidence: Evidence) -> Reading:
-    """Largest distance between two positions of the elbow [m], at the row where it is farthest from its first
-    one."""
+    """Largest distance between two positions [m], at the row farthest from the first one."""
     places = evidence.along(evidence.elbow)
     farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
     return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
@@ -60,7 +59,7 @@ def elbow_travel(evidence: Evidence) -> Reading:
 
 @quantity(N_("largest turn of the hand"), "deg", 0)
 def hand_turned(evidence: Evidence) -> Value:
-    """Largest angle by which the hand was turned from its initial orientation [rad]."""
+    """Largest angle from the initial orientation [rad]."""
     if not evidence.whole:
         return None
     first = evidence.kinematics_at(0).hand_pose(evidence.arm).rotation.copy()
@@ -76,7 +75,7 @@ def mark_miss(evidence: Evidence, angle: float) -> Value:
 
 
 def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
-    """First and last row of the last whole lap of the circle."""
+    """First and last row."""
     run = evidence.settings
     if not evidence.whole or not run.draws_circle:
         return None
@@ -87,7 +86,7 @@ def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
 
 @quantity(N_("drift of the tip in a lap"), "mm", 3)
 def drift_per_lap(evidence: Evidence) -> Value:
-    """|e(end) − e(begin)| of the last whole lap of the circle [m]: the gap of the tip's curve."""
+    """|e(end) − e(begin)| of the last whole lap [m]: the gap of the tip's curve."""
     lap = _last_lap(evidence)
     if lap is None:
         return None
@@ -98,8 +97,7 @@ def drift_per_lap(evidence: Evidence) -> Value:
 
 @quantity(N_("drift of the joints in a lap"), "deg", 2)
 def joint_drift_per_lap(evidence: Evidence) -> Value:
-    """|q(end) − q(begin)| of the last whole lap of the circle [rad]: 0 if a closed curve of the tip is one of
-    the joints."""
+    """|q(end) − q(begin)| of the last whole lap [rad]: 0 if the joints' curve closes, too."""
     lap = _last_lap(evidence)
     if lap is None:
         return None

@@ -1,5 +1,4 @@
-"""How well the joints can move the critical point along the line of contact: lever, joint speeds, their
-jumps, and chatter."""
+"""How well the joints move the critical point along the line of contact: lever, speeds, jumps, chatter."""
 
 import numpy as np
 
@@ -16,7 +15,7 @@ def lever_now(evidence: Evidence) -> Value:
 
 
 def _levers(evidence: Evidence) -> Array:
-    """|J_d| at the sampled rows (k,) [m/rad]."""
+    """(k,) [m/rad]."""
     return np.linalg.norm(evidence.along(evidence.lever), axis=1)
 
 
@@ -62,13 +61,13 @@ SWINGS = 4
 
 @quantity(N_("largest step of a joint's speed"), "rad/s", 3)
 def velocity_step(evidence: Evidence) -> Reading:
-    """Largest change of one joint's velocity in one step [rad/s]."""
+    """Of one joint in one step [rad/s]."""
     steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
     return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
 
 
 def _first_switch(evidence: Evidence) -> Row:
-    """Row in which avoidance is first switched on: λ was less than ½ the row before."""
+    """Row in which avoidance is first switched on: λ was less than ½ before."""
     lam = evidence.column("lambda")
     found = np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))
     return int(found[0]) + 1 if len(found) else None
@@ -103,8 +102,8 @@ def switch_lever(evidence: Evidence) -> Reading:
 
 
 def largest_zigzag(values: Array) -> tuple[float, Row]:
-    """Largest alternating swing that values (k,) keep for `SWINGS` steps, and the row of its end; 0 and None
-    without one."""
+    """Largest alternating swing that values (k,) keep for `SWINGS` steps, and the row of its end, or 0 and
+    None."""
     steps = np.diff(values)
     if len(steps) < SWINGS:
         return 0.0, None
@@ -117,6 +116,6 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
 
 @quantity(N_("chatter of the distance"), "mm", 2, obstacle=True)
 def zigzag(evidence: Evidence) -> Reading:
-    """Largest alternating swing of d, kept for `SWINGS` steps [m]."""
+    """Of d [m]."""
     swing, end = largest_zigzag(evidence.column("d"))
     return swing if end is None else At(swing, end)

@@ -1,4 +1,4 @@
-"""Measurable quantities: functions by name with their unit, and the text of a value."""
+"""Measurable quantities by name, and the text of a value."""
 
 import inspect
 import math
@@ -12,10 +12,10 @@ from controllers.errors import BadSetting, NumberText
 from controllers.kinematics import Array
 
 Value = float | None
-"""In SI units; None if the run does not tell, or not yet."""
+"""In SI units; None if the run does not tell (yet)."""
 
 Row = int | None
-"""Row of `Evidence.table`, or None."""
+"""Row of `Evidence.table`."""
 
 
 class At(NamedTuple):
@@ -67,7 +67,7 @@ class Quantity:
     """A measurable quantity.
 
     Attributes:
-        label: name for readers, perhaps with parameters in braces.
+        label: for readers, perhaps with parameters in braces.
         shown: usual unit, see `UNITS`.
         digits: after the point, in that unit.
         live: whether it needs only the newest step, so that it can be shown all the time.
@@ -86,12 +86,11 @@ class Quantity:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Units in which it can be shown."""
         return tuple(name for name, unit in UNITS.items() if unit.si == UNITS[self.shown].si)
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {}
-"""All, by name. Filled by the modules beside this one."""
+"""All, by name. Filled by the other modules."""
 
 
 def quantity(
@@ -123,7 +122,7 @@ def quantity(
 
 
 def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
-    """Keyword arguments, checked against the parameters of a function: numbers, texts and choices.
+    """Keyword arguments, checked against a function's parameters: numbers, texts and choices.
 
     Raises:
         BadSetting: unknown or missing parameter, or impossible value.
@@ -158,14 +157,14 @@ def _read(what: str, kind: Any, value: object) -> Any:
 
 
 def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
-    """Value of a quantity; None if the run does not tell."""
+    """None if the run does not tell."""
     found = QUANTITIES[name].function(evidence, **dict(parameters))
     value = found.value if isinstance(found, At) else found
     return None if value is None or math.isnan(value) else float(value)
 
 
 def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
-    """Time at which the measured value occurred [s]; None if it has no single moment."""
+    """Time of the measured value [s]; None if it has no single moment."""
     found = QUANTITIES[name].function(evidence, **dict(parameters))
     if not isinstance(found, At) or math.isnan(found.value):
         return None
@@ -173,7 +172,7 @@ def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...
 
 
 def shown_value(value: Value, unit: str, digits: int) -> str:
-    """Text of a value: "88.2 mm"; "–" for None. `unit`: see `UNITS`."""
+    """ "88.2 mm"; "–" for None. `unit`: see `UNITS`."""
     if value is None:
         return "–"
     _, factor, sign = UNITS[unit]
@@ -201,7 +200,6 @@ _SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "de
 
 
 def shown_parameter(name: str, value: object) -> str:
-    """Text of a parameter."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     _, factor, sign = UNITS[_SHOWN.get(name, "")]

@@ -1,5 +1,4 @@
-"""Section III, eqs (14)–(25): independence of the two tasks, and the paper's condition, with K_a = K as on
-the page."""
+"""Section III, eqs (14)–(25): independence of the two tasks, and the paper's condition, with K_a = K."""
 
 import numpy as np
 
@@ -10,11 +9,10 @@ from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION
 
 LOOKS = 60
-"""Number of analysed moments of a run."""
+"""Analysed moments of a run."""
 
 
 def analysed(evidence: Evidence, row: int) -> Analysis:
-    """Section III's quantities in a row of a run with an obstacle."""
     run = evidence.settings
     J_d = evidence.lever(row)
     J = None
