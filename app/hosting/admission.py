@@ -1,4 +1,4 @@
-"""Arrival of browsers, and the queue for pages, which are built one at a time between the others' frames."""
+"""Arrival of browsers, and the queue for pages."""
 
 from collections import deque
 from collections.abc import Callable, Generator

@@ -1,5 +1,5 @@
-"""Prepares slow things at the start: catalogues, features, and meshes. Missing meshes are made in another
-process, as they would delay the frames for seconds."""
+"""Prepares slow things at the start. Missing meshes are made in another process, as they would delay the
+frames for seconds."""
 
 import logging
 import threading

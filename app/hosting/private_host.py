@@ -76,7 +76,6 @@ class PrivateHost:
         return next((pages for pages in self.joining if pages.expects(query)), None)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        """Build a visitor's page piece by piece, and draw it once it is whole."""
         context, query = self.context, request_query(client)
         joined = self.joined(query)
         if joined is not None:

@@ -1,4 +1,4 @@
-"""One visitor with a private session, a page, and a link or a record."""
+"""One visitor with a private session."""
 
 import logging
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What a visitor leaves behind, found again by the id of the tab."""
+"""Record of a visitor, and the id of the tab by which it is found."""
 
 import logging
 import re

@@ -1,5 +1,4 @@
-"""Duration of rounds, and number of sessions that a machine carries: estimated from the speed of its steps,
-then corrected."""
+"""Duration of rounds, and number of sessions that a machine carries."""
 
 import math
 import time

@@ -1,5 +1,4 @@
-"""A visitor's camera: shows the experiment or what a part asks for, always with whole arms, and follows until
-the visitor moves it."""
+"""A visitor's camera: shows whole arms, and follows until the visitor moves it."""
 
 import math
 from collections import deque
@@ -179,8 +178,6 @@ class CameraFollow:
         self._aim(pose)
 
     def _fitted(self, simulation: Simulation) -> Pose:
-        """Nearest camera that shows the view above the panels, and the contact and the hands' paths in a free
-        part."""
         view, picture = self._view(), self.picture.free()
         size, toward = (picture.width, picture.height), np.array(view.toward)
         centres, radii = framed_now(simulation)

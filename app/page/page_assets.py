@@ -1,5 +1,4 @@
-"""Look of a page: scripts, style sheets, constants, palette and profile from the settings, title bar and
-viser's theme."""
+"""Look of a page: scripts, styles, constants, title bar and theme."""
 
 import base64
 from functools import cache

@@ -1,4 +1,4 @@
-"""A visitor's window, and the part of the 3-D view that is free of plots, sheet and card."""
+"""A visitor's window, and the free part of the 3-D view."""
 
 import re
 from collections.abc import Callable

@@ -1,5 +1,5 @@
-"""A page's view of one session: 3-D view, plots, numbers, and features. The controls (`app.page.operation`)
-are separate: a shared session has many views, but one operator."""
+"""A page's view of one session. The controls (`app.page.operation`) are separate: a shared session has many
+views, but one operator."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial

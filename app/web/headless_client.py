@@ -1,4 +1,4 @@
-"""Client without a browser: speaks viser's protocol, mirrors the page, and counts what arrives."""
+"""Client without a browser, which mirrors the page and counts what arrives."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Filter of a browser's messages: viser accepts every one, even NaN, a gigabyte, or another attribute of a
 slider.
 
-Rules on the decoded message raise `Malformed` (no real browser sends this; the connection is closed) or
-`Refused` (well formed, but not allowed or out of range; the message is dropped). A `GuiRegistry` knows the
-page's elements.
+Rules raise `Malformed` (no real browser sends this; the connection is closed) or `Refused` (well formed, but
+not allowed or out of range; the message is dropped).
 """
 
 from __future__ import annotations

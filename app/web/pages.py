@@ -1,4 +1,4 @@
-"""Pages that Duet serves: viser's client (one HTML file) after our scripts and styles, and that of a full
+"""Pages that Duet serves: viser's client (one HTML file) with our scripts and styles, and that of a full
 server."""
 
 from __future__ import annotations

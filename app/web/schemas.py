@@ -1,5 +1,4 @@
-"""Messages of viser's client: typed fields of each kind, which bounds the cost of decoding; values of
-controls; errors."""
+"""Fields of viser's messages, values of controls, and errors. Typed decoding bounds the cost."""
 
 from __future__ import annotations
 

@@ -251,7 +251,7 @@ class DuetServer(viser.ViserServer):
         return respond(200, CONTENT_TYPE_PLAIN_0_0_4, text, {"Cache-Control": "no-store"})
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
-        """Answer a request after its delay; None lets it become a websocket."""
+        """None lets the request become a websocket."""
         delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
@@ -321,7 +321,7 @@ class DuetServer(viser.ViserServer):
         return response
 
     async def _serve_one(self, connection: FilteredConnection, handler: Handler) -> None:
-        """Admit a new connection and hand it to viser; its first message gives it a place."""
+        """A connection gets a place by its first message."""
         path, address = connection.request.path if connection.request is not None else "", connection.address
         # Every page names its tab, so a class behind one address counts per tab; only programs count by
         # address.

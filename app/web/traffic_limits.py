@@ -1,4 +1,4 @@
-"""Limits of one browser: sizes, rates, bounded memory, and a queue that no single visitor fills."""
+"""Limits of one browser: sizes, rates, memory, and places in queues."""
 
 from __future__ import annotations
 

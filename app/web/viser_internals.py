@@ -300,7 +300,6 @@ async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMess
 
 @cache
 def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
-    """Properties of a class of handles that a function sets."""
     found = {name: getattr(kind, name, None) for name in dir(kind)}
     return {name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None}
 

@@ -1,4 +1,4 @@
-"""The duel: a link that replays the nearest push to the last bit, and a film of five seconds around it."""
+"""Link that replays the nearest push to the last bit, and its film."""
 
 import viser
 

@@ -1,4 +1,4 @@
-"""Five seconds around the nearest moment of a push, as an animated WebP picture."""
+"""Five seconds around the nearest moment of a push, as animated WebP."""
 
 import io
 from typing import Final

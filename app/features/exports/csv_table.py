@@ -1,4 +1,4 @@
-"""Every step of the newest part of a recorded run as CSV, with the settings on top."""
+"""Every step of the newest part of a run as CSV, after the settings."""
 
 import gzip
 import io

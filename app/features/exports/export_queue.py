@@ -1,5 +1,4 @@
-"""Exports and loaded files of one session, independent of the page. A request submits a job to the pool; the
-page takes the results."""
+"""Exports and loaded files of one session. A request submits a job to the pool; the page takes the results."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal, NamedTuple

@@ -1,4 +1,4 @@
-"""Plots of a recorded run as PNG or SVG: deterministic bytes, in the current language."""
+"""Plots of a recorded run as PNG or SVG, with deterministic bytes."""
 
 import io
 import re

@@ -1,4 +1,4 @@
-"""A piece of a run as a few lines of Python that compute and plot it again without a page."""
+"""A piece of a run as a short Python program."""
 
 import base64
 from dataclasses import fields, is_dataclass

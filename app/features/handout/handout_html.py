@@ -1,5 +1,4 @@
-"""A lesson on paper: questions, answers to tick, axes to draw on and room to write; the teacher's copy has
-the outcomes."""
+"""A lesson on paper; the teacher's copy has the outcomes."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

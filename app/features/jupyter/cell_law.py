@@ -1,4 +1,4 @@
-"""A notebook's function as the text of a custom law's file, so that it runs in its own process."""
+"""A notebook's function as a custom law's file, so that it runs in its own process."""
 
 import ast
 import inspect

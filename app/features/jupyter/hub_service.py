@@ -1,7 +1,7 @@
-"""One Duet for a whole course as a service of a JupyterHub.
+"""One Duet for a course as a service of a JupyterHub.
 
 Started as `python -m app.features.jupyter.hub_service`, with the options of `lwr-duet serve`. Needs
-jupyterhub, jupyter-server-proxy, and the environment that the hub gives to a service.
+jupyterhub, jupyter-server-proxy, and the hub's environment for services.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""The tile in Jupyter's launcher: entry point for jupyter-server-proxy. Imports nothing of Jupyter, and of
+"""The tile in Jupyter's launcher, an entry point for jupyter-server-proxy. Imports nothing of Jupyter, and of
 Duet only its list of features."""
 
 import secrets

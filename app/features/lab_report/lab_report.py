@@ -167,7 +167,6 @@ def report_html(
 
 
 def _rows(settings: Settings) -> list[tuple[str, str, str]]:
-    """Label, value and meaning of the settings that matter."""
     present, known = named_values(settings.run), specs(RunSettings)
     return [
         (known[key].label, page_value(key, value), known[key].help) for key, value in present.items() if matters(key, settings)
@@ -210,7 +209,7 @@ def _svg(recorded: Recorded, step: Step, name: str) -> str:
 
 
 def _made_again(one: Done) -> Recorded | None:
-    """New run of a step without a stored one; None if a visitor moved something in it."""
+    """None if a visitor moved something in the step."""
     outcome = one.progress.outcome
     if outcome is None or outcome.unlike or one.step.yours or one.step.concept:
         return None

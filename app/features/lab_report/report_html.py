@@ -1,5 +1,4 @@
-"""Common parts of all offline pages, which load and run nothing and print well; and a lab report's
-machine-readable records.
+"""Common parts of offline pages, which load and run nothing; and a lab report's machine-readable records.
 
 The records are an invisible element with one entry per step. Like the rest of the page they can be forged.
 """

@@ -1,4 +1,4 @@
-"""`lwr-duet league`: every law in the same runs, as tables, pictures and one page."""
+"""`lwr-duet league`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Entrants of the league: built-in laws and files. A file's runs are made behind a fence, as nothing in it is
-trusted."""
+"""Entrants of the league. A file's runs are made behind a fence, as nothing in it is trusted."""
 
 import hashlib
 import os

@@ -1,5 +1,4 @@
-"""Files of the league: every outcome at once while it plays, and at the end a table of runs and one of
-settings."""
+"""Files of the league: every outcome at once while it plays, and tables at the end."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence

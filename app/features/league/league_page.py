@@ -1,5 +1,4 @@
-"""Summary of the league, compared with the paper's law in the same runs, as Markdown, and as one offline
-page."""
+"""Summary of the league, as Markdown, and as one offline page."""
 
 import io
 import math

@@ -1,4 +1,4 @@
-"""The league's runs, with a law's own settings, and with those at which all laws keep the same mean distance."""
+"""The league's runs, with a law's own settings, and at equal mean distance."""
 
 import hashlib
 from collections.abc import Callable, Iterator

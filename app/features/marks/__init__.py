@@ -1,4 +1,4 @@
-"""Marks for hand-ins: points for laws and lab reports, tables for other systems, and feedback pages."""
+"""Marks and feedback for hand-ins."""
 
 from collections.abc import Mapping
 from pathlib import Path

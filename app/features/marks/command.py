@@ -157,7 +157,7 @@ def handed_in(folder: Path) -> list[Path]:
 
 
 def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]) -> "list[GradedFile]":
-    """Rows in the order of the files, with progress on stderr; after Ctrl+C the rows so far.
+    """Rows in the order of the files; after Ctrl+C the rows so far.
 
     Raises:
         KeyboardInterrupt: there is no row yet.

@@ -1,4 +1,4 @@
-"""One hand-in and its points: a law by its tests, a lab report by its record."""
+"""One hand-in and its points."""
 
 import ast
 import re

@@ -163,7 +163,7 @@ def _prctl(option: int, value: int) -> None:
 
 
 def _call(name: str, *arguments: Any) -> None:
-    """Call a C function; raises `OSError` if it fails."""
+    """Raises `OSError`."""
     if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments) < 0:
         number = ctypes.get_errno()
         raise OSError(number, f"{name}: {os.strerror(number)}")

@@ -1,5 +1,4 @@
-"""Marks as files for Moodle, Canvas and Gradescope, as a table, and as feedback pages with every test,
-reason, advice, and a picture of the failed run."""
+"""Marks as tables, also for Moodle, Canvas and Gradescope, and as feedback pages."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A run, finished or not, for measurements. Nothing here touches the simulation's own kinematics."""
+"""A run, finished or not, for measurements; leaves the simulation's own kinematics alone."""
 
 from collections.abc import Callable
 from functools import cached_property

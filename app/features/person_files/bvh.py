@@ -39,7 +39,7 @@ _MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
     ("left", "wrist"): LazyText("left wrist, which should hang from the left elbow"),
     ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
-"""In whole words: in another language the side is inflected with the noun."""
+"""Whole words: in another language the side is inflected with the noun."""
 
 
 def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
@@ -169,14 +169,12 @@ class _Skeleton:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
 
     def _above(self, joint: int) -> list[int]:
-        """Ancestors, the nearest first."""
         found: list[int] = []
         while (joint := self._file.joints[joint].parent) >= 0:
             found.append(joint)
         return found
 
     def _below(self, joint: int) -> Iterator[int]:
-        """Descendants, parents first."""
         found = {joint}
         for i, other in enumerate(self._file.joints):
             if other.parent in found:

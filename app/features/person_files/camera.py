@@ -1,4 +1,4 @@
-"""A person before a camera, or in a video, as a source: a thread detects, and the newest angles count."""
+"""A person before a camera, or in a video, as a source: the newest angles count."""
 
 import math
 import threading

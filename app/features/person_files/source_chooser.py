@@ -61,7 +61,7 @@ class SourceChooser(PagePanel):
         page.handlers.add(TakePerson, self._take_person)
 
     def _take_person(self, action: TakePerson) -> None:
-        """Imitate the person of a readable file; kept by the session, as a page may be built again."""
+        """Kept by the session, as a page may be built again."""
         try:
             person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:

@@ -89,7 +89,6 @@ def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[UrdfJoint]:
 
 
 def _joints_from_root(tree: UrdfTree, name: str) -> list[UrdfJoint]:
-    """Joints up to a fork, a gripper or the end."""
     children: dict[str, list[UrdfJoint]] = {}
     for joint in tree.joints:
         children.setdefault(joint.parent, []).append(joint)
@@ -163,7 +162,6 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
 
 
 def _movable(children: dict[str, list[UrdfJoint]], link: str) -> list[UrdfJoint]:
-    """Next joints that are not fixed."""
     found: list[UrdfJoint] = []
     waiting = [link]
     while waiting:

@@ -1,4 +1,4 @@
-"""Check of an arm's shapes: sizes relative to its length reveal millimetres and plates of the world."""
+"""Check of an arm's shapes: sizes relative to its length reveal millimetres and plates."""
 
 from __future__ import annotations
 
@@ -135,7 +135,6 @@ def _cause(solid: Solid, length: float) -> str:
 
 
 def _unit(size: float, length: float) -> str | None:
-    """Unit in which a size would be usual."""
     share = size / length
     usual = [(abs(np.log(share * factor / USUAL)), unit) for unit, factor in UNITS if SMALLEST < share * factor < LARGEST / 2.0]
     return min(usual)[1] if share > 1.0 and usual else None

@@ -124,7 +124,6 @@ def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict
 
 
 def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], name: str) -> None:
-    """Refuse a file in which Pinocchio finds a different arm than in the tree with the shapes."""
     data, random, frames = model.createData(), np.random.default_rng(3), frame_names(tree)
     for q in random.uniform(-np.pi, np.pi, (COMPARED, len(chain))):
         if model.nq != len(chain):

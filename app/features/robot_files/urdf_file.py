@@ -1,4 +1,4 @@
-"""A robot from a URDF file: model, landmarks, and capsules around its shapes."""
+"""A robot from a URDF file, with capsules around its shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shapes in a URDF file as triangles: of solid shapes, in metres, with outward normals."""
+"""Solid shapes in a URDF file as triangles, in metres, with outward normals."""
 
 from __future__ import annotations
 

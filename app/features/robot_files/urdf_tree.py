@@ -309,7 +309,6 @@ class _UrdfReader:
         return float(text)
 
     def _pose(self, origin: Element | None, place: str) -> Array:
-        """(4, 4)"""
         if origin is None:
             return np.eye(4)
         # Slow to import.

@@ -1,4 +1,4 @@
-"""The second person: a guest who joins another visitor's session by a link, and holds the silver arm."""
+"""A guest who joins another visitor's session by a link, and holds the silver arm."""
 
 from collections.abc import Sequence
 from pathlib import Path

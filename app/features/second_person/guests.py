@@ -49,5 +49,4 @@ class Guests:
 
 
 def _hosts(visitors: Collection[Visitor]) -> dict[str, Visitor]:
-    """By the word of the invitation."""
     return {place_of(one).word: one for one in visitors if place_of(one).word and not one.superseded}

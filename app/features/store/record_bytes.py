@@ -1,4 +1,4 @@
-"""A visitor's record as bytes: a head, and a part for every recorded piece of a run, written once."""
+"""A visitor's record as bytes: a head, and a part for every recorded piece of a run."""
 
 import zlib
 from collections.abc import Iterator, Mapping

@@ -141,7 +141,6 @@ class RecordWriter:
             answer.set_result(self._read(tab))
 
     def _try(self, work: Callable[[], None]) -> None:
-        """Failures are reported and tried again."""
         try:
             work()
         except Exception as error:

@@ -1,4 +1,4 @@
-"""Absent visitors' work by the id of the tab: live sessions, and records in memory or in a file."""
+"""Absent visitors' work by the id of the tab: live sessions and records."""
 
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import wait

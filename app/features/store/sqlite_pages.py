@@ -107,7 +107,7 @@ def _values(row: bytes) -> tuple[SqliteValue, ...]:
 
 
 def _logged(path: Path) -> dict[int, bytes]:
-    """Newest pages of the complete transactions in a log, by number."""
+    """Newest pages of complete transactions, by number."""
     done: dict[int, bytes] = {}
     begun: dict[int, bytes] = {}
     log = path.read_bytes() if path.exists() else b""

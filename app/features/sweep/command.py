@@ -1,4 +1,4 @@
-"""`lwr-duet sweep`: a grid of settings over a scene, on all cores, as one table and its maps."""
+"""`lwr-duet sweep`."""
 
 from __future__ import annotations
 

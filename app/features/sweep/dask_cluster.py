@@ -125,7 +125,6 @@ async def _greet(address: str) -> None:
 
 
 def _check(client: Any, address: str) -> None:
-    """Compare the scheduler and all workers with this process."""
     try:
         _compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
     except ImportError as error:

@@ -1,5 +1,4 @@
-"""Pictures of a sweep: heat maps over two settings, lines over one, side by side for the others; PNG and SVG,
-without a display."""
+"""Pictures of a sweep, PNG and SVG, without a display."""
 
 from collections.abc import Mapping
 from itertools import product

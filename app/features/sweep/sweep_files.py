@@ -1,4 +1,4 @@
-"""Files of a sweep: each row at once, and one ordered table at the end, CSV or Parquet."""
+"""Files of a sweep: each row at once, and one ordered table at the end."""
 
 import csv
 import io

@@ -1,5 +1,4 @@
-"""The listening process: reads the head of every request, and hands the connection to the worker that has the
-tab.
+"""The listening process, which hands connections to the workers of their tabs.
 
 The data of a connection never pass through it. Imports nothing slow, so that a single visitor pays nothing
 for it.

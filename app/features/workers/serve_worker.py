@@ -1,4 +1,4 @@
-"""A worker of `lwr-duet serve`: serves the page on connections from the dispatcher, which starts it."""
+"""A worker of `lwr-duet serve`, started by the dispatcher, which hands it connections."""
 
 import logging
 import signal

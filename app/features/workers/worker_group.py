@@ -1,4 +1,4 @@
-"""The worker processes: the worker of a tab, and their start, replacement and renewal. Imports nothing slow."""
+"""The workers: which has a tab, and their start, replacement and renewal. Imports nothing slow."""
 
 import asyncio
 import logging
@@ -122,7 +122,6 @@ class WorkerGroup:
         return self.workers[index]
 
     def _place(self) -> int:
-        """Of the serving workers, the one with the fewest browsers."""
         now = monotonic()
         loads = [worker.load(now) for worker in self.workers]
         if sum(loads) >= FEW * len(loads) and len(loads) < self._most and self._begin(len(loads)):
@@ -267,7 +266,6 @@ class WorkerGroup:
         self._share_counts()
 
     def _ended(self, worker: WorkerProcess) -> None:
-        """Replace a worker that has ended; its tabs go to the new one."""
         self._loop.remove_reader(worker.control)
         worker.close(1.0)
         worker.clients = 0

@@ -1,5 +1,4 @@
-"""Messages between the listening process and its workers, and with a shared session between the first worker,
-which has it, and those with sessions of single tabs. Imports nothing slow."""
+"""Messages between the listening process and its workers, and between workers. Imports nothing slow."""
 
 import pickle
 from collections import deque

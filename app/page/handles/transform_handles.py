@@ -1,4 +1,4 @@
-"""Arrows and arcs: on the hand to move and turn it, on the ball, and on the elbow to swivel it."""
+"""Arrows and arcs on the hand, the ball, and the elbow."""
 
 import math
 from typing import Any, Final

@@ -108,7 +108,6 @@ def part_text(part: object) -> str:
 
 
 def _legend() -> list[tuple[str, str]]:
-    """Symbol and words of marks in the scene."""
     return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 

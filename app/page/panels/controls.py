@@ -189,7 +189,7 @@ class Controls:
         self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
     def _mark_panel(self, opens: str | None = None) -> None:
-        """Mark on the page how many controls it has. `opens`: id of a drop-down to open."""
+        """`opens`: id of a drop-down to open."""
         kinds, panel = self._panel_kinds
         self._panel.content = element("i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {}))
 

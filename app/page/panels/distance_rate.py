@@ -1,5 +1,4 @@
-"""Sum ḋ along the line of contact under the present law, its consequence, and the paper's promise, as words
-and pills."""
+"""Sum ḋ along the line of contact, its consequence, and the paper's promise."""
 
 import math
 from typing import Final, NamedTuple

@@ -1,4 +1,4 @@
-"""The hotkeys: one table of key bindings, help, and entries of the command palette."""
+"""One table of key bindings, for keys, help, and command palette."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The shown moment of a run: its slider, its line in the plots, and its name."""
+"""The shown moment of a run: slider, line in the plots, and name."""
 
 import json
 import math

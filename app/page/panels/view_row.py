@@ -1,4 +1,4 @@
-"""Two buttons of the few controls: first view, and link to the page as it is now."""
+"""Two buttons of the few controls: first view, and link to the page."""
 
 from app.i18n.speaking import tr
 from app.page.panel_context import PanelContext

@@ -1,4 +1,4 @@
-"""How well the joints move the critical point along the line of contact: lever, speeds, jumps, chatter."""
+"""Motion of the critical point by the joints: lever, speeds, jumps, chatter."""
 
 import numpy as np
 
