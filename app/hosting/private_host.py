@@ -35,7 +35,7 @@ class PrivateHost:
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self, goes_on: bool = False) -> None:
-        """Also saves and closes the sessions of absent visitors."""
+        """Save and close all sessions, also of absent visitors."""
         del goes_on
         self.admission.close()
         for visitor in self.visitors.values():

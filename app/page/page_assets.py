@@ -62,7 +62,6 @@ def loading_html() -> str:
 
 @cache
 def style_sheet(profile: Profile) -> Markup:
-    """<style> element."""
     k, light, dark = scale(profile), PALETTES["light"], PALETTES["dark"]
     laws = zip(cycle(light.laws), cycle(dark.laws), strict=False)
     return macros("page/panels/style.html").sheet(
@@ -85,7 +84,6 @@ def _mark(ink: str, motto: str) -> str:
 
 
 def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
-    """Set our title bar, the theme and our colour."""
     gui.configure_theme(
         titlebar_content=titlebar(),
         dark_mode=theme == "dark",

@@ -127,7 +127,6 @@ class View:
 
     @property
     def page(self) -> PageSettings:
-        """Settings of the page, with the reader's look."""
         page = self.session.settings.page
         return page if self._own_look is None else self._own_look.of(page)
 
@@ -137,7 +136,7 @@ class View:
         return plots_height(height, self.page.profile)
 
     def fit_again(self) -> None:
-        """After a panel has taken or returned space."""
+        """Fit the view again, after a panel has taken or returned space."""
         for client in self._clients():
             self.welcome(client)
 
@@ -213,5 +212,4 @@ class View:
 
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
-    """Values on which the drawn scene depends."""
     return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)

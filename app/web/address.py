@@ -26,7 +26,6 @@ class Address(NamedTuple):
 
     @property
     def short(self) -> str:
-        """The address as a person types it."""
         return self.url.removeprefix("http://")
 
 

@@ -78,6 +78,5 @@ def listen_near(host: str, first: int) -> socket.socket:
 
 
 def url_of(host: str, port: int) -> str:
-    """Address to open in a browser on this computer."""
     name = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
     return f"http://{name}:{port}"

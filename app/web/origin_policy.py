@@ -76,7 +76,6 @@ def _may_name_us(name: str) -> bool:
 
 
 def is_loopback(name: str) -> bool:
-    """True if a name or an address leads from a computer to itself."""
     return name in LOOPBACK_NAMES or name.startswith("127.")
 
 
@@ -99,7 +98,6 @@ class OriginPolicy:
 
     @property
     def is_private(self) -> bool:
-        """True if only this computer can reach the server."""
         return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:

@@ -68,7 +68,6 @@ class RequestHead:
         return _STAND_IN
 
     def answer(self, response: Response) -> Response:
-        """Response to send, given the one to a GET."""
         return dataclasses.replace(response, body=b"") if self.method == "HEAD" else response
 
 

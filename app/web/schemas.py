@@ -48,8 +48,6 @@ class Field:
 
 
 def number(low: float = -_LARGEST, high: float = _LARGEST) -> Field:
-    """Finite number between bounds."""
-
     def check(value: float) -> None:
         if not (math.isfinite(value) and low <= value <= high):
             raise Refused("number out of range")

@@ -172,7 +172,6 @@ class DuetServer(viser.ViserServer):
 
     @property
     def url(self) -> str:
-        """Address on this computer."""
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:

@@ -45,7 +45,6 @@ append_aligned_buffers: Final = viser_infra._append_aligned_buffers
 
 
 def client_html() -> str:
-    """Page of viser's client."""
     return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
 
 
@@ -58,12 +57,12 @@ def connection_of(server: viser.ViserServer, client_id: int) -> ServerConnection
 
 
 def client_id_of(server: viser.ViserServer, connection: ServerConnection) -> int:
-    """−1 for an unknown connection."""
+    """viser's client id, or −1 for an unknown connection."""
     return next((i for i, live in server._websock_server._live_connections.items() if live is connection), -1)
 
 
 def client_of(server: viser.ViserServer, client_id: int) -> viser.ClientHandle | None:
-    """Also while viser still calls the functions registered for its arrival."""
+    """A browser's handle, also while viser still calls the functions registered for its arrival."""
     return server._connected_clients.get(client_id)
 
 
@@ -420,7 +419,6 @@ def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
 
 
 def shared_messages(server: viser.ViserServer) -> list[Message]:
-    """First messages to every browser of a server."""
     buffer = server._websock_server._broadcast_buffer
     with buffer.buffer_lock:
         return list(buffer.message_from_id.values())
@@ -434,7 +432,7 @@ class _LoopEvent(asyncio.Event):
     """
 
     def set(self) -> None:
-        """Do nothing outside an event loop."""
+        """Set the event inside an event loop only."""
         with contextlib.suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()

@@ -25,7 +25,7 @@ class AskPushFilm(Action):
 
 
 def make_push_film(language: Language, push: Recorded) -> bytes:
-    """WebP file. Only the process that makes it imports what draws."""
+    """Film as WebP; only the process that makes it imports what draws."""
     from app.features.duel.push_film import film_bytes
 
     set_language(language)

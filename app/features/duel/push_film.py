@@ -24,7 +24,7 @@ BEFORE: Final = 3.0
 """Time before the nearest moment, if the push is long enough [s]."""
 
 SIZE: Final = (360, 270)
-"""[px]"""
+"""Width and height [px]."""
 
 _INK: Final = PALETTES["light"]
 

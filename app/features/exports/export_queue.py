@@ -125,7 +125,7 @@ class ExportQueue:
 
 
 def make_picture(language: Language, *arguments: Any) -> bytes:
-    """Only the worker imports matplotlib."""
+    """Picture in a language; only the worker imports matplotlib."""
     from app.features.exports.plot_pictures import picture_bytes
 
     set_language(language)

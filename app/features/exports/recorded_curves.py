@@ -98,7 +98,7 @@ class Curves:
 
     @property
     def times(self) -> Array:
-        """(k,) [s]."""
+        """Time of every point (k,) [s]."""
         return self.table[:, COLUMN["t"]]
 
     @property

@@ -49,7 +49,7 @@ class Track:
     values: list[Any] = field(default_factory=list)
 
     def put(self, frame: int, value: Any) -> None:
-        """Arrays are copied, as they may change."""
+        """Record a value; arrays are copied, as they may change."""
         if not self.frames or not _same(self.values[-1], value):
             self.frames.append(frame)
             self.values.append(value.flatten() if isinstance(value, np.ndarray) else value)

@@ -76,7 +76,7 @@ class PaperStep:
 
     @property
     def choices(self) -> list[str]:
-        """As Markdown."""
+        """Answers as Markdown."""
         return [] if self.step.question is None else [self.filled(choice.text) for choice in self.step.question.choices]
 
     @property
@@ -88,7 +88,6 @@ class PaperStep:
 
     @property
     def pictures(self) -> list[tuple[Markup, str]]:
-        """Pictures of all texts, with descriptions."""
         step = self.step
         found = PICTURE.finditer("\n".join((step.goal, step.do, step.observe, step.explain)))
         return [(lesson_html(one[0].strip(), step.setup.folder), one[1]) for one in found]

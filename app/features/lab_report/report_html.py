@@ -24,7 +24,7 @@ LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """Content policy: the page loads and runs nothing."""
 
 LARGEST_REPORT: Final = 32 * 2**20
-"""[bytes]"""
+"""Largest report that is read [bytes]."""
 
 _RECORD: Final = re.compile(rb'<template id="duet-report" data-record="([^"<>]{1,400000})">')
 _MOST_STEPS: Final = 500

@@ -94,7 +94,7 @@ def league_rows(
     robot: RobotKind,
     half: str = "public",
 ) -> list[LeagueRow]:
-    """The best first: with their own settings by their loss, at equal safety by their error."""
+    """Rows, the best first: with their own settings by their loss, at equal safety by their error."""
     known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
@@ -146,7 +146,6 @@ def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: st
 def league_tables(
     entrants: Sequence[Entrant], outcomes: Sequence[Played], schedule: Schedule
 ) -> list[tuple[str, list[LeagueRow]]]:
-    """Tables with their titles."""
     halves = {"public": "", "hidden": ", hidden half"} if schedule.word else {"public": ""}
     return [
         (f"{title}, {robot} robots{more}", league_rows(entrants, outcomes, schedule, level, robot, half))

@@ -78,7 +78,6 @@ class Schedule:
     word: str = ""
 
     def persons(self) -> list[Person]:
-        """All persons, the public half first."""
         hidden = [int.from_bytes(hashlib.sha256(f"{self.word} {i}".encode()).digest()[:4]) % 10_000 for i in self.seeds]
         halves: tuple[tuple[Half, list[int]], ...] = (("public", list(self.seeds)), ("hidden", hidden if self.word else []))
         return [
@@ -102,7 +101,6 @@ class Event(NamedTuple):
     level: Level
 
     def settings(self, person: Person) -> RunSettings:
-        """Settings of a run, with the default law."""
         law = LawSettings(critical_distance=CRITICAL_DISTANCE, nominal_velocity=NOMINAL_VELOCITY)
         hardware = ROBOTS[self.robot]
         # The ball crosses the path of the hand by itself, and the whole arm avoids it.
@@ -111,7 +109,6 @@ class Event(NamedTuple):
 
 
 def events() -> Iterator[Event]:
-    """Events of every entrant."""
     for level in LEVELS:
         for robot in ROBOTS:
             for scene in SCENES:

@@ -236,7 +236,6 @@ def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
 
 @cache
 def _lessons() -> dict[str, int]:
-    """Lesson name → number of questions and challenges."""
     return {
         lesson.id: sum((step.question is not None) + (step.challenge is not None) for step in lesson.steps)
         for lesson in load_lessons().lessons

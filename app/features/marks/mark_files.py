@@ -47,13 +47,11 @@ class StudentMarks(NamedTuple):
 
 
 def by_student(rows: Sequence[GradedFile]) -> list[StudentMarks]:
-    """Sorted by name."""
     ordered = sorted(rows, key=lambda row: row.student)
     return [StudentMarks(student, tuple(files)) for student, files in groupby(ordered, key=lambda row: row.student)]
 
 
 def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
-    """One row per file."""
     head = ("name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback")
     values = [
         (
@@ -66,7 +64,7 @@ def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
 
 
 def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Moodle's grading worksheet: the columns that its assignment reads, and identifies a student by."""
+    """Write Moodle's grading worksheet: the columns that its assignment reads, and identifies a student by."""
     head = ("Identifier", "Full name", "Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
     rows = [
         (
@@ -79,7 +77,7 @@ def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Canvas' gradebook identifies a student by ID, and takes only numbers."""
+    """Write a table for Canvas, which identifies a student by ID, and takes only numbers."""
     most = max((one.maximum for one in students), default=0.0)
     rows = [(one.student.name, one.student.id, "", _number(one.points)) for one in students]
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])

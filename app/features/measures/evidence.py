@@ -53,12 +53,12 @@ class Evidence:
         return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
 
     def column(self, name: str) -> Array:
-        """(rows,), see `scenes.history.SCALARS`."""
+        """Column (rows,), see `scenes.history.SCALARS`."""
         return self.table[:, COLUMN[name]]
 
     @property
     def times(self) -> Array:
-        """(rows,) [s]."""
+        """Time of every row (rows,) [s]."""
         return self.column("t")
 
     @property
@@ -103,11 +103,11 @@ class Evidence:
         return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
-        """(3,) [m]."""
+        """Position of the hand (3,) [m]."""
         return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
-        """(3,) [m]."""
+        """Position of the elbow (3,) [m]."""
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:

@@ -48,7 +48,7 @@ def _standing(room: Room) -> Kinematics:
 
 
 def ball_centre(room: Room, place: RoomPlace) -> Array:
-    """(3,) [m].
+    """Centre of the ball (3,) [m].
 
     Raises:
         BadSetting: no ball, no direction, or out of the ball's reach.
@@ -78,7 +78,7 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
 
 
 def start_positions(room: Room, start: Start | None) -> Array | None:
-    """q (nv,) [rad, m]; None for the room's own start.
+    """Start posture q (nv,) [rad, m]; None for the room's own start.
 
     Raises:
         BadSetting: the room has no such place or posture.

@@ -120,7 +120,6 @@ class _Skeleton:
         return whole[0]
 
     def _shoulder(self, side: ArmName, elbow: int) -> int | None:
-        """Joint where the upper arm of an elbow begins."""
         above = [i for i in self._above(elbow) if self._parts[i][0] == side]
         for names in UPPER_ARMS:
             if called := [i for i in above if self._parts[i][1] in names]:
@@ -194,5 +193,5 @@ class _Skeleton:
 
 
 def from_bvh(motion: SampledAngles) -> PersonTarget:
-    """The motion repeats."""
+    """Person that repeats a motion."""
     return PersonTarget(motion, max(motion.duration, 1e-3))

@@ -65,7 +65,7 @@ class CameraSource:
         return LazyText("No person is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
-        """(2, 4) [rad]; None if seen too long ago."""
+        """Last seen angles (2, 4) [rad]; None if too long ago."""
         seen, angles = self._latest
         return None if angles is None or self._clock() - seen > STALE else angles.copy()
 

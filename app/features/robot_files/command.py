@@ -16,7 +16,6 @@ class Robots:
 
 
 def robots(command: Robots) -> int:
-    """Print one line for each; return the exit code."""
     del command
     with ending_at_once():
         from app.features.robot_files.robot_file import robot_file

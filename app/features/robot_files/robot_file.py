@@ -15,10 +15,10 @@ from controllers.errors import BadInputFile
 from scenes.files import input_content
 
 LARGEST_URDF: Final = 10_000_000
-"""[B]"""
+"""Largest URDF file [B]."""
 
 LARGEST_MESHES: Final = 64_000_000
-"""[B]"""
+"""All mesh files of a robot together [B]."""
 
 
 MOST_NAMES: Final = 8

@@ -73,7 +73,7 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """A file may have its faces inside out."""
+    """Mesh with outward faces: a file may have it inside out."""
     # For an open shell only its author knows which side is outside.
     if len(mesh.faces) <= MENDED and mesh.is_watertight and not mesh.is_winding_consistent:
         mesh.fix_normals(multibody=True)

@@ -55,7 +55,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """[m]."""
+    """A sphere [m]."""
 
     radius: float
 
@@ -140,7 +140,6 @@ class UrdfTree:
 
 
 def short(name: str) -> str:
-    """For messages."""
     return "".join(c if c.isprintable() else "?" for c in name)[:40]
 
 

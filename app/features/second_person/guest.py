@@ -129,7 +129,7 @@ class Guest:
             self._hand.posts.do()
 
     def show(self, frame: Frame) -> None:
-        """Errors here never reach the host's page."""
+        """Draw a frame; errors here never reach the host's page."""
         set_language(self._look.language)
         with self._context.apart("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():

@@ -28,7 +28,7 @@ class SecondPlace(SessionPart):
         return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """A damaged record opens no link."""
+        """Open the saved link; a damaged record opens none."""
         try:
             self.word = msgspec.msgpack.decode(saved, type=str)
         except msgspec.MsgspecError:

@@ -107,7 +107,6 @@ class RecordWriter:
         return answer
 
     def close(self) -> None:
-        """Write everything that waits, and close the file."""
         self._ended = True
         self._wake.set()
         self._thread.join()

@@ -138,7 +138,6 @@ class SessionStore(Parking):
                 self._records[tab] = replace(record, state=None), since
 
     def close(self) -> None:
-        """Close every session, and write what waits."""
         super().close()
         if self._file is not None:
             self._file.close()

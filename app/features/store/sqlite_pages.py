@@ -42,7 +42,7 @@ class Pages:
         self._count = max([-(-len(self._content) // PAGE), *self._logged])
 
     def page(self, number: int) -> bytes:
-        """From 1; shorter where the end of the file is missing."""
+        """Page by its number, from 1; shorter where the end of the file is missing."""
         logged = self._logged.get(number)
         return self._content[(number - 1) * PAGE : number * PAGE] if logged is None else logged
 
@@ -107,7 +107,6 @@ def _values(row: bytes) -> tuple[SqliteValue, ...]:
 
 
 def _logged(path: Path) -> dict[int, bytes]:
-    """Newest pages of complete transactions, by number."""
     done: dict[int, bytes] = {}
     begun: dict[int, bytes] = {}
     log = path.read_bytes() if path.exists() else b""

@@ -185,7 +185,7 @@ class StoreFile:
             return True
 
     def write(self, changes: Iterable[Change]) -> None:
-        """All or nothing."""
+        """Write all changes or none."""
         execute = self.connection.execute
         execute("BEGIN IMMEDIATE")
         try:

@@ -82,7 +82,6 @@ def last_aside(path: Path) -> tuple[str, float]:
 
 
 def _sides(path: Path) -> tuple[Path, ...]:
-    """Files that SQLite adds while it writes."""
     return tuple(path.with_name(path.name + end) for end in ("-wal", "-shm"))
 
 

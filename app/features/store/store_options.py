@@ -14,10 +14,10 @@ MEMORY: Final = "memory"
 """Option value: keep visitors' work in memory only."""
 
 LONGEST_KEEP: Final = 24.0 * 366.0
-"""[hours]"""
+"""Largest value of `--keep` [hours]."""
 
 SMALLEST_STORE: Final = 1.0
-"""[MB]"""
+"""Smallest value of `--store-size` [MB]."""
 
 
 @dataclass(frozen=True)

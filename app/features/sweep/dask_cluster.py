@@ -73,7 +73,6 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
 
 @cache
 def environment() -> Environment:
-    """Versions on which the figures of this process depend."""
     code = hashlib.sha256()
     for folder in (controllers.__path__[0], scenes.__path__[0]):
         for file in sorted(Path(folder).rglob("*.*")):

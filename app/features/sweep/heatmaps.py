@@ -78,7 +78,7 @@ class _Plan:
         self.critical = np.array([values(grid.at(point))["dm"] for point in grid.points()]).reshape(grid.shape)
 
     def figure(self, name: str) -> Array:
-        """In the shown unit, of the grid's shape; nan where it is not finite."""
+        """A figure in the shown unit, of the grid's shape; nan where it is not finite."""
         field = self._figures[name] * _SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
@@ -102,7 +102,7 @@ class _Plan:
         return self.specs[axis.key]
 
     def symbol(self, axis: Axis) -> str:
-        """As mathematics if it is a symbol."""
+        """Name of an axis, as mathematics if it is a symbol."""
         label = self.spec(axis).label
         head, _, index = label.partition("_")
         if len(head) > 1 or " " in label:

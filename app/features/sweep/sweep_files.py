@@ -89,7 +89,6 @@ class SweepFiles:
             raise
 
     def finish(self) -> None:
-        """Write the complete table in order, and remove the rows so far."""
         (self._write_csv if self.form == "csv" else self._write_parquet)(self.table)
         self.part.unlink(missing_ok=True)
 

@@ -21,7 +21,6 @@ class HandedOverListener(socket.socket):
         self._address = address
 
     def getsockname(self) -> tuple[str, int]:
-        """Address to which browsers connect."""
         return self._address
 
     def listen(self, backlog: int = 0, /) -> None:

@@ -97,7 +97,6 @@ class JobClient(Jobs):
         self._unsent.put(None)
 
     def _drop(self, owner: object, kind: str | None) -> bool:
-        """True if there were any."""
         dropped = [job for job in self._jobs.values() if job.owner == owner and kind in (None, job.kind)]
         for job in dropped:
             job.state = "dropped"

@@ -25,6 +25,6 @@ class LoadOfAll:
 
     @property
     def everywhere(self) -> ServerLoad:
-        """A process that has drawn nothing yet does not count as the slowest."""
+        """Load of all processes; one that has drawn nothing yet does not count as the slowest."""
         reports = [self._workload.report, *self._elsewhere]
         return combined([one for one in reports if one.frames] or reports)

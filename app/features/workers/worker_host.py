@@ -31,7 +31,6 @@ class WorkerHost(PrivateHost):
                     self.context.server.send_elsewhere(client)
 
     def join(self) -> None:
-        """Announce the visitors that can be joined here."""
         super().join()
         words = {word for pages in self.joining for word in pages.words(self.visitors.values())}
         for word in words - self._announced:

@@ -161,5 +161,4 @@ class WorkerLink:
         self.wake()
 
     def received(self) -> list[Any]:
-        """Messages since the last call."""
         return [self._arrived.popleft() for _ in range(len(self._arrived))]

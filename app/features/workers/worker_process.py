@@ -87,7 +87,6 @@ class WorkerProcess:
             hand_over(connection, self._channel)
 
     def serve(self) -> None:
-        """Hand over waiting connections."""
         self.ready = self.has_served = True
         for connection in self.waiting:
             self.waiting.leave(connection)

@@ -126,7 +126,6 @@ class Controls:
 
     @property
     def below_clock(self) -> float:
-        """Order between the clock and the tabs."""
         return self._tabs.order - 0.5
 
     def _transport(self) -> None:

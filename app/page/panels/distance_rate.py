@@ -210,7 +210,6 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
 
 
 def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
-    """Class and words of the promise at this moment."""
     lost, law = missing_now(simulation.settings, simulation.history), simulation.settings.law
     lowest = law.critical_distance - BELOW
     failed = sample.distance < lowest

@@ -91,6 +91,6 @@ class MomentChooser(PagePanel):
             self._session.player.review(action.time)
 
     def show(self, frame: Frame) -> None:
-        """Allow dragging while the run is paused or replayed."""
+        """Allow dragging over the plots while the run is paused or replayed."""
         offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

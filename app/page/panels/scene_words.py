@@ -64,7 +64,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:
-    """From the room's origin, along the room's axes as seen in the first view."""
+    """Position of a hand from the room's origin, along the room's axes as seen in the first view."""
     hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
     x, y, z = (round(100.0 * length) for length in hand.tolist())
     towards = simulation.room.rig.camera.toward

@@ -22,7 +22,6 @@ class ServerLoad(NamedTuple):
 
 
 def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
-    """Kind and words of each pill."""
     return [
         ("", tr("frames/s: {count}", count=load.frames)),
         ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),

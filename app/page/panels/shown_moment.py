@@ -59,11 +59,9 @@ class Scrubber:
 
     @property
     def id(self) -> str:
-        """Id of the slider on the page."""
         return uuid_of(self._slider)
 
     def rest(self) -> None:
-        """Write the moment at once."""
         self._next = self._clock
 
     def _go_to(self, action: Seek) -> None:
@@ -128,5 +126,4 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
 
 
 def css_text(words: str) -> str:
-    """CSS string for a style element."""
     return json.dumps(words, ensure_ascii=False).replace("<", "\\3c ")

@@ -17,7 +17,7 @@ FAR = 1000.0
 
 @quantity(N_("setting"), "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
-    """In SI units; of a choice, its index."""
+    """A setting in SI units; the index of a choice."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
     if value is None or spec is None or spec.read is not None:
         return None

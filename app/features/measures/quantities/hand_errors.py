@@ -75,7 +75,6 @@ def mark_miss(evidence: Evidence, angle: float) -> Value:
 
 
 def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
-    """First and last row."""
     run = evidence.settings
     if not evidence.whole or not run.draws_circle:
         return None
