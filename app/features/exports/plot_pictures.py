@@ -93,7 +93,7 @@ def _figure(recorded: Recorded, seconds: float, details: Details, only: tuple[st
         details = cast(Details, charts[0])
     time_plots_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
     if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
-        # They ask the laws of the settings.
+        # These plots would show the law of the settings.
         details = "none"
     table = rerun(recorded).table
     curves = Curves(recorded, table[-newest_steps(recorded, seconds) :])

@@ -44,7 +44,7 @@ _DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
 
 
 def main() -> None:
-    """Run the command in the best available isolation, its last argument."""
+    """Run the command in the best available isolation, and add the name of that as its last argument."""
     wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: None)]

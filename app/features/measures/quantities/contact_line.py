@@ -51,7 +51,7 @@ def activation_formula(evidence: Evidence, ratio: float) -> Value:
 
 @quantity(N_("u"), "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
-    """u [m/s]."""
+    """u, the pull of the task towards the obstacle [m/s]."""
     return float(evidence.column("u")[-1])
 
 
