@@ -1,4 +1,4 @@
-"""All features, from the top down: each may use those below it, and the core; no file of the core imports any of them."""
+"""All features, from the top down: each may use those below it; no file of the core imports any."""
 
 from typing import Final
 
@@ -58,7 +58,8 @@ FEATURES: Final[tuple[Feature, ...]] = (
     STORE,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts, charts, documents, choices and readers of all.
+# Every process that uses a feature imports this package first, and with it texts, charts, documents, choices
+# and readers of all.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
 add_charts(feature.charts for feature in FEATURES if feature.charts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})

@@ -1,4 +1,4 @@
-"""Which browsers have come and gone; pages of newcomers are built one at a time and piece by piece, while all others have their frames."""
+"""Arrival of browsers, and the queue for pages."""
 
 from collections import deque
 from collections.abc import Callable, Generator
@@ -11,20 +11,20 @@ import viser
 from app.hosting.app_context import AppContext
 
 SLICE: Final = 0.008
-"""Wall time in one frame after which no further piece of a page is built [s]."""
+"""Wall time per frame for building pages [s]."""
 
 Pieces = Generator[None, None, None]
-"""The building of a page, which yields after every piece."""
+"""Building of a page; yields after every piece."""
 
 _WHOLE: Final = object()
 
 
 class Admission:
-    """The browsers that come and go, and the queue of those that wait for their pages. Belongs to the frame loop's thread.
+    """Arriving and leaving browsers, and the queue for pages. Belongs to the frame loop's thread.
 
     Args:
-        build: begins to build a client's page; between two pieces the language of others may be set, which it does not notice.
-        failed: called in the handler of an exception that a building has raised.
+        build: begins a client's page; the language of others may be set between two pieces.
+        failed: called in the handler of an exception that `build` raised.
     """
 
     def __init__(
@@ -40,13 +40,12 @@ class Admission:
 
     @property
     def busy(self) -> bool:
-        """Whether a page is still to be built."""
         return self._current is not None or bool(self._waiting)
 
     def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Return the clients that have connected and are still there, and the ids of those that have disconnected, since the last call.
+        """Clients that have connected, and ids of those that have disconnected, since the last call.
 
-        Those that have disconnected wait no longer; a page that is half built is given up.
+        Disconnected clients leave the queue; a half-built page is given up.
         """
         before, self._here = self._here, self._context.server.get_clients()
         departures = before.keys() - self._here.keys()
@@ -59,14 +58,15 @@ class Admission:
         self._waiting.append(client)
 
     def send_on(self, count: int, may_go: Callable[[viser.ClientHandle], bool]) -> list[viser.ClientHandle]:
-        """Drop waiting clients that may go elsewhere, at most `count`, the newest first; return them."""
+        """Drop and return at most `count` waiting clients that may go elsewhere, the newest first."""
         found = [client for client in reversed(self._waiting) if may_go(client)][: max(count, 0)]
         for client in found:
             self._waiting.remove(client)
         return found
 
     def advance(self) -> None:
-        """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame, at once."""
+        """Build the first client's page for `SLICE`, at least one piece; the next page waits for another
+        frame."""
         if self._current is None and self._waiting:
             client = self._waiting.popleft()
             self._current = client, self._build(client), copy_context()
@@ -87,7 +87,6 @@ class Admission:
             self._context.wake()
 
     def close(self) -> None:
-        """Give up all pages that are not whole."""
         self._waiting.clear()
         self._give_up()
 

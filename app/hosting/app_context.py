@@ -1,4 +1,4 @@
-"""What a running app is made of, handed to every host and visitor as one object."""
+"""Parts shared by all hosts and visitors of an app."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -25,19 +25,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class AppContext:
-    """The parts that all hosts and visitors share.
+    """What all hosts and visitors share.
 
     Attributes:
-        options: with which the server was started.
-        jobs: computes in the background for all sessions.
-        law: makes a law that may answer later, for each session.
-        store: what visitors who are away left behind.
-        workload: what the rounds take, and how many private sessions there may be at once.
-        errors: logs what fails in the pages' frames.
-        panels: makes the panels that features add to the page of a visitor who operates a session.
-        key_help: rows of features for the page's table of keys.
-        overlays: makes what features draw on a page that shows a session.
-        started_with: objects for hosts and pages, at most one of each type: from who starts the app, see `given`.
+        jobs: background jobs of all sessions.
+        law: makes the late law of a session.
+        errors: log of failures in the pages' frames.
+        panels: makers of the features' panels on an operator's page.
+        key_help: rows of features in the page's table of keys.
+        overlays: makers of what features draw on a page that shows a session.
+        started_with: objects for hosts and pages, at most one of each type; see `given`.
         opened: what features have opened for the whole server; closed with it.
         frame_due: set to ask for a frame at once.
         parts: what features keep for the server.
@@ -59,14 +56,14 @@ class AppContext:
     parts: list[ServerPart] = field(default_factory=list)
 
     def given(self, kind: type[T]) -> T | None:
-        """The object of a type among `started_with`; None if there is no such object."""
+        """Object of this type in `started_with`, or None."""
         return next((one for one in self.started_with if isinstance(one, kind)), None)
 
     def part(self, kind: type[P]) -> P:
-        """The server's part of a class.
+        """The server's part of this class.
 
         Raises:
-            LookupError: the server has none; no feature in use adds it.
+            LookupError: no feature in use adds it.
         """
         for part in self.parts:
             if isinstance(part, kind):
@@ -74,12 +71,13 @@ class AppContext:
         raise LookupError(f"no feature of this server adds a {kind.__name__}")
 
     def wake(self) -> None:
-        """Ask for a frame at once; from any thread."""
+        """Ask for a frame at once, from any thread."""
         self.frame_due.set()
 
     @contextmanager
     def apart(self, what: str, client_id: int) -> Iterator[None]:
-        """Log an exception of one browser's page: the others must not lose a frame. A tab that is just closing has no page any more."""
+        """Log an exception of one browser's page, so that the others lose no frame; ignored if the tab is
+        closing."""
         try:
             yield
         except Exception as error:

@@ -1,4 +1,4 @@
-"""The one thread that simulates and draws, and when a page has its next frame: seldom while it rests or its tab is out of sight."""
+"""The one thread that simulates and draws; resting and hidden pages have few frames."""
 
 import logging
 import threading
@@ -14,23 +14,23 @@ from app.web.sending import waking_together
 log = logging.getLogger("duet.hosts")
 
 SOONEST: Final = 0.008
-"""Least wall time between two frames when a visitor's action asks for one at once [s]."""
+"""Least time between two frames when an action asks for one at once [s]."""
 
 STUCK: Final = 3.0
-"""A frame that takes longer than this counts as stuck [s]."""
+"""Duration after which a frame may be stuck [s]."""
 
 MOST_WORK, LONGEST = 15.0, 120.0
-"""A frame that takes more of the processor's time, or of any time, does not come to its end [s]."""
+"""Most processor and wall time of a frame that is not stuck [s]."""
 
 
 class FrameLoop:
-    """Calls a function every `FRAME`, and at once (but not sooner than `SOONEST`) when a frame is due.
+    """Calls a function every `FRAME`, and at once (but at least `SOONEST` later) when a frame is due.
 
     Args:
         frame: advances and draws everything, given the wall time and the time since the last frame [s].
         due: set to ask for a frame at once.
-        note: called after every frame with the wall time that it took, and the time since the last one [s].
-        clock: returns the wall time [s].
+        note: called after every frame with its wall time and the time since the last one [s].
+        clock: wall time [s].
     """
 
     def __init__(
@@ -54,23 +54,22 @@ class FrameLoop:
         return self._clock() - self._began < STUCK
 
     def hangs(self) -> bool:
-        """True if the current frame is stuck, not merely slow: it neither works nor waits for a processor, or works too long. Ask
-        every few seconds."""
+        """True if the current frame is stuck, not merely slow: it neither works nor waits for a processor, or
+        works too long. Ask every few seconds."""
         worked, seen = _processor_time(self.thread), self._seen
         self._seen = worked
         if self.is_at_work():
             return False
-        # Even a busy machine gives a thread that wants one a processor now and then.
+        # Even a busy machine gives a thread that wants a processor one now and then.
         return worked == seen or worked - self._worked > MOST_WORK or self._clock() - self._began > LONGEST
 
     def stop(self) -> None:
-        """Stop, and wait until the last frame is done."""
         self._stopped = True
         self._due.set()
         self.thread.join(timeout=5.0)
 
     def round(self) -> tuple[float, float]:
-        """Make one frame; return before when there is no further one, and until when there is none unless it is asked for [s]."""
+        """Make one frame. Returns the earliest and the latest time of the next one [s]."""
         now, last = self._clock(), self._began
         self._began, self._worked = now, _processor_time(self.thread)
         try:
@@ -93,24 +92,24 @@ class FrameLoop:
 
 
 def _processor_time(thread: threading.Thread) -> float:
-    """Processor time of a thread, or of the whole process where the system does not tell [s]."""
+    """Processor time of a thread, or of the whole process if the system does not tell [s]."""
     if thread.ident is None or not hasattr(time, "pthread_getcpuclockid"):
         return time.process_time()
     return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
 
 
 LIVELY: Final = 3.0
-"""So long after anything has happened, a page has a frame in every round: a camera may still be on its way [s]."""
+"""Time after any event with a frame in every round: a camera may still be moving [s]."""
 
 RESTING: Final = 0.5
-"""Time between two frames of a page on which nothing happens [s]."""
+"""Time between two frames of a resting page [s]."""
 
 UNSEEN: Final = 1.0
-"""Time between two frames of a page that is out of sight, so that a file it was asked for is still sent [s]."""
+"""Time between two frames of a hidden page, so that a requested file is still sent [s]."""
 
 
 class Attention:
-    """What one page has been doing lately. All times are wall time [s]."""
+    """Recent activity of one page. All times are wall time [s]."""
 
     def __init__(self) -> None:
         self._lively_until = self._next = 0.0
@@ -121,9 +120,8 @@ class Attention:
         """True if a page gets a frame in this round.
 
         Args:
-            hidden: whether its tab is out of sight.
-            paused: whether its run stands still.
-            stirred: whether its browser has sent anything, or anything that it waited for has come, since the last frame.
+            hidden: whether its tab is hidden.
+            stirred: whether its browser has sent anything, or a result has arrived, since the last frame.
         """
         turned = (hidden, paused) != (self._hidden, self._paused)
         self._hidden, self._paused = hidden, paused
@@ -135,10 +133,9 @@ class Attention:
         return True
 
     def note(self, now: float, state: object) -> None:
-        """Take note of a frame that was drawn. `state`: equal to the last one's if it reads the same."""
+        """Record a frame that was drawn. `state`: equal to the last one's if it reads the same."""
         if not self._paused or state != self._state:
             self._lively_until, self._state = now + LIVELY, state
 
     def rests(self, now: float) -> bool:
-        """True if nothing has happened for a while."""
         return now >= self._lively_until

@@ -6,16 +6,12 @@ from app.hosting.admission import Admission
 
 
 class Host(Protocol):
-    """Advances and draws what a server shows; `frame` belongs to the thread of the frame loop.
-
-    Attributes:
-        admission: of the browsers that come.
-    """
+    """Advances and draws what a server shows. `frame` belongs to the frame loop's thread."""
 
     admission: Admission
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. `now`, `elapsed`: wall time, and that since the last frame [s]."""
+        """Times are wall time, and time since the last frame [s]."""
 
     def close(self, goes_on: bool = False) -> None:
-        """Keep what visitors have done, and close every session. `goes_on`: whether the next server goes on with it."""
+        """Save the visitors' work and close every session. `goes_on`: whether the next server continues it."""

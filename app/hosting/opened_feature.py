@@ -1,4 +1,4 @@
-"""What a feature opens once for a whole server, such as a device."""
+"""A feature's state for a whole server, such as a device."""
 
 from collections.abc import Sequence
 
@@ -7,11 +7,11 @@ from app.session.late_law import LateLawMaker
 
 
 class OpenedFeature:
-    """State of a feature that all sessions of one server share.
+    """A feature's state that all sessions of a server share.
 
     Attributes:
         panels: makers of panels that use this state.
-        law: makes the law that may answer later of each session; None if this feature has none.
+        law: makes each session's late law, or None.
     """
 
     panels: Sequence[PanelMaker] = ()

@@ -1,4 +1,4 @@
-"""Where the live session of a visitor who is away waits, under the id that each tab keeps."""
+"""Live sessions of absent visitors, by the id of the tab."""
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from app.session.session import Session
 from app.settings import OPENED
 
 AWAY: Final = 600.0
-"""How long a live session waits for its visitor [s]."""
+"""Time that a live session waits for its visitor [s]."""
 
 MOST_SESSIONS: Final = 8
-"""Live sessions that are kept at once; the oldest makes room. Each holds the history of its run."""
+"""Most live sessions, each with the history of its run; the oldest is closed first."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,11 @@ class _Parked:
 
 
 class Parking:
-    """Keeps live sessions in memory, so that a tab that reconnects continues where it was. Belongs to the frame loop's thread.
+    """Keeps live sessions in memory, for tabs that reconnect with the same link. Belongs to the frame loop's
+    thread.
 
-    The same tab gets its session back by the same link. A visitor without a valid id leaves nothing. Records are not kept here;
-    a feature may keep them (`app.feature.Feature.store`).
-
-    Args:
-        clock: returns the time [s].
+    A visitor without a valid id leaves nothing. Records are kept by a feature, if at all
+    (`app.feature.Feature.store`).
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -39,37 +37,35 @@ class Parking:
 
     @property
     def lasting(self) -> bool:
-        """True if records outlive the server."""
         return False
 
     @property
     def health(self) -> Mapping[str, object]:
-        """What `/healthz` says of it; called on the network's thread."""
+        """Part of `/healthz`; called on the network's thread."""
         return {}
 
     @property
     def trouble(self) -> tuple[str, str] | None:
-        """Title and text, in English, of what visitors have to know now; None if all is well."""
+        """Title and text, in English, of a warning for visitors, or None."""
         return None
 
-    def save(self, record: VisitorRecord) -> None:
-        """Keep a visitor's record in place of an earlier one."""
+    def save(self, record: VisitorRecord) -> None: ...
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
-        """Find the record of a visitor by the query of the new link; None if there is no record, or if the live session waits for this
-        visitor.
+        """Record of a visitor by the query of the new link; yields while it is read.
 
-        Yields while it is being read.
+        Returns:
+            None without a record, or if the live session waits for this visitor.
         """
         yield from ()
         return None
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
-        """True if what a tab comes back for is in this process, and nowhere else."""
+        """True if no other process has what a tab comes back for."""
         return tab_id(query) in self.parked
 
     def park(self, query: Mapping[str, str], session: Session) -> None:
-        """Keep a live session, which does not advance meanwhile; a session that cannot be claimed is closed."""
+        """Keep a live session, paused; close it if it could not be claimed."""
         tab = tab_id(query)
         if tab is None:
             session.close()
@@ -80,7 +76,7 @@ class Parking:
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> Session | None:
-        """Return the live session of a tab that is back by the same link, else None; by another link the session is closed."""
+        """Live session of a tab that is back by the same link, or None; another link closes it."""
         self.tidy()
         tab = tab_id(query) or ""
         if not self.awaits(query):
@@ -89,26 +85,23 @@ class Parking:
         return self.parked.pop(tab).session
 
     def awaits(self, query: Mapping[str, str]) -> bool:
-        """True if a live session waits for this tab with this link."""
         parked = self.parked.get(tab_id(query) or "")
         return parked is not None and link_of(parked.query) == link_of(query)
 
     def is_reload(self, query: Mapping[str, str]) -> bool:
-        """True if the tab of a live session has loaded its page again; False if only its connection was lost."""
+        """True if a live session's tab has loaded its page again; False if it only lost its connection."""
         parked = self.parked.get(tab_id(query) or "")
         return parked is not None and parked.query.get(OPENED) != query.get(OPENED)
 
     def tidy(self) -> None:
-        """Drop what is too old or too much."""
         now = self._clock()
-        # In order of age, the oldest first.
+        # The oldest first.
         for tab, parked in list(self.parked.items()):
             if now - parked.since <= AWAY and len(self.parked) <= MOST_SESSIONS:
                 break
             self._close(tab)
 
     def close(self) -> None:
-        """Close every session."""
         for tab in list(self.parked):
             self._close(tab)
 

@@ -1,5 +1,5 @@
-"""Prepares at the start what is slow the first time: words of the other languages, what features prepare, and the meshes of robots, rooms
-and the person. Meshes that the user's cache does not hold yet are made in another process, as they would delay the frames for seconds."""
+"""Prepares slow things at the start. Missing meshes are made in another process, as they would delay the
+frames for seconds."""
 
 import logging
 import threading
@@ -24,13 +24,13 @@ from scenes.room_shells import furniture_glb
 log = logging.getLogger("duet.hosts")
 
 PAUSE: Final = 0.02
-"""Time after each item, in which the frames have the interpreter for themselves [s]."""
+"""Pause after each item, for the frames [s]."""
 
 ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
 
 class Preparation:
-    """Reads or makes every item once, in a thread of its own. `jobs`: makes what is not stored."""
+    """Reads or makes every item once, in its own thread. `jobs`: makes what is not stored."""
 
     def __init__(self, parts: Sequence[ServerPart], jobs: Jobs) -> None:
         self._parts, self._jobs = parts, jobs
@@ -62,7 +62,7 @@ class Preparation:
 
 
 def mesh_makers() -> Iterator[Callable[[], object]]:
-    """Yield a function for every mesh, which reads it from the user's cache or makes it."""
+    """One function per mesh, which reads it from the user's cache or makes it."""
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
@@ -78,5 +78,5 @@ def _furnish(rig: str, coarse: bool) -> None:
 
 
 def make(draw: Callable[[], object]) -> None:
-    """Make one mesh for the user's cache; runs in a worker."""
+    """Runs in a worker."""
     draw()

@@ -20,11 +20,11 @@ log = logging.getLogger("duet.hosts")
 
 
 class PrivateHost:
-    """Every tab has its own session, except those that join another one's.
+    """A private session for every tab, except for tabs that join another's.
 
     Attributes:
         visitors: by client id, once their pages are built.
-        joining: the pages of those who join.
+        joining: pages of those who join.
     """
 
     def __init__(self, context: AppContext) -> None:
@@ -35,7 +35,7 @@ class PrivateHost:
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self, goes_on: bool = False) -> None:
-        """Keep what every visitor has done, and close every session, also of visitors who are away."""
+        """Save and close all sessions, also of absent visitors."""
         del goes_on
         self.admission.close()
         for visitor in self.visitors.values():
@@ -44,7 +44,6 @@ class PrivateHost:
         self.context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw every session."""
         self.connect()
         self.context.server.max_clients = self.context.workload.places
         self.admission.advance()
@@ -54,7 +53,7 @@ class PrivateHost:
                 visitor.frame(now, elapsed)
 
     def connect(self) -> None:
-        """Close the pages of browsers that have disconnected; those that have connected wait for theirs."""
+        """Close the pages of disconnected browsers, and queue those that have connected."""
         arrivals, departures = self.admission.changes()
         self.context.store.tidy()
         for client_id in departures:
@@ -67,30 +66,29 @@ class PrivateHost:
             self.admission.come(client)
 
     def join(self) -> None:
-        """Bring the pages of those who join to their visitors."""
         for visitor in self.visitors.values():
             visitor.beside = ()
         for pages in self.joining:
             pages.follow(self.visitors.values())
 
     def joined(self, query: Mapping[str, str]) -> JoiningPages | None:
-        """The pages to which a link belongs; None if it asks for a session of its own."""
+        """Pages to which a link belongs; None if it asks for its own session."""
         return next((pages for pages in self.joining if pages.expects(query)), None)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        """Build a visitor's page piece by piece; it is drawn once it is whole."""
         context, query = self.context, request_query(client)
         joined = self.joined(query)
         if joined is not None:
             yield from joined.build(client, self.visitors.values())
             return
         settings, problems = from_query(query, context.options.settings)
-        # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
+        # The tab's earlier connection may not have been noticed to be gone, or the tab was duplicated and
+        # keeps its own session.
         tab = tab_id(query)
         before = [one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab]
         for visitor in before:
             visitor.save()
-        # What goes on at this connection is known without a store.
+        # A run that continues from an earlier connection needs no store.
         record = before[-1].record() if before else (yield from context.store.recall(query))
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
@@ -100,7 +98,7 @@ class PrivateHost:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]
         if before and not visitor.session.parts.lead and before[-1].session.settings == settings:
-            # It has gone on while the page was built.
+            # The earlier session has advanced while the page was built.
             yield from go_on_from(visitor.session, state_of(before[-1].session))
         parked = context.store.claim(query) if before else None
         if parked is not None:

@@ -1,4 +1,4 @@
-"""What a server is started with. Imports nothing slow."""
+"""Options of a server. Imports nothing slow."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -21,12 +21,12 @@ class FeatureOptions:
 
     @property
     def shared_by(self) -> str:
-        """Option by which all tabs see one session, such as `--exhibit`; "" while every tab has a session of its own."""
+        """Option by which all tabs see one session, such as `--exhibit`; "" if every tab has its own."""
         return ""
 
     @property
     def most_pages(self) -> int | None:
-        """Pages that may be open at once; None for as many as there are private sessions."""
+        """Pages that may be open at once; None for the number of private sessions."""
         return None
 
     @property
@@ -35,14 +35,10 @@ class FeatureOptions:
         return ""
 
     def check(self) -> None:
-        """Refuse what is not possible, before anything is served.
-
-        Raises:
-            BadSetting: of an option.
-        """
+        """Raises `BadSetting` before anything is served."""
 
     def held(self, port: int, until: ExitStack) -> Self:
-        """Take what the server holds while it runs, such as the lock of a file; return these options for what serves.
+        """Take what the server holds while it runs, such as a file's lock; return the options to serve with.
 
         Args:
             port: at which the server listens.
@@ -55,14 +51,10 @@ class FeatureOptions:
         return self
 
     def fits(self, options: "ServeOptions") -> None:
-        """Refuse what is not possible with the other options, before anything is served.
-
-        Raises:
-            BadSetting: of an option.
-        """
+        """Check the combination with the other options; raises `BadSetting` before anything is served."""
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
-        """Lines that the start prints. `places`: private sessions at once."""
+        """Lines printed at the start. `places`: private sessions at once."""
         del host, port, places
         return ()
 
@@ -76,12 +68,12 @@ class ServeOptions:
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
         key: the teacher's, or None.
-        allowed_origins: web addresses from which pages may connect besides our own.
+        allowed_origins: web addresses of other pages that may connect.
         embed_origins: web addresses of pages that may show ours in a frame.
-        proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
+        proof: of a notebook server, see `app.web.origin_policy.PROOF`, or "".
         ahead: whether to prepare what is slow the first time.
-        loops: frame loops that share the sessions, each with a core of its own.
-        features: what is asked of features, at most one of each type.
+        loops: frame loops that share the sessions, each with its own core.
+        features: at most one of each type.
     """
 
     host: str = "127.0.0.1"
@@ -97,10 +89,9 @@ class ServeOptions:
     features: tuple[FeatureOptions, ...] = ()
 
     def of(self, kind: type[T]) -> T:
-        """Options of a feature; its defaults if it was asked for nothing."""
         return next((one for one in self.features if isinstance(one, kind)), None) or kind()
 
     @property
     def shared(self) -> FeatureOptions | None:
-        """Options of the feature by which all tabs see one session; None if every tab has a session of its own."""
+        """Options of the feature by which all tabs see one session; None if every tab has its own."""
         return next((one for one in self.features if one.shared_by), None)

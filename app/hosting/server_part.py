@@ -1,4 +1,4 @@
-"""What a feature keeps for a whole server, and what it does for one visitor of it."""
+"""A feature's parts for a whole server, and for one visitor."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,13 +14,10 @@ from app.settings import Language
 
 @dataclass(frozen=True, eq=False)
 class Visit:
-    """A visitor's session while its page is not built yet.
+    """A visitor's session before its page is built.
 
     Attributes:
-        session: of the visitor.
-        language: of the page.
-        query: of the visitor's link.
-        private: whether the session belongs to this visitor alone: not to a class or one of its groups.
+        private: whether the session is this visitor's alone, not of a class or group.
         back: whether a live session was claimed from the store.
         new: whether the store has nothing of the visitor.
     """
@@ -34,15 +31,16 @@ class Visit:
 
 
 class VisitorPart:
-    """What a feature does for one visitor, besides its panels; a subclass overrides what it needs."""
+    """A feature's part for one visitor, besides panels; a subclass overrides what it needs."""
 
     def open(self, record: VisitorRecord | None) -> tuple[str, ...]:
-        """Open what the visitor's link or record asks for; a message for every part of the link that is not possible."""
+        """Open what the visitor's link or record asks for; return a message for every impossible part of the
+        link."""
         del record
         return ()
 
     def notify(self) -> None:
-        """Say what is wrong with the feature's files, once the page is built, or built again after `outdated`."""
+        """Report problems with the feature's files, once the page is built, also again after `outdated`."""
 
     def add_to(self, client: viser.ClientHandle, view: View) -> None:
         """Add to the visitor's page, after its panels."""
@@ -52,23 +50,22 @@ class VisitorPart:
 
     @property
     def outdated(self) -> bool:
-        """True if the page must be built again, such as after a file was read again."""
+        """True if the page must be built again, for example after a file was read again."""
         return False
 
     def renew(self, language: Language) -> None:
-        """Prepare for a page that is built again. `language`: of that page."""
+        """Prepare for a page that is built again in `language`."""
 
 
 class ServerPart:
-    """What a feature keeps for a whole server; a subclass overrides what it needs."""
+    """A feature's part for a whole server; a subclass overrides what it needs."""
 
     def visit(self, visit: Visit) -> VisitorPart | None:
-        """Part of a visitor who comes; None if the feature does nothing for this one."""
         del visit
         return None
 
     def prepare(self, language: Language) -> None:
-        """Read or make what is slow the first time, in a thread of its own."""
+        """Read or make what is slow the first time, in its own thread."""
 
     def close(self) -> None:
-        """End threads and release files; the server has ended."""
+        """End threads and release files, after the server's end."""

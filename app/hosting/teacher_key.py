@@ -9,10 +9,10 @@ from app.web.traffic_limits import Allowance, remember
 from controllers.errors import BadSetting
 
 AUTO: Final = "auto"
-"""In place of a key: a random one is made."""
 
 SHORTEST: Final = 12
-"""Shortest key [characters]: who hangs up does not wait for the answer to a wrong one, and may guess as fast as the network allows."""
+"""Shortest key [characters]: an attacker who does not wait for answers may guess as fast as the network
+allows."""
 
 PERIOD: Final = 1.0
 """Time between the answers to two wrong keys from one address [s]."""
@@ -21,11 +21,10 @@ LONGEST: Final = 5.0
 """Longest wait for an answer to a wrong key [s]; the library gives a request 10 s."""
 
 MOST_ADDRESSES: Final = 1000
-"""Addresses of wrong keys that are remembered."""
 
 
 def chosen_key(asked: str | None) -> str | None:
-    """Return the key of a server; a random one for "auto".
+    """Key of a server; a random one for "auto".
 
     Raises:
         BadSetting: the key is too short.
@@ -41,14 +40,13 @@ def chosen_key(asked: str | None) -> str | None:
 
 
 class Guesses:
-    """Has wrong keys wait for their answers, one `PERIOD` after the other from one address, each on its own connection. The right key never
-    waits: behind a proxy a student who guesses has the teacher's address.
-
+    """Delays answers to wrong keys, one `PERIOD` after the other from one address, each on its own
+    connection. The right key never waits: behind a proxy a guessing student has the teacher's address.
     Belongs to the network's thread.
 
     Args:
-        key: the teacher's; None if there is none.
-        clock: returns the time [s].
+        key: the teacher's, or None.
+        clock: time [s].
     """
 
     def __init__(self, key: str | None, clock: Callable[[], float] = monotonic) -> None:
@@ -56,7 +54,7 @@ class Guesses:
         self._wrong: dict[str, Allowance] = {}
 
     def delay(self, address: str, query: Mapping[str, str]) -> float:
-        """Time that a request waits for its answer [s]."""
+        """Delay of an answer [s]."""
         if not is_mistaken(self._key, query):
             return 0.0
         answers = self._wrong.get(address) or Allowance(1.0 / PERIOD, 0.0)
@@ -65,10 +63,8 @@ class Guesses:
 
 
 def is_teacher(key: str | None, query: Mapping[str, str]) -> bool:
-    """True if a link carries the key; none does where there is no key."""
     return key is not None and secrets.compare_digest(query.get("key", "").encode(), key.encode())
 
 
 def is_mistaken(key: str | None, query: Mapping[str, str]) -> bool:
-    """True if a link carries a wrong key."""
     return key is not None and bool(query.get("key")) and not is_teacher(key, query)

@@ -1,4 +1,4 @@
-"""One visitor with a private session: the session, the page that shows it, the controls, and what a link or a record asks for."""
+"""One visitor with a private session."""
 
 import logging
 from collections.abc import Iterator, Mapping
@@ -31,34 +31,32 @@ SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
-"""The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
+"""Time between records of a resting page [s]: a record's age counts from when the tab was last there."""
 
 
 class Beside(Protocol):
-    """The page of another person, who sees the same session."""
+    """Page of another person who sees the same session."""
 
     client: viser.ClientHandle
 
-    def act(self) -> None:
-        """Do what this person's browser has asked for."""
+    def act(self) -> None: ...
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame; it raises nothing."""
+        """Draw a frame; never raises."""
 
 
 class Visitor:
-    """A session with its page: the visitor's own one, claimed from the store, or a new one. The page is there once `build` has come to
-    its end.
+    """A private session and its page: claimed from the store, or new. The page exists once `build` has ended.
 
     Args:
-        problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: others may join it.
-        query: under which the store has the session; None for that of the page.
+        problems: messages about the visitor's link.
+        private: True if the session belongs to no student: others may join it.
+        query: key of the session in the store; None for the page's own.
 
     Attributes:
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
-        beside: the pages of others who see it.
+        beside: pages of others who see the session.
     """
 
     def __init__(
@@ -82,7 +80,7 @@ class Visitor:
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
         self.session = parked or Session(settings, context.wake, context.jobs, context.law)
-        # A page with a link begins as its link says, and a server with settings of its own as they say.
+        # A link, or the server's own settings, decide how the page begins.
         usual = context.options.settings.run == RunSettings()
         self.session.hand.source.opens = private and usual and asks_for_nothing(self.query)
         if parked is None and record is not None:
@@ -96,13 +94,13 @@ class Visitor:
         self.operation: Operation
 
     def build(self) -> Pieces:
-        """Build the page piece by piece; the browser is sent the whole of it at once. If it does not become whole, a session that was
-        claimed goes back to the store, and a new one is closed."""
+        """Build the page piece by piece, for the browser at once. After a failure a claimed session goes back
+        to the store, and a new one is closed."""
         try:
             yield
             yield from self._pieces()
         except BaseException:
-            # Also of a tab that is closed before its page is whole.
+            # Also if the tab is closed before its page is whole.
             if self.is_back:
                 self._context.store.park(self.query, self.session)
             else:
@@ -129,7 +127,6 @@ class Visitor:
             self._begin_run()
 
     def _page(self, whole: bool) -> Pieces:
-        """Draw the page in the present language. `whole`: see `Operation`."""
         client = self.client
         self.view = View(client, self.session, lambda: [client], overlays=self._context.overlays)
         yield
@@ -151,24 +148,23 @@ class Visitor:
         self.view.welcome(client)
 
     def _begin_run(self) -> None:
-        """Do what a link asks of a run that begins, besides its settings."""
         if MOTION in self.query and not self.session.parts.lead:
             self.session.control.halt.set("visitor")
         self._replay_link()
 
     def _replay_link(self) -> None:
-        """Replay the run that a link holds; the visitor's own run stands meanwhile, and goes on when the replay is left."""
+        """Replay the run in the link; the visitor's own run is paused meanwhile."""
         for part in self.session.parts:
             self.operation.notify_problems(part.open_link(self.query))
         if PUSH in self.query:
             try:
-                # In place of a file's name.
+                # Shown in place of a file's name.
                 self.session.player.watch_file(run_of_text(self.query[PUSH]), tr("a push from a link"))
             except BadInputFile as error:
                 self.operation.notify_problems((str(error),))
 
     def _translate(self) -> None:
-        """Build the page again in another language, or with files that were read again; the session goes on where it is."""
+        """Build the page again, in another language or with changed files; the session continues."""
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
         set_language(self.language)
@@ -176,21 +172,21 @@ class Visitor:
             part.renew(self.language)
         with self.client.atomic():
             self.client.gui.reset()
-            # At once: the visitor looks on.
+            # All pieces at once: the visitor is waiting.
             for _ in self._page(self.operation.whole):
                 pass
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw, but for a page that rests or is out of sight only now and then; a run that is out of sight stands still.
+        """Advance and draw. A resting or hidden page is drawn seldom; a hidden run is paused.
 
         Args:
             now: wall time [s].
-            elapsed: wall time since the last round [s].
+            elapsed: since the last round [s].
         """
         workload = self._context.workload
         clients = self.client, *(one.client for one in self.beside)
         pages = [page for one in clients if (page := self._context.server.page_of(one.client_id)) is not None]
-        # The run goes on as long as one person sees it.
+        # The run continues while at least one person sees it.
         hidden, heard = bool(pages) and all(page.hidden for page in pages), sum(page.heard for page in pages)
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
         self.session.control.halt.set("hidden", hidden)
@@ -218,7 +214,7 @@ class Visitor:
         self._attention.note(now, frame.state)
 
     def _keep_record(self, now: float) -> None:
-        """Hand over the record every `SAVING`, after a rest at once, and say once what is wrong with the store. `now`: wall time [s]."""
+        """Save the record every `SAVING`, at once after a rest, and warn once of trouble with the store."""
         store = self._context.store
         if not store.lasting or self.superseded or tab_id(self.query) is None:
             return
@@ -231,16 +227,15 @@ class Visitor:
         self._trouble = trouble
 
     def record(self) -> VisitorRecord:
-        """What this visitor can come back to."""
         return record_of(self.query, self.session)
 
     def save(self) -> None:
-        """Keep settings and progress in the store, unless they have gone on at a later connection of the same tab."""
+        """Save the record, unless a later connection of the same tab has the session."""
         if not self.superseded:
             self._context.store.save(self.record())
 
     def leave(self) -> None:
-        """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
+        """Close the page of a lost connection, and keep the session for the visitor's return."""
         self.session.posts.drop()
         for reason in NOT_THE_VISITORS:
             self.session.control.halt.set(reason, False)
@@ -256,13 +251,12 @@ log = logging.getLogger("duet.hosts")
 
 
 def record_of(query: Mapping[str, str], session: Session) -> VisitorRecord:
-    """What a session can be made from again. `query`: of its visitor."""
     parts = session.parts
     return VisitorRecord(query, session.settings, state_of(session), parts.saved(), parts.recordings())
 
 
 def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
-    """Go on with the run of a record, after its settings and parts; yield every few steps that are made again for it."""
+    """Continue the run of a record, after its settings and parts; yield every few repeated steps."""
     histories = [part.history for part in session.parts]
     if record.state is None or None in histories:
         return

@@ -1,4 +1,4 @@
-"""What a visitor leaves behind, and the id of the tab under which it is found again."""
+"""Record of a visitor, and the id of the tab by which it is found."""
 
 import logging
 import re
@@ -19,33 +19,33 @@ P = TypeVar("P")
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
 _OF_THE_TAB: Final = ("resume", "window", "key", MOTION, OPENED, LANGUAGES_KEY, PANEL)
-"""Parts of a query that describe the tab and its visitor, and not what it shows."""
+"""Keys of a query that describe the tab and its visitor, not what it shows."""
 
 
 def tab_id(query: Mapping[str, str]) -> str | None:
-    """Return the id that a tab keeps in its browser's storage; None if its query carries no valid one."""
+    """Id in the tab's storage; None if its query has no valid one."""
     word = query.get("resume", "")
     return word if _TAB_ID.match(word) else None
 
 
 def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """True if two queries come from the same tab with the same link."""
+    """True for the same tab with the same link."""
     return tab_id(query) is not None and tab_id(query) == tab_id(other) and link_of(query) == link_of(other)
 
 
 def link_of(query: Mapping[str, str]) -> dict[str, str]:
-    """Return the parts of a query that say what it shows."""
+    """Parts of a query that decide what it shows."""
     return {key: value for key, value in query.items() if key not in _OF_THE_TAB}
 
 
 @dataclass(frozen=True)
 class VisitorRecord:
-    """What a visitor can come back to, as plain data that does not change.
+    """What a visitor can come back to, as immutable plain data.
 
     Attributes:
-        state: where the session was; None if it cannot go on from there.
-        parts: what features add, by name, see `with_part`.
-        recordings: recorded runs that these parts keep, by name, see `app.session.parts.SessionPart.recordings`.
+        state: of the session; None if it cannot continue.
+        parts: of features, by name; see `with_part`.
+        recordings: runs that these parts keep, by name; see `app.session.parts.SessionPart.recordings`.
     """
 
     query: Mapping[str, str]
@@ -56,14 +56,14 @@ class VisitorRecord:
 
 
 def with_part(record: VisitorRecord, name: str, part: object) -> VisitorRecord:
-    """Record with a feature's own part, plain data, in place of an earlier one of this name; None removes that."""
+    """Record with a feature's part (plain data) replaced; None removes it."""
     others = {key: value for key, value in record.parts.items() if key != name}
     added = {} if part is None else {name: msgspec.msgpack.encode(part)}
     return replace(record, parts={**others, **added})
 
 
 def part_of(record: VisitorRecord, name: str, kind: type[P]) -> P | None:
-    """A feature's own part of a record; None if the record has no such part, or one that is not of this type."""
+    """A feature's part of a record; None without one of this type."""
     content = record.parts.get(name)
     if content is None:
         return None

@@ -1,4 +1,4 @@
-"""What the rounds of a frame loop take, and how many sessions a machine carries: estimated from the speed of its steps, then corrected."""
+"""Duration of rounds, and number of sessions that a machine carries."""
 
 import math
 import time
@@ -11,25 +11,24 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 MEMORY: Final = 3.0
-"""Rounds are averaged over about so long [s]."""
+"""Time constant of averages [s]."""
 
 ENOUGH: Final = 2.5
-"""With fewer sessions than this on average, rounds say little about what one more would take."""
+"""Mean number of sessions below which rounds say little about the cost of one more."""
 
 BAND: Final = 0.1
-"""The number of places changes when the measured one differs by more than this part."""
+"""Relative deviation at which the measured number of places is used."""
 
 REPORT: Final = 1.0
-"""Time between two reports [s]."""
 
 
 class Workload:
-    """Belongs to the frame loop's thread; `places` and `report` may be read from any.
+    """Measures rounds. Belongs to the frame loop's thread; `places` and `report` may be read from any.
 
     Args:
-        places: sessions at once; to begin with, where they are corrected.
+        places: sessions at once; an initial value if `corrected`.
         loops: frame loops that share them.
-        corrected: whether the measured rounds correct them.
+        corrected: whether measured rounds correct `places`.
 
     Attributes:
         sessions: that had a frame in the last round.
@@ -46,21 +45,21 @@ class Workload:
 
     @property
     def budget(self) -> float:
-        """Wall time that each session may use for its steps in one frame [s]."""
+        """Wall time of each session's steps in one frame [s]."""
         return budget_of(self.sessions, self._drawing)
 
     def drew(self, stepping: float) -> None:
-        """Count a session that had a frame in this round. `stepping`: wall time of its steps [s]."""
+        """Count a session's frame. `stepping`: wall time of its steps [s]."""
         self._drawn += 1
         self._stepping += stepping
 
     def note(self, work: float, elapsed: float) -> None:
-        """Take note of a round. `work`: wall time that it took; `elapsed`: from its beginning to that of the next one [s]."""
+        """Record a round. `work`: its wall time; `elapsed`: time to the next one's beginning [s]."""
         part = min(elapsed / MEMORY, 1.0) if self._interval else 1.0
         self._work += (work - self._work) * part
         self._mean_sessions += (self._drawn - self._mean_sessions) * part
         self._interval += (elapsed - self._interval) * part
-        # What comes next is drawn like this.
+        # The next round's drawing is assumed to take as long.
         self._drawing = work - self._stepping
         self.sessions, self._drawn, self._stepping = self._drawn, 0, 0.0
         if self._corrected and self._mean_sessions >= ENOUGH:
@@ -75,17 +74,15 @@ class Workload:
 
 
 DRAWING: Final = 36.0
-"""What drawing and sending one session's frame costs, in steps of the room that a newcomer sees."""
+"""Cost of a session's frame besides its steps [steps of the usual room]."""
 
 BATCHES, BATCH = 5, 20
-"""The steps that are timed: the quickest batch counts, as whatever else runs makes it slower only."""
+"""Timed batches, and steps of each. The quickest batch counts, as other work only slows it down."""
 
 
 def step_seconds() -> float:
-    """Measure how much processor time one step takes here, in some 50 ms [s].
-
-    Before the loops of a step are machine code, which takes longer to load than a first picture may wait, this is how long it will take.
-    """
+    """Processor time of one step, measured within about 50 ms [s]. Before the loops are compiled, which takes
+    too long for a first picture, an estimate for compiled loops."""
     run = RunSettings()
     simulation, least = Simulation(run), math.inf
     source = simulation.source()
@@ -98,16 +95,16 @@ def step_seconds() -> float:
 
 
 def places(step: float, loops: int = 1) -> int:
-    """Estimate how many sessions have 1 / `SLOWEST` frames a second at once, each at real time.
+    """Estimated number of real-time sessions with 1 / `SLOWEST` frames a second each.
 
     Args:
         step: see `step_seconds` [s].
-        loops: frame loops, and a core for each.
+        loops: frame loops, each with a core.
     """
     session = (SLOWEST / RunSettings().dt + DRAWING) * step
     return affordable(session) * loops
 
 
 def affordable(session: float) -> int:
-    """Number of sessions that fit into one frame loop, at least one. `session`: share of a round that each takes [s]."""
+    """Number of sessions in one frame loop, at least one. `session`: share of a round that each takes [s]."""
     return max(int(SLOWEST / max(session, 1e-9)), 1)

@@ -1,5 +1,4 @@
-"""A visitor's camera: it shows the whole experiment first, or what a part of the page is about, but never without a whole arm; it follows
-what would leave the free part of the picture, and is left alone as soon as the visitor moves it."""
+"""A visitor's camera: shows whole arms, and follows until the visitor moves it."""
 
 import math
 from collections import deque
@@ -16,57 +15,55 @@ from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
 GLIDE: Final = 1.4
-"""How long the camera takes to where it shows everything again [s of wall time]."""
+"""Duration of a camera move [s of wall time]."""
 
 REST: Final = 1.5
-"""How long it then stays there at least, unless something has left the free part [s of wall time]."""
+"""Least rest after a move, unless something has left the free part [s of wall time]."""
 
 LOOK_EVERY: Final = 0.2
-"""Time between two looks where the hands are, and whether everything is in the free part [s of wall time]."""
+"""Time between two checks of the hands and the free part [s of wall time]."""
 
 RECENT: Final = 25
-"""Number of the newest places of the hands that count for the view."""
+"""Newest hand positions that count for the view."""
 
 NEAR_EDGE: Final = 0.04
-"""Share of the free part, at its edge, at which the camera begins to follow."""
+"""Margin of the free part at which the camera begins to follow [share]."""
 
 ROOM: Final = 0.12
-"""Share of the free part that is free at its edge after the camera has followed, so that it need not follow soon again."""
+"""Margin of the free part after a move [share]."""
 
 SETTLING: Final = 6.0
-"""How long a newcomer's camera is corrected at once when the picture changes its shape [s of wall time]."""
+"""Time during which a newcomer's camera follows the picture's shape at once [s of wall time]."""
 
 STAYS: Final = 0.7
-"""The other part of the picture is taken only if everything is seen larger there by more than this share."""
+"""Gain in size above which the other free part is used [share]."""
 
 WAY: Final = 0.05
-"""What is shown around the way of a hand [m]."""
+"""Space shown around a hand's path [m]."""
 
 SAME: Final = 0.004
-"""What the browser says of a camera differs from what it was sent by less than this [m]."""
+"""Largest difference between a sent camera and the browser's report of it [m]."""
 
 UPRIGHT: Final = 1e-6
-"""A camera with a smaller horizontal distance from what it looks at looks straight down or up [m]."""
+"""Horizontal distance to its aim below which a camera looks straight down or up [m]."""
 
 LABEL_EDGE: Final = 4.0
-"""Free space around a label that is kept in the free part of the picture [CSS px]."""
+"""Free space around a label [CSS px]."""
 
 MOST_SENT: Final = 1000
-"""Places that are remembered of those that the browser has not said yet."""
+"""Most sent cameras without a report."""
 
 
 class CameraFollow:
     """Moves the camera of one client.
 
     Args:
-        camera: of the client.
-        aim: points it, see `app.web.viser_internals.aim`.
-        view: returns what of the experiment is to be seen.
-        way: returns points (k, 3) where a hand or the ball will be soon [m].
-        picture: what the client's page says of its picture.
+        aim: points the camera, see `app.web.viser_internals.aim`.
+        view: what of the experiment must be seen.
+        way: points (k, 3) where a hand or the ball will be soon [m].
+        picture: size reported by the client's page.
 
     Attributes:
-        picture: as given.
         left_alone: the visitor has moved the camera since the last first view.
     """
 
@@ -90,28 +87,29 @@ class CameraFollow:
         self._point_view: PointView | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
-        """Show the whole experiment at once, and follow from then on. `now`: wall time [s]."""
+        """Show the whole experiment at once, then follow. `now`: wall time [s]."""
         self.left_alone, self._glide, self._part = False, None, None
         self._recent.clear()
         camera = self._camera
-        # What the browser says next may be of the time before.
+        # The browser's next report may be older than this.
         self._sent.append((np.array(camera.position), np.array(camera.look_at)))
         camera.up_direction = np.array([0.0, 0.0, 1.0])
         self._send(self._fitted(simulation))
         self._rest_until = now + REST
 
     def welcome(self, simulation: Simulation, now: float) -> None:
-        """Show the whole experiment at once, and again while the page finds its layout. `now`: wall time [s]."""
+        """`first_view`, repeated while the page's layout settles. `now`: wall time [s]."""
         self.first_view(simulation, now)
-        # The docked panel narrows the picture a moment after the page has opened, and only the browser knows by how much.
+        # The docked panel narrows the picture a moment after the page has opened; only the browser knows by
+        # how much.
         self._settles_until = now + SETTLING
 
     def follow(self, simulation: Simulation, now: float, dragging: bool = False) -> None:
-        """Move the camera if the picture has got other free parts, or if something would leave them.
+        """Move the camera if the free parts have changed, or something would leave them.
 
         Args:
             now: wall time [s].
-            dragging: whether the visitor drags something, which a view that moves under the mouse would move.
+            dragging: whether the visitor drags something, which a moving view would move.
         """
         if now <= self._settles_until and not self.left_alone and self.picture.take_change():
             self.first_view(simulation, now)
@@ -121,7 +119,7 @@ class CameraFollow:
         if self._pose is None or self.left_alone or not (changed or looks or self._glide) or self._moved_by_visitor():
             return
         if changed:
-            # The visitor has folded or opened the plots, or given the window another size.
+            # The visitor has folded or opened the plots, or resized the window.
             self._glide = now, self._pose, self._fitted(simulation)
         if looks:
             self._next = now + LOOK_EVERY
@@ -135,15 +133,15 @@ class CameraFollow:
             self._glide = now, self._pose, self._fitted(simulation)
 
     def keep_free(self, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
-        """Where a label at a place is not cut by the picture's edge or covered by panels, as near as possible.
+        """Nearest place where a label is neither cut by the picture's edge nor covered by panels.
 
         Args:
-            place: of the middle of its lower edge (3,) [m].
-            label: its width and height [CSS px].
+            place: middle of its lower edge (3,) [m].
+            label: width and height [CSS px].
 
         Returns:
-            The new place (3,) [m], and whether the label is free at the old one. A place behind the eye stays as it is, and every
-            place while the camera looks straight down.
+            The new place (3,) [m], and whether the label is free at the old one. Unchanged behind the eye,
+                and while the camera looks straight down.
         """
         camera, pose, known = self._camera, self._pose, self._point_view
         if self.left_alone:
@@ -160,8 +158,8 @@ class CameraFollow:
     def _moved_by_visitor(self) -> bool:
         """True if the browser reports a camera that it was never sent.
 
-        It reports places in the order in which they were sent, however late. Place and aim are compared one by one: it may say the place of
-        before with the aim of now.
+        Reports come late, but in the order of sending. Position and aim are compared separately: the browser
+        may mix an old position with a new aim.
         """
         said = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
         known = [next((k for k, sent in enumerate(self._sent) if np.abs(sent[i] - said[i]).max() < SAME), None) for i in range(2)]
@@ -181,17 +179,16 @@ class CameraFollow:
     def _send(self, pose: Pose) -> None:
         self._pose = pose
         if len(self._sent) >= MOST_SENT:
-            # A tab out of sight stays where it is, and then goes to the newest.
+            # A hidden tab keeps its camera, and then goes to the newest.
             del self._sent[1 : MOST_SENT // 2]
         self._sent.append((pose.eye, pose.look_at))
         self._aim(pose)
 
     def _fitted(self, simulation: Simulation) -> Pose:
-        """Return the nearest camera that shows the view above the panels, and the contact and the ways of the hands in a free part."""
         view, picture = self._view(), self.picture.free()
         size, toward = (picture.width, picture.height), np.array(view.toward)
         centres, radii = framed_now(simulation)
-        # The way from A to B past the ball, or round a circle; of many points every eighth will do.
+        # The path from A to B past the ball, or round a circle; every eighth of many points is enough.
         prescribed = simulation.way[::8] if len(simulation.way) > 8 else simulation.way
         ways = np.concatenate([self._way(), prescribed, *self._recent])
         centres, radii = np.concatenate([centres, ways]), np.concatenate([radii, np.full(len(ways), WAY)])
@@ -206,7 +203,7 @@ class CameraFollow:
 
 
 def view_corners(view: Camera) -> Array:
-    """Return the corners (4, 3) of what a view must show [m]."""
+    """Corners (4, 3) of what a view must show [m]."""
     right, up, _ = axes(np.array(view.toward))
     corners = [x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
     return np.array(view.centre) + np.array(corners)

@@ -1,4 +1,4 @@
-"""What is operated of one session: controls, handles, keys."""
+"""Controls, handles and keys of an operator."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -27,7 +27,7 @@ from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
 from scenes.settings import values
 
 CALM: Final = 0.1
-"""Wall time between two looks at the controls while nothing is done with them [s]."""
+"""Wall time between two updates of unused controls [s]."""
 
 PANELS: Final[list[PanelMaker]] = [
     DetailsChooser,
@@ -36,26 +36,23 @@ PANELS: Final[list[PanelMaker]] = [
     ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
-"""The panels of the core that need nothing but their context; a further one is one more entry."""
+"""Core panels that need only their context."""
 
 
 class Operation:
-    """What a visitor operates: controls, handles, keys.
+    """Controls, handles and keys of a session.
 
     Args:
-        client: of the operator.
-        session: what is operated.
-        view: what is seen of it.
-        instead: keys that mean something else on this page, which others watch.
+        instead: keys with another meaning on this page, which others watch.
         whole: whether all settings are shown.
         private: whether this is the page of a private session.
         owners: whether this is the page of the person who started the server.
-        panels: makes the panels of features.
+        panels: makers of the features' panels.
         key_help: rows of features for the table of keys.
 
     Attributes:
-        whole: the same, as the visitor has asked for since.
-        handlers: of the page's actions; they cover the session's until the page closes.
+        whole: the visitor's later choice.
+        handlers: of the page's actions; they override the session's until the page closes.
     """
 
     def __init__(
@@ -128,16 +125,12 @@ class Operation:
         return self._page.panel(kind)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
-        """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:
             self._session.notify("A part of the link was left out", problem)
 
     def show(self, frame: Frame, stirred: bool = True) -> None:
-        """Bring handles and controls up to date, and show the session's notices.
-
-        Args:
-            stirred: whether anything was done, or has come, since the last frame.
-        """
+        """Update handles and controls, and show notices. `stirred`: whether anything was done, or has
+        arrived."""
         self._gizmos.show(frame)
         notices = self._session.notices
         while notices:
@@ -156,7 +149,7 @@ class Operation:
         self._link.show(frame, self._keep.visible)
 
     def close(self) -> None:
-        """Operate the session no more: go back to live, and drop every export that is being made."""
+        """Go back to live, and drop unfinished exports."""
         self._session.handlers.uncover(self.handlers)
         for panel in self._page.made:
             panel.close()

@@ -1,5 +1,4 @@
-"""How a page looks: scripts and style sheets in their order, with what depends on the settings (constants, palette and profile), our title
-bar, and the theme of viser's widgets below it."""
+"""Look of a page: scripts, styles, constants, title bar and theme."""
 
 import base64
 from functools import cache
@@ -25,10 +24,10 @@ from scenes.laws import LAWS
 
 
 def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
-    """Scripts that every page runs before viser's client.
+    """Scripts that run before viser's client.
 
     Args:
-        page: theme and language, where the link asks for none.
+        page: theme and language, unless the link asks for others.
         shared: whether all tabs see one session.
     """
     scripts = (
@@ -57,13 +56,12 @@ def _files(names: str, kind: str) -> tuple[Path, ...]:
 
 
 def loading_html() -> str:
-    """First part of the page's body: our name, and one line until viser's client is there."""
+    """Beginning of the page's body: our name, and one line until viser's client has loaded."""
     return (STATIC / "loading.html").read_text(encoding="utf-8").replace("__MARK__", MARK)
 
 
 @cache
 def style_sheet(profile: Profile) -> Markup:
-    """Return the style sheet as a <style> element."""
     k, light, dark = scale(profile), PALETTES["light"], PALETTES["dark"]
     laws = zip(cycle(light.laws), cycle(dark.laws), strict=False)
     return macros("page/panels/style.html").sheet(
@@ -86,7 +84,6 @@ def _mark(ink: str, motto: str) -> str:
 
 
 def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
-    """Give a page our title bar, and viser's widgets the theme and our colour."""
     gui.configure_theme(
         titlebar_content=titlebar(),
         dark_mode=theme == "dark",
@@ -97,7 +94,7 @@ def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
 
 
 def titlebar() -> TitlebarConfig:
-    """Return viser's title bar with our mark for light and dark, in the visitor's language."""
+    """viser's title bar with our mark for light and dark."""
     motto = tr("two arms, one gives way")
     return TitlebarConfig(
         buttons=None,

@@ -1,4 +1,4 @@
-"""What the panels of a visitor who operates a session are made from."""
+"""Context of an operator's panels."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -20,21 +20,16 @@ P = TypeVar("P", bound=PagePanel)
 
 @dataclass(frozen=True, eq=False)
 class PanelContext:
-    """The page of an operator while its panels are made.
+    """Page of an operator while its panels are made.
 
     Attributes:
-        client: of the operator.
-        session: what is operated.
-        view: what is seen of it.
-        handlers: of the page's actions.
-        controls: of the session's settings.
-        gizmos: with which the visitor moves what they hold.
-        keep: the folder “Keep and replay”; not visible while few things are shown.
-        private: whether the session belongs to this visitor alone: not to a class or one of its groups.
+        gizmos: with which the visitor moves things.
+        keep: folder “Keep and replay”; hidden while few controls are shown.
+        private: whether the session is this visitor's alone, not of a class or group.
         owners: True on the page of the person who started the server.
-        instead: keys that mean something else on this page, which others watch.
-        made: the panels made so far.
-        links: each returns what a link to the frame says, in place of settings; None if it has nothing to say.
+        instead: keys with another meaning on this page, which others watch.
+        made: panels made so far.
+        links: each returns the content of a link in place of settings, or None.
     """
 
     client: viser.ClientHandle
@@ -54,7 +49,7 @@ class PanelContext:
         """Panel of a class that was made before.
 
         Raises:
-            LookupError: none is of this class; the feature that has it must stand below in `app.features`.
+            LookupError: there is none; its feature must be below in `app.features`.
         """
         for panel in self.made:
             if isinstance(panel, kind):
@@ -63,4 +58,4 @@ class PanelContext:
 
 
 PanelMaker = Callable[[PanelContext], PagePanel | None]
-"""Makes a panel of a page; None if this page has no place for it."""
+"""Makes a panel, or None if the page has no place for it."""

@@ -1,4 +1,4 @@
-"""A visitor's window, as the page says it, and which part of the 3-D picture in it is free of plots, sheet and card."""
+"""A visitor's window, and the free part of the 3-D view."""
 
 import re
 from collections.abc import Callable
@@ -15,20 +15,20 @@ from app.web.pages import page_query
 from app.web.viser_internals import request_of, uuid_of
 
 TITLEBAR: Final = 47.0
-"""Height of the bar at the top, until the page says how high its picture is [CSS px]."""
+"""Height of the title bar, until the page reports its picture's height [CSS px]."""
 
 PHONE: Final = 576.0
-"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
+"""Largest window width with viser's single sheet at the bottom [CSS px]."""
 
 
 class PictureSize(NamedTuple):
-    """What a browser says [CSS px].
+    """Report of a browser [CSS px].
 
     Attributes:
         window: width of the window.
-        width, height: of the 3-D picture.
-        covered: how high the plots cover the picture, open or folded.
-        card_right, card_bottom: to where the card covers its top left corner; 0 where there is none.
+        width, height: of the 3-D view.
+        covered: height of the plots, open or folded.
+        card_right, card_bottom: far corner of the card at the top left; 0 without a card.
     """
 
     window: float
@@ -40,10 +40,10 @@ class PictureSize(NamedTuple):
 
 
 class PictureReport:
-    """Listens to `picture_size.js` on the page of one client, which sends six numbers by a hidden box when they change.
+    """Receives `picture_size.js`'s six numbers by a hidden box when they change.
 
     Args:
-        tab: that holds the mark of the box, besides the main panel; a folded panel takes its own with it.
+        tab: holds the mark of the box, besides the main panel, as a folded panel removes its own.
         page: returns the profile of the page, and whether it is bare, see `free_picture`.
     """
 
@@ -63,13 +63,14 @@ class PictureReport:
             self._size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """True if the picture's size changed or the card appeared since the last call; a card that only grows does not count."""
+        """True if the picture's size changed or the card appeared since the last call; a card that only grows
+        does not count."""
         before, size = self._taken, self._size
         self._taken = self._client.camera.aspect if size is None else (*size[:4], size.card_bottom > 0.0)
         return before != self._taken
 
     def free(self) -> "FreePicture":
-        """Free part of the picture, by the page's usual layout until the page has sent its size."""
+        """Free part of the picture; of the usual layout until the first report."""
         (profile, bare), size = self._page(), self._size
         if size is not None:
             return free_picture((size.window, size.height), size.width, profile, bare, size.covered, size[4:])
@@ -79,9 +80,9 @@ class PictureReport:
 
 
 def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
-    """Return width and height of a client's window below the title bar, as they were when it came [CSS px].
+    """Width and height of a client's window below the title bar when it connected [CSS px].
 
-    The camera's own size is in device pixels, and of a canvas that has not found its place yet.
+    The camera's own size is in device pixels, of a canvas that is not laid out yet.
     """
     request = request_of(client)
     given = None if request is None else _window_of(request.path)
@@ -96,34 +97,33 @@ def _window_of(path: str) -> tuple[float, float] | None:
 
 
 CARD: Final = (330.0, 190.0)
-"""Width and height of the card over the picture's top left corner [CSS px], times the profile's scale."""
+"""Width and height of the card [CSS px], times the profile's scale."""
 
 PHONE_CARD: Final = 120.0
 """Height of the card on a phone, where it is as wide as the picture [CSS px]."""
 
 CARD_MARGIN: Final = 14.0
-"""Around the card [CSS px]."""
 
 LOW_CANVAS: Final = 520.0
-"""On a canvas lower than this the plots begin folded up [CSS px]."""
+"""Height of the canvas below which the plots begin folded [CSS px]."""
 
 PLOTS_ROW: Final = (720.0, 32.0)
-"""On a picture narrower than this the choice of plots needs a second row, and how high that is [CSS px]."""
+"""Picture width below which the choice of plots needs a second row, and height of that row [CSS px]."""
 
 PLOTS_BAR: Final = 60.0
 """Height of the folded plots [CSS px]."""
 
 CAPTION: Final = 0.13
-"""Share of a projector's height that the line below a scene without panels covers."""
+"""Share of a projector's height below a scene without panels."""
 
 PHONE_ASPECT: Final = 0.62
-"""Width over height of the window below which it is a phone's."""
+"""Width over height below which a window is a phone's."""
 
 PHONE_SHEET: Final = 0.48
-"""Share of a phone's height that the panels cover."""
+"""Share of a phone's height for the panels."""
 
 LEAST: Final = 80.0
-"""A free part narrower or lower than this is of no use [CSS px]."""
+"""Least useful width or height of a free part [CSS px]."""
 
 
 class Rectangle(NamedTuple):
@@ -135,7 +135,7 @@ class Rectangle(NamedTuple):
     bottom: float
 
     def inset(self, share: float) -> "Rectangle":
-        """Return the rectangle without a margin, a share of its shorter side."""
+        """The rectangle without a margin, `share` of its shorter side."""
         margin = share * min(self.right - self.left, self.bottom - self.top)
         return Rectangle(self.left + margin, self.top + margin, self.right - margin, self.bottom - margin)
 
@@ -144,12 +144,12 @@ class Rectangle(NamedTuple):
 
 
 class FreePicture(NamedTuple):
-    """A picture between the docked panels, and what of it is free.
+    """A picture between the docked panels, and its free parts.
 
     Attributes:
         width, height: of the picture [CSS px].
-        open: above the plots, or above the sheet of a phone.
-        free: parts of it beside and below the card; together they are all that is free.
+        open: above the plots, or above a phone's sheet.
+        free: parts of it beside and below the card, which together are all that is free.
     """
 
     width: float
@@ -158,7 +158,7 @@ class FreePicture(NamedTuple):
     free: tuple[Rectangle, ...]
 
     def contains(self, x: float, y: float, share: float = 0.0) -> bool:
-        """True if a point is free. `share`: of the margin, see `Rectangle.inset`."""
+        """`share`: of the margin, see `Rectangle.inset`."""
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
@@ -175,11 +175,9 @@ def free_picture(
 
     Args:
         window: width and height of the window below the title bar [CSS px].
-        width: of the picture, which is what docked panels leave of the window's [CSS px].
-        profile: of the page.
-        bare: whether the page shows no panels, but a line below the scene.
-        plots_cover: how high the plots are over the picture, or a phone's sheet; None where only the page's usual layout is
-            known [CSS px].
+        width: of the picture: the window without docked panels [CSS px].
+        bare: whether the page has a line below the scene instead of panels.
+        plots_cover: height of the plots, or of a phone's sheet; None for the usual layout [CSS px].
         card: right and lower end of the card; None likewise [CSS px].
     """
     height, k = window[1], scale(profile)

@@ -1,7 +1,5 @@
-"""What a page shows of one session: stage, plots, numbers, and what features add.
-
-The controls (`app.page.operation`) are built separately: where all share a session this is shown to all, and one has the controls.
-"""
+"""A page's view of one session. The controls (`app.page.operation`) are separate: a shared session has many
+views, but one operator."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -35,10 +33,10 @@ from scenes.simulation import Simulation
 
 
 class ViewPart(Protocol):
-    """What a feature draws on a page that shows a session; it may fill the view's places."""
+    """What a feature draws on a page; it may set the view's attributes."""
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame, before the view does."""
+        """Called before the view draws."""
         ...
 
 
@@ -50,24 +48,22 @@ class View:
 
     Args:
         host: the server or one client; viser gives both a `.scene` and a `.gui`.
-        session: what is shown.
-        clients: the cameras of these clients follow when another experiment or another rig is chosen.
-        look: of an audience, which shares the view; None for the look that the session's settings ask for.
+        clients: their cameras follow a change of experiment or rig.
+        look: of an audience, which shares the view; None for the session's.
         language: of the reader; None for the session's.
         folds: whether the controls make room for a panel at the left on a narrow window.
-        tip: returns what the reader can do and watch; None for the visitor's, or the class's.
-        overlays: makes the parts that features add.
+        tip: what the reader can do and watch; None for the visitor's, or the class's.
+        overlays: makers of the features' parts.
 
     Attributes:
-        host, session, language, folds: the same.
         private: whether this is the page of one client.
         narrow: whether its window is narrow.
-        camera: place of a part: returns what of the live run is to be seen; None for the experiment's own view.
-        keeps_back: place of a part: true while a question waits for its answer, so that what the law does is not said.
-        card_attributes: place of parts: return further attributes of the contact card, for scripts.
+        camera: set by a part: returns what of the live run must be seen; None for the experiment's own view.
+        keeps_back: set by a part: True while a question waits for its answer, so that the law's values are
+            hidden.
+        card_attributes: set by parts: return further attributes of the contact card, for scripts.
         equation_last: whether the law's equation comes after all controls.
         bare: whether the page shows the scene without panels, as a projector does.
-        card_attributes: place of parts: return further attributes of the contact card, for scripts.
     """
 
     def __init__(
@@ -102,7 +98,7 @@ class View:
         plots_panel = gui.add_panel()
         self.plots_tab = plots_panel.add_tab(tr("Live plots"), viser.Icon.CHART_LINE)
         with self.plots_tab:
-            # A folded panel takes its style sheet with it; either one keeps the other dressed.
+            # A folded panel removes its style sheet; the other keeps the page styled.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
             self._moment_too = gui.add_html("", order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
@@ -131,26 +127,25 @@ class View:
 
     @property
     def page(self) -> PageSettings:
-        """Settings of the page, with the reader's look."""
         page = self.session.settings.page
         return page if self._own_look is None else self._own_look.of(page)
 
     def _plots_height(self) -> int:
-        # An audience's plots are drawn for all of it: the sizes of its windows are not known here.
+        # An audience's plots have one size: its windows' sizes are not known here.
         height = canvas_size(self.host)[1] if isinstance(self.host, viser.ClientHandle) else 900.0
         return plots_height(height, self.page.profile)
 
     def fit_again(self) -> None:
-        """Fit the view again, after a panel has taken its room from the canvas, or given it back."""
+        """Fit the view again, after a panel has taken or returned space."""
         for client in self._clients():
             self.welcome(client)
 
     def welcome(self, client: viser.ClientHandle) -> None:
-        """Give a newcomer the view of the present scene, and keep it right while the page finds its layout."""
+        """Show a newcomer the scene, also while the page's layout settles."""
         self._camera_of(client).welcome(self._simulation, perf_counter())
 
     def look(self, client: viser.ClientHandle) -> None:
-        """Point a client's camera at the present scene, and have it follow what happens there."""
+        """Point a client's camera at the scene, and let it follow."""
         self._camera_of(client).first_view(self._simulation, perf_counter())
 
     def _camera_of(self, client: viser.ClientHandle) -> CameraFollow:
@@ -180,7 +175,6 @@ class View:
             follow.follow(self._simulation, frame.now, held and isinstance(self.host, viser.ClientHandle))
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame."""
         page = self.page
         self._simulation, self._of_live = frame.simulation, frame.of_live
         sheet = style_sheet(page.profile)
@@ -218,5 +212,4 @@ class View:
 
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
-    """Values on which the drawn stage depends."""
     return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)

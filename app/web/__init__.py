@@ -1,1 +1,1 @@
-"""The web server: viser on a socket of ours, behind filters of ours; what touches its private side is `viser_internals`."""
+"""The web server: viser behind filters; only `viser_internals` touches viser's private side."""

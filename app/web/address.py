@@ -1,4 +1,4 @@
-"""The address that others open, as text and as a QR code."""
+"""The page's address, as text and as a QR code."""
 
 import html
 import io
@@ -19,22 +19,22 @@ from app.web.viser_internals import server_of
 
 
 class Address(NamedTuple):
-    """The address of the page. `url`: what others open; `private`: whether only this computer can open it."""
+    """`private`: True if only this computer can open it."""
 
     url: str
     private: bool
 
     @property
     def short(self) -> str:
-        """The address as a person types it."""
         return self.url.removeprefix("http://")
 
 
 def find_address(origin: str, listening: str, port: int) -> Address:
-    """Return the address for the students.
+    """Address for the students.
 
     Args:
-        origin: under which the teacher's browser opened the page (`https://duet.example.org`), with a proxy's folder; "" if unknown.
+        origin: of the page in the teacher's browser (`https://duet.example.org`), with a proxy's folder; ""
+            if unknown.
         listening, port: to which the server is bound.
     """
     name = _name(origin)
@@ -45,14 +45,14 @@ def find_address(origin: str, listening: str, port: int) -> Address:
 
 
 def address_known_to(client: viser.ClientHandle) -> Address:
-    """Return the address for others, given a browser that has opened the page; if it is private, as that browser knows it."""
+    """Address for others, from a browser that has opened the page; a private one as that browser knows it."""
     server, origin = server_of(client), request_address(client)
     address = find_address(origin, server.get_host(), server.get_port())
     return address._replace(url=f"{origin}/") if address.private else address
 
 
 def own_address() -> str:
-    """Return this computer's address in its network; 127.0.0.1 without a network. No packet is sent."""
+    """This computer's address in its network; 127.0.0.1 without one. Sends no packet."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             # Choosing a route needs no packet; the address is reserved for documentation (RFC 5737).
@@ -64,7 +64,7 @@ def own_address() -> str:
 
 @lru_cache(maxsize=8)
 def qr_svg(text: str, label: str = "QR code of the address") -> Markup:
-    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
+    """QR code as SVG without a size, dark on white, with the quiet zone that cameras need."""
     out = io.BytesIO()
     # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(

@@ -1,4 +1,4 @@
-"""One browser's connection: filtered, slowed down where it sends too fast, and closed where it reads nothing."""
+"""One browser's connection: filtered, slowed down if it sends too fast, closed if it reads nothing."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ log = logging.getLogger("duet.server")
 
 SEND_BUFFER_BYTES: Final = 64 * 1024
 READ_BYTES: Final = 16 * 1024
-"""All frames of one read are parsed in one go, while all other browsers wait."""
+"""Bytes of one read: all its frames are parsed at once, while all other browsers wait."""
 
 _SMALL_FRAME_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
 _SIGHT: Final = {msgspec.msgpack.encode({"type": kind}): kind == SHOWN for kind in (HIDDEN, SHOWN)}
-"""What a page says when its tab goes out of sight or comes back → whether it is seen now."""
+"""Message of a tab that is hidden or shown → True if shown."""
 
 _QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
 _ANSWER: Final = pack(())
-"""A window without messages, which changes nothing on the page."""
+"""Window without messages; changes nothing on the page."""
 
 BufferChoice = Callable[[ServerConnection, int, MessageBuffer], AbstractContextManager[MessageBuffer]]
-"""What the browser of a connection and a client id is sent in place of a server's shared buffer, while it is connected."""
+"""A connection's buffer (by client id) in place of the server's shared one."""
 
 
 class ConnectionOwner(Protocol):
-    """The server of a connection; see `app.web.server.DuetServer` for its attributes."""
+    """Server of a connection, see `app.web.server.DuetServer`."""
 
     limits: TrafficLimits
     gate: Gate
@@ -53,27 +53,22 @@ class ConnectionOwner(Protocol):
     is_at_work: Callable[[], bool]
     shared_buffer: BufferChoice
 
-    def client_id(self, connection: ServerConnection) -> int:
-        """Return the client id of a connection."""
-        ...
+    def client_id(self, connection: ServerConnection) -> int: ...
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a connection a place; return why it gets none, "" if it has one."""
+        """Give a connection a place. Returns why not, or ""."""
         ...
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
-        """Notify a browser of a refusal if its visitor can do something about it."""
+        """Notify a browser of a refusal that its visitor can act on."""
 
 
 class FilteredConnection(ServerConnection):
-    """A connection that passes on only what the gate lets through, and that does not let a slow reader fall behind by much.
-
-    Args:
-        arguments, options: of the library's connection.
+    """Connection that passes on what the gate admits, and drops a reader that falls far behind.
 
     Attributes:
-        received, heard: messages that have come, and those of them that were passed on.
-        is_page: whether it has said that it is a page of ours; a program need not.
+        received, heard: numbers of messages received, and passed on.
+        is_page: whether it has said that it is one of our pages; a program need not.
     """
 
     def __init__(self, owner: ConnectionOwner, *arguments: Any, **options: Any) -> None:
@@ -92,11 +87,11 @@ class FilteredConnection(ServerConnection):
 
     @property
     def hidden(self) -> bool:
-        """Whether the page's tab is out of sight; from any thread."""
+        """From any thread."""
         return not self._seen.is_set()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        # What waits in the system's buffer is stale by the time it is drawn.
+        # Data in the system's buffer is stale by the time it is drawn.
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
         setattr(transport, "max_size", READ_BYTES)  # noqa: B010  (of asyncio's transports over sockets; type checkers don't know it)
         super().connection_made(transport)
@@ -107,7 +102,7 @@ class FilteredConnection(ServerConnection):
         super().connection_lost(exc)
 
     def pause_writing(self) -> None:
-        # Pings queue up behind the unread data, so the library's keep-alive never notices a closed laptop.
+        # Pings queue behind unread data, so the library's keep-alive never notices a closed laptop.
         self.stalled = self.loop.call_later(self.duet.limits.stall_seconds, self.transport.abort)
         super().pause_writing()
 
@@ -122,7 +117,7 @@ class FilteredConnection(ServerConnection):
 
     @property
     def address(self) -> str:
-        """Where the connection comes from, "" if that is unknown."""
+        """ "" if unknown."""
         peer = self.remote_address
         return str(peer[0]) if peer else ""
 
@@ -145,7 +140,7 @@ class FilteredConnection(ServerConnection):
         return True
 
     def answer(self, response: Response) -> Response:
-        """Return the response to send; a program that has closed its end of the connection gets it, too."""
+        """Response to send, also to a program that has closed its end of the connection."""
         if self._said_all:
             self.loop.call_soon(self.transport.close)
         return self.head.answer(response)
@@ -156,7 +151,8 @@ class FilteredConnection(ServerConnection):
             return
         if event.fin and event.opcode in (OP_TEXT, OP_BINARY, OP_CONT):
             return
-        # The library answers pings by itself, and bounds the bytes of a message but not into how many pieces it is cut.
+        # The library answers pings by itself, and bounds the bytes of a message but not the number of its
+        # pieces.
         if self._ending is None and not self.traffic.takes_small_frame():
             self.duet.log.warning("connection closed", f"{self._who} sends too many small frames")
             self._ending = self.loop.create_task(self.close(1008, "too many small frames"))
@@ -164,7 +160,7 @@ class FilteredConnection(ServerConnection):
     async def recv(self, decode: bool | None = None) -> Any:
         duet = self.duet
         while True:
-            # viser deals with a message in a task of its own, which was begun before this.
+            # viser handles a message in a task that began before this.
             self.loop.call_soon(self._entries.deal, self.received)
             try:
                 # A connection that is only held open is closed.
@@ -201,7 +197,8 @@ class FilteredConnection(ServerConnection):
                 return raw
             except Refused as refused:
                 duet.log.warning(f"message dropped ({refused.kind})", self._who)
-                # After what viser makes of the messages before: it does not know a browser until it has dealt with its first one.
+                # After viser has handled the earlier messages: it does not know a browser before its first
+                # one.
                 self.loop.call_soon(duet.explain, self._client_id, self, refused)
             except Malformed as malformed:
                 await self._end(f"malformed message ({malformed})")
@@ -212,7 +209,7 @@ class FilteredConnection(ServerConnection):
         raise self.protocol.close_exc from None
 
     async def send_windows(self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None) -> None:
-        """Send what a buffer holds for this browser; see `app.web.viser_internals.adapt_viser`."""
+        """See `app.web.viser_internals.adapt_viser`."""
         if isinstance(buffer, ClientBuffer):
             self._entries = buffer.entries
         chosen = self.duet.shared_buffer(self, client_id, buffer) if buffer.persistent_messages else nullcontext(buffer)
@@ -221,7 +218,7 @@ class FilteredConnection(ServerConnection):
 
 
 class Forwarder(logging.Handler):
-    """Turns the library's tracebacks (garbage, a lost line) into short lines of a throttled log."""
+    """Turns the library's tracebacks (garbage, a lost connection) into short lines of a throttled log."""
 
     def __init__(self, log: ThrottledLog) -> None:
         super().__init__()
@@ -230,7 +227,7 @@ class Forwarder(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         error = record.exc_info[1] if record.exc_info else None
         if not isinstance(error, ConnectionClosed) and not isinstance(getattr(error, "__cause__", None), EOFError):
-            # One that hangs up, as a health check may, is not worth a line.
+            # A peer that hangs up, such as a health check, is not logged.
             connection = getattr(record, "websocket", None)
             address = connection.address if isinstance(connection, FilteredConnection) else ""
             what = f"{type(error).__name__}: {error!s:.200}" if error else record.levelname.lower()

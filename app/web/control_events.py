@@ -1,4 +1,4 @@
-"""What a visitor does with a control of the page, as a plain call on the network's thread."""
+"""Events of the page's controls as plain calls on the network's thread."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -10,11 +10,11 @@ PressedHandle = TypeVar("PressedHandle", bound=viser.GuiButtonHandle | viser.Com
 
 
 def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle:
-    """Call `take` with every value that a visitor enters in a control, and not with what the server writes there; return the control."""
+    """Call `take` with every value that a visitor, not the server, enters."""
 
     @control.on_update
     async def _(event: viser.GuiEvent[Any]) -> None:
-        # What the server writes comes back here too, without a client.
+        # Values written by the server arrive here too, without a client.
         if event.client_id is not None:
             take(event.target.value)
 
@@ -22,7 +22,7 @@ def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle
 
 
 def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle:
-    """Call `act` whenever a button is pressed, or a command of the palette is called, by its name or its key; return the control."""
+    """Call `act` for a button, or a palette command by name or key."""
 
     @(control.on_trigger if isinstance(control, viser.CommandHandle) else control.on_click)
     async def _(event: viser.GuiEvent[Any] | viser.CommandEvent) -> None:
@@ -33,7 +33,7 @@ def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle
 
 
 def on_file(upload: viser.GuiUploadButtonHandle, take: Callable[[str, bytes], object]) -> None:
-    """Call `take` with name and content of every file that a visitor gives."""
+    """Call `take` with name and content of every uploaded file."""
 
     @upload.on_upload
     async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:

@@ -1,8 +1,8 @@
-"""What a visitor has entered in controls and nothing has acted upon yet: it wins over what the server writes there meanwhile.
+"""Entered values that are not acted upon yet win over what the server writes meanwhile.
 
-Page and server both count the page's messages. Until an entry has been acted upon, the server writes nothing into its control; with what it
-writes later it sends how many messages it had dealt with by then, and the page leaves out what is older than its own last entry
-(`static/entries.js`).
+Page and server both count the page's messages. Until an entry has been acted upon, the server writes nothing
+into its control. Later writes carry the number of messages handled by then, and the page ignores those older
+than its own last entry (`static/entries.js`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _present: ContextVar[_Entry | None] = ContextVar("entry", default=None)
 
 
 def claim_entry() -> Callable[[], None]:
-    """Callback that ends the present entry, if any; the caller calls it when it acts upon the entry, or drops it."""
+    """Callback to call when the present entry, if any, is acted upon or dropped."""
     entry = _present.get()
     if entry is None:
         return lambda: None
@@ -33,7 +33,7 @@ def claim_entry() -> Callable[[], None]:
 
 
 class Entries:
-    """The entries of one browser; may be used from any thread."""
+    """Entries of one browser; may be used from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -41,17 +41,18 @@ class Entries:
         self._waiting: dict[str, int] = {}
 
     def deal(self, count: int) -> None:
-        """Note that the first `count` messages of the browser have been dealt with: what they enter waits here, or has ended."""
+        """Note that the browser's first `count` messages are handled: their entries wait here or have ended."""
         with self._lock:
             self._dealt = count
 
     @contextlib.contextmanager
     def taking(self, control: str, settle: Callable[[], None]) -> Generator[None]:
-        """While open, the browser's next message is dealt with: a value for a control; it waits as long as it is claimed.
+        """Context for handling the browser's next message, a value for a control, which waits while it is
+        claimed.
 
         Args:
-            control: by which the page knows it.
-            settle: gives the control this value on the server, whatever was written there meanwhile.
+            control: its id on the page.
+            settle: gives the control this value on the server, overwriting later writes.
         """
         with self._lock:
             self._dealt += 1
@@ -67,12 +68,12 @@ class Entries:
 
     def _end(self, control: str, number: int, settle: Callable[[], None]) -> None:
         with self._lock:
-            # A newer entry goes on waiting.
+            # A newer entry keeps waiting.
             if self._waiting.get(control) == number:
                 del self._waiting[control]
                 settle()
 
     def dealt_before(self, control: str) -> int | None:
-        """Number of messages handled before what is written into a control now; None while an entry waits there."""
+        """Number of messages handled so far; None while an entry of the control waits."""
         with self._lock:
             return None if control in self._waiting else self._dealt

@@ -1,4 +1,4 @@
-"""A client without a browser: speaks viser's protocol, mirrors the page as the frames have built it, and counts what arrives."""
+"""Client without a browser, which mirrors the page and counts what arrives."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from app.web.viser_internals import VISER_VERSION
 
 
 def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
-    """Return the messages in one frame, arrays as numpy, and the server's time stamp [s]."""
+    """Messages in a frame, arrays as numpy, and the server's time stamp [s]."""
     size, packed = struct.unpack_from("<QQ", frame)
     body = zstandard.ZstdDecompressor().decompress(frame[16 : 16 + packed], max_output_size=size)
     content = msgspec.msgpack.decode(body)
@@ -44,13 +44,13 @@ def decode_frame(frame: bytes) -> tuple[list[dict[str, Any]], float]:
 
 
 class Mirror:
-    """The page as the messages so far have built it.
+    """The page after the messages so far.
 
     Attributes:
         gui: uuid → properties of a GUI element, with `type`, `value` (if it has one) and `container_uuid`.
         nodes: name → properties of a scene node, with `type`, `owner`, `wxyz`, `position`.
         commands: uuid → properties of a palette command.
-        replayed: whether the server has sent everything that existed before the client connected.
+        replayed: True once the server has sent all that existed before the connection.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Mirror:
         self.replayed = False
 
     def take(self, message: dict[str, Any]) -> None:
-        """Apply one message; kinds that draw nothing are ignored."""
+        """Apply one message; ignores kinds that draw nothing."""
         kind: str = message["type"]
         if kind == "ReplayDoneMessage":
             self.replayed = True
@@ -96,16 +96,16 @@ class Mirror:
 
     @property
     def grabbable(self) -> set[str]:
-        """Names of the scene nodes that can be taken hold of."""
+        """Names of draggable scene nodes."""
         return {name for name, node in list(self.nodes.items()) if node.get("grabbable") and "owner" in node}
 
     def labelled(self, label: str, kind: str = "") -> dict[str, Any]:
-        """The GUI element with this label, and of this kind (such as "GuiSliderMessage") if given.
+        """GUI element with this label, and of this kind (such as "GuiSliderMessage") if given.
 
         Raises:
-            KeyError: there is none; the message lists the labels that exist.
+            KeyError: no such element; the message lists the existing labels.
         """
-        # It may be asked from another thread than the one that mirrors.
+        # May be called from another thread than the one that mirrors.
         for element in list(self.gui.values()):
             if element.get("label") == label and kind in ("", element["type"]):
                 return element
@@ -129,12 +129,12 @@ CAMERA: Final[dict[str, Any]] = {
 
 @dataclass
 class Received:
-    """Counters of what has arrived since the last reset.
+    """Counters since the last reset.
 
     Attributes:
-        frames: websocket messages (viser calls them windows; one is one update of the page).
-        messages: viser messages by type; stays empty unless frames are decoded.
-        times: when each frame came, on our `perf_counter` [s].
+        frames: websocket messages (viser's windows; one is one update of the page).
+        messages: viser messages by type; empty unless frames are decoded.
+        times: arrival of each frame, `perf_counter` [s].
     """
 
     frames: int = 0
@@ -147,13 +147,13 @@ class HeadlessClient:
     """One connection.
 
     Args:
-        url: the page's address, such as `http://127.0.0.1:8080` (`ws://` will do too).
-        query: the deep link's query without `?`.
-        decode: False only counts frames and bytes, which costs next to nothing.
-        headers: what to send besides, such as the Origin of a page or the Accept-Language of a browser.
+        url: of the page, such as `http://127.0.0.1:8080` (or `ws://`).
+        query: the deep link's, without `?`.
+        decode: False only counts frames and bytes, which is far cheaper.
+        headers: extra ones, such as a page's Origin or a browser's Accept-Language.
 
     Attributes:
-        closed: why the connection ended, None while it lives.
+        closed: why the connection ended; None while it is open.
     """
 
     def __init__(
@@ -170,7 +170,7 @@ class HeadlessClient:
         self._socket: websockets.ClientConnection | None = None
 
     async def connect(self, timeout: float = 30.0, *, camera: bool = True) -> HeadlessClient:
-        """Connect and send a camera, after which the server takes us for a visitor.
+        """Connect and send a camera, which makes us a visitor.
 
         Raises:
             websockets.InvalidStatus: the server refuses the connection (wrong Origin).
@@ -217,7 +217,7 @@ class HeadlessClient:
         self.received = Received()
 
     async def send(self, message: dict[str, Any]) -> None:
-        """Send one message, as a dictionary with `type`."""
+        """`message`: with `type`."""
         await self.send_raw(msgspec.msgpack.encode(message))
 
     async def send_raw(self, data: bytes | str) -> None:
@@ -225,14 +225,14 @@ class HeadlessClient:
         await self._socket.send(data)
 
     async def pull(self, name: str, phase: str, taken: object, to: object) -> None:
-        """One step of pulling a scene node; `phase` is "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
+        """One step of dragging a node: `phase` "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
         middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
         pulled = {"start_position": taken, "end_position": to, "button": "left", "modifier": None}
         owner = self.mirror.nodes[name].get("owner", "")
         await self.send({"type": "SceneNodeDragMessage", "name": name, "owner": owner, "phase": phase, **middle, **pulled})
 
     async def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
-        """Return as soon as `predicate(self)` is true; it is asked again after every frame and at the end of the connection.
+        """Wait until `predicate(self)` is true, checked after every frame and at the end of the connection.
 
         Raises:
             TimeoutError: it never was.
@@ -242,12 +242,12 @@ class HeadlessClient:
             if time.perf_counter() > end:
                 raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}")
             self._news.clear()
-            # The predicate may also look at things that change without a frame.
+            # The predicate may depend on things that change without a frame.
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._news.wait(), 0.05)
 
     async def close(self) -> None:
-        """Close the connection. May be called twice."""
+        """May be called twice."""
         if self._socket is not None:
             await self._socket.close()
         if self._reader is not None:

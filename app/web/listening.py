@@ -1,4 +1,4 @@
-"""The listening socket from which connections come, bound before viser starts, so that a failure can be reported."""
+"""The listening socket, bound before viser starts, so that a failure can be reported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Final
 from controllers.errors import BadSetting, DuetError
 
 MOST_TRIED: Final = 20
-"""Ports that `listen_near` tries."""
 
 
 class PortInUse(DuetError):
@@ -19,14 +18,13 @@ class PortInUse(DuetError):
 
 
 def port_answers(host: str, port: int) -> bool:
-    """True if a program accepts connections on a port."""
     with contextlib.suppress(OSError), socket.create_connection((host, port), timeout=0.25):
         return True
     return False
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens on `host`:`port`, bound in the caller's thread.
+    """Listening socket, bound in the caller's thread.
 
     Raises:
         PortInUse: another program has the port.
@@ -67,10 +65,10 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def listen_near(host: str, first: int) -> socket.socket:
-    """Return a socket that listens on the first free port from `first` on; see `listen`.
+    """Listening socket on the first free port from `first` on.
 
     Raises:
-        PortInUse: all of them are taken.
+        PortInUse: all `MOST_TRIED` ports are taken.
         BadSetting: the host can't be used at all.
     """
     for port in range(first, first + MOST_TRIED - 1):
@@ -80,6 +78,5 @@ def listen_near(host: str, first: int) -> socket.socket:
 
 
 def url_of(host: str, port: int) -> str:
-    """Return the address to open in a browser on this computer."""
     name = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
     return f"http://{name}:{port}"

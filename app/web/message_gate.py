@@ -1,7 +1,8 @@
-"""Which messages of a browser are let through: viser believes every one, also NaN, a gigabyte, or another attribute of a slider.
+"""Filter of a browser's messages: viser accepts every one, even NaN, a gigabyte, or another attribute of a
+slider.
 
-Rules on the decoded message either raise `Malformed` (no real browser sends this; its connection is closed) or `Refused` (well formed, yet
-not allowed or out of range; the message is dropped). What exists on the page is looked up in a `GuiRegistry`.
+Rules raise `Malformed` (no real browser sends this; the connection is closed) or `Refused` (well formed, but
+not allowed or out of range; the message is dropped).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class _Upload:
 
 
 class Traffic:
-    """The uploads of one connection that are under way, and how fast it sends. `limits`: how much a browser may ask for."""
+    """Unfinished uploads and send rate of one connection."""
 
     def __init__(self, limits: TrafficLimits) -> None:
         self.uploads: dict[str, _Upload] = {}
@@ -36,19 +37,16 @@ class Traffic:
         self._small_frames = Allowance(limits.small_frames_per_second, limits.small_frames_per_second)
 
     def pause(self, size: int) -> float:
-        """Count a message of `size` bytes; return how long the next one should be left unread [s]."""
+        """Count a message of `size` bytes. Returns the pause before reading the next one [s]."""
         return self._messages.spend(max(1.0, size / self._bytes_per_message))
 
     def takes_small_frame(self) -> bool:
-        """Count a small frame that ends no message, such as a ping; return whether there may be another one now."""
+        """Count a small frame that ends no message, such as a ping. False if there were too many."""
         return self._small_frames.spend(1.0) == 0.0
 
 
 class Gate:
-    """The filter that every message of every browser passes.
-
-    Args:
-        limits: how much a browser may ask for.
+    """Filter of all browsers' messages.
 
     Attributes:
         may_share: whether a browser, by client id, may operate what all browsers see.
@@ -90,7 +88,7 @@ class Gate:
         # A ScenePointerMessage reaches both scenes and names no owner; its callbacks get the client and decide themselves.
 
     def forget(self, traffic: Traffic) -> None:
-        """Release what a closed connection had under way."""
+        """Release a closed connection's uploads."""
         self._open_uploads.difference_update(traffic.uploads)
 
     def _permit(self, client_id: int, scope: Scope | None) -> None:
@@ -113,10 +111,10 @@ class Gate:
         transfer, size, parts = message["transfer_uuid"], int(message["size_bytes"]), int(message["part_count"])
         if transfer in self._open_uploads:
             raise Refused("upload that exists")
-        # Bounds the number of parts too: each costs memory besides its bytes.
+        # Also bounds the number of parts: each costs memory besides its bytes.
         if (size > 0) != (parts > 0) or parts > size // _SMALLEST_PART + 1:
             raise Malformed("parts don't add up")
-        # Unfinished files count in full: their parts are kept in memory until the last one is here.
+        # Unfinished files count in full: their parts are kept in memory until the last one arrives.
         reserved = sum(upload.size for upload in traffic.uploads.values())
         if len(traffic.uploads) >= self._limits.uploads or size + reserved > self._limits.upload_bytes:
             raise Refused(UPLOAD_TOO_LARGE)

@@ -1,4 +1,4 @@
-"""Which web pages may open a connection: `Origin` tells a foreign page from ours, `Host` a name server that was tricked."""
+"""Which web pages may connect: `Origin` tells a foreign page from ours, `Host` detects a tricked name server."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 VOUCHED = "X-Forwarded-Context"
-"""Header by which jupyter-server-proxy says in which folder it has us. It compares Origin with the address that people open before it
-hands a request on; no web page can have a browser send this header with a websocket's request."""
+"""Header in which jupyter-server-proxy names our folder. It has checked Origin before; no web page can make a
+browser send this header with a websocket's request."""
 
 PROOF = "X-Duet-Proof"
-"""Header with a secret, made when a notebook server starts, by which its tile marks what comes through that server, and its login."""
+"""Header with a secret, made when a notebook server starts, that marks requests through that server and its
+login."""
 
 _OF_PROXIES = re.compile("(x-)?forwarded|x-(real|client|cluster|original|proxy)|via|true-client|cf-")
 _PORTS = {"http": 80, "https": 443}
@@ -30,7 +31,7 @@ _NAME = re.compile(r"[\w.:-]+", re.ASCII)
 
 
 def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | None] | None:
-    """Split `host[:port]`, also `[::1]:80`; return None for another text."""
+    """Split `host[:port]`, also `[::1]:80`; None for another text."""
     try:
         parts = urlsplit(f"//{address}")
         name, port = parts.hostname, parts.port
@@ -42,7 +43,7 @@ def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | N
 
 
 def _parse(origin: str) -> tuple[str, str, int | None] | None:
-    """Split an origin into scheme, name and port; return None if it is not that of a web page."""
+    """Scheme, name and port of an origin; None if it is not a web page's."""
     scheme, _, rest = origin.strip().lower().partition("://")
     address = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
     return address and (scheme, *address)
@@ -52,7 +53,7 @@ def check_origin(address: str, what: str = "allowed origin") -> None:
     """Check that an address is an origin: scheme, name, and perhaps a port. `what`: its name in the message.
 
     Raises:
-        BadSetting: it is not; the message names one.
+        BadSetting: not an origin; the message shows one.
     """
     if _parse(address) is not None:
         return
@@ -75,7 +76,6 @@ def _may_name_us(name: str) -> bool:
 
 
 def is_loopback(name: str) -> bool:
-    """True if a name or an address leads from a computer to itself."""
     return name in LOOPBACK_NAMES or name.startswith("127.")
 
 
@@ -85,10 +85,10 @@ def _is_here(peer: str) -> bool:
 
 @dataclass(frozen=True)
 class OriginPolicy:
-    """Which web pages may open a connection to this server.
+    """Which web pages may connect to this server.
 
     Attributes:
-        host: the address that the server is bound to.
+        host: to which the server is bound.
         extra: further allowed origins, such as `https://duet.example.org` behind a proxy.
     """
 
@@ -98,26 +98,27 @@ class OriginPolicy:
 
     @property
     def is_private(self) -> bool:
-        """Whether only this computer can reach the server."""
         return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:
-        """Option that lets a refused page in, for the log; "" if none does."""
+        """Option that would admit a refused page, for the log, or ""."""
         if len(origins) != 1 or _parse(origins[0]) is None:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
 
     def is_local(self, peer: str, headers: Iterable[str]) -> bool:
-        """True if a program of this computer asks, and no proxy, behind which all have its address. `headers`: their names."""
+        """True for a program of this computer, but not for a proxy, behind which all have its address.
+        `headers`: names."""
         return _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
 
     def is_owners(self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str) -> bool:
-        """True if the person who started this server asks, and no visitor.
+        """True if the request comes from the person who started this server.
 
         Args:
             origins, hosts, peer: see `admits`.
             headers: all of the request.
-            proof: that a notebook server adds in `PROOF`; "" where the server is opened on its own computer, and under no other name.
+            proof: that a notebook server adds in `PROOF`; "" if the server may only be opened on its own
+                computer, under no other name.
         """
         if not (self.is_private and _is_here(peer)):
             return False
@@ -129,12 +130,11 @@ class OriginPolicy:
         return self.is_local(peer, headers) and all(name in LOOPBACK_NAMES for name, _ in (*pages, *asked))
 
     def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str, vouched: bool = False) -> bool:
-        """Decide on one websocket request.
+        """True if a websocket request is admitted.
 
         Args:
-            origins: the values of its `Origin` headers; a browser sends exactly one, a program usually none.
-            hosts: the values of its `Host` headers.
-            peer: the address it comes from.
+            origins: its `Origin` headers; a browser sends exactly one, a program usually none.
+            hosts: its `Host` headers.
             vouched: whether it has the header `VOUCHED`.
         """
         if len(origins) > 1 or len(hosts) != 1:
@@ -152,10 +152,11 @@ class OriginPolicy:
         page, asked = origin[1:], _host_and_port(hosts[0].strip().lower(), _PORTS[origin[0]])
         if asked is None:
             return False
-        # A loopback server that is addressed by another name is the target of DNS rebinding.
+        # A loopback server addressed by another name is the target of DNS rebinding.
         if self.is_private and not (asked[0] in LOOPBACK_NAMES or asked[0] == self.host):
             return False
         if page[1] == self.port and (page[0] in LOOPBACK_NAMES or page[0] == self.host):
             return True
-        # Same origin: holds behind an ssh tunnel or a forwarded port too, where the address bar shows another port than ours.
+        # Same origin: also behind an ssh tunnel or a forwarded port, where the address bar shows another port
+        # than ours.
         return page == asked and _may_name_us(page[0])

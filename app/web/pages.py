@@ -1,5 +1,5 @@
-"""The pages that Duet serves itself, made of scripts and style sheets: viser's client, one HTML file, with ours before it, and the one
-for when every place is taken."""
+"""Pages that Duet serves: viser's client (one HTML file) with our scripts and styles, and that of a full
+server."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PageAssets:
     """Files of a page.
 
     Attributes:
-        scripts: JavaScript files, run in this order.
+        scripts: JavaScript files in running order.
         styles: CSS files.
         constants: properties of `window.duet`, as JSON can hold them.
     """
@@ -38,15 +38,14 @@ class PageAssets:
     constants: Mapping[str, object] = field(default_factory=dict)
 
     def __add__(self, other: PageAssets) -> PageAssets:
-        """Return the files of both, the other's last."""
         return PageAssets(self.scripts + other.scripts, self.styles + other.styles, {**self.constants, **other.constants})
 
     def style_html(self) -> Markup:
-        """Return one <style> element, with the theme's colours before the rules."""
+        """<style> element, with the theme's colours before the rules."""
         return Markup(f"<style>{css_variables()}{_joined(self.styles)}</style>")
 
     def script_html(self) -> Markup:
-        """Return one <script> element, which sets `window.duet` if there are constants, and runs every file in strict mode."""
+        """<script> element that sets `window.duet` to the constants, and runs every file in strict mode."""
         constants = json.dumps(self.constants, ensure_ascii=False).replace("<", "\\u003c")
         first = f"window.duet = {constants};\n" if self.constants else ""
         return Markup(f'<script>"use strict";\n{first}{_joined(self.scripts)}</script>')
@@ -56,11 +55,11 @@ NO_ASSETS: Final = PageAssets()
 
 
 _COMMENTS: Final = {".js": re.compile(r"^\s*//.*\n", re.MULTILINE), ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL)}
-"""Whole lines of comment, and comments; a browser does not read them."""
+"""Removed comments: whole lines of JavaScript, any in CSS."""
 
 
 def sent_text(file: Path) -> str:
-    """Text of a script or a style sheet without comments, as it is sent."""
+    """Text of a file without comments."""
     return _COMMENTS[file.suffix].sub("", file.read_text(encoding="utf-8"))
 
 
@@ -69,12 +68,13 @@ def _joined(files: tuple[Path, ...]) -> str:
 
 
 def translation() -> PageAssets:
-    """Script that translates the texts which the browser shows by itself."""
+    """Script that translates the texts of the browser's own parts."""
     return PageAssets((STATIC / "translation.js",), constants={"translations": translations()})
 
 
 def software_rendering() -> PageAssets:
-    """Script that says when the browser draws without a graphics card; it needs `translation`, and the window's event `duet-built`."""
+    """Script that warns if the browser draws without a graphics card; needs `translation`, and the event
+    `duet-built`."""
     return PageAssets(
         (STATIC / "software_rendering.js",), (STATIC / "software_rendering.css",), constants={"softwareNote": SOFTWARE}
     )
@@ -85,28 +85,29 @@ ELSEWHERE = "duet: this tab belongs somewhere else"
 OPEN_TOO_OFTEN = "duet: too many connections of one tab"
 TAKEN_OVER = "duet: another tab of this browser goes on"
 HELLO = "DuetHello"
-"""Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
+"""Message by which a page identifies itself: viser's client waits with its first message until the scene is
+visible."""
 QUESTION = "DuetQuestion"
-"""Kind of the message by which a page that hears nothing asks whether the server is still there."""
+"""Message that asks whether the server is still there."""
 HIDDEN, SHOWN = "DuetHidden", "DuetShown"
-"""Kinds of the messages by which a page says that its tab is out of sight, and in sight again."""
+"""Messages that a page's tab is hidden, and shown again."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 LONGEST_PUSH = 3000  # as in `scenes.run_text`
 
 MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
-"""Our mark, as SVG."""
 
 _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 
 def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSETS, body: str = "") -> str:
-    """Put our additions into viser's page.
+    """Add our parts to viser's page.
 
     Args:
         client_html: viser's own `index.html`.
-        assets: further scripts and style sheets; a script may add to `duet.query` what the server is to know of the browser.
-        body: HTML that the page's body begins with.
+        assets: further scripts and style sheets; a script may add to `duet.query` what the server needs to
+            know.
+        body: HTML at the beginning of the page's body.
 
     Raises:
         ValueError: the page doesn't look as expected (another version of viser).
@@ -118,7 +119,7 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
     assets = PageAssets((STATIC / "page_query.js",)) + translation() + assets + _connection()
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
-    # viser's program is long: in the body, behind what is seen until it has arrived.
+    # viser's program is long: in the body, after what is shown until it arrives.
     ours = f"<title>{html.escape(title)}</title>{assets.style_html()}{assets.script_html()}</head><body>{body}"
     return head + ours + program + root.replace("<body>", "", 1)
 
@@ -136,16 +137,14 @@ def _connection() -> PageAssets:
 
 
 def accepted_languages(request: Request) -> str:
-    """Languages that a visitor reads, as the page says them in its query, else the header `Accept-Language`."""
+    """From the page's query, else from the header `Accept-Language`."""
     said = page_query(request.path).get(LANGUAGES_KEY)
     return said or ",".join(request.headers.get_all("Accept-Language"))
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """Return the query in the path of a request, with bounds on the number and length of its fields; validate every value.
-
-    What others append to a link is left out, and &amp; is mended.
-    """
+    """Query of a request, bounded in number and length of its fields; validate every value. Drops what others
+    append to a link, and repairs &amp;."""
     query = request_path[: 2 * _LONGEST_QUERY].partition("?")[2]
     try:
         fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
@@ -156,7 +155,7 @@ def page_query(request_path: str) -> dict[str, str]:
         if is_appended(key):
             continue
         if key == PUSH:
-            # One that is too long is to be named as such.
+            # One character more, so that a too long value is reported as such.
             found.setdefault(key, value[: LONGEST_PUSH + 1])
         elif 0 < len(key) <= _LONGEST_KEY and len(value) <= _LONGEST_VALUE:
             found.setdefault(key, value)
@@ -165,7 +164,7 @@ def page_query(request_path: str) -> dict[str, str]:
 
 @lru_cache(8)
 def full_page(limit: int) -> str:
-    """Return the page for while all `limit` places are taken, in the language of the link or the browser; it asks again by itself."""
+    """Self-reloading page for a full server, in the language of the link or the browser. `limit`: places."""
     one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))

@@ -1,4 +1,4 @@
-"""Plain HTTP: the head of a request, the responses that we make ourselves, and `/metrics`."""
+"""Plain HTTP: heads of requests, our own responses, and `/metrics`."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _STAND_IN: Final = b"GET / HTTP/1.1\r\n\r\n"
 
 
 class RequestHead:
-    """What has come of a request's head.
+    """Received part of a request's head.
 
     Attributes:
-        method: of the request; GET until it is known.
-        fault: the status of the answer to a faulty request; None for no fault.
+        method: GET until it is known.
+        fault: status of the answer to a faulty request, or None.
         complete: whether the library has got a head.
     """
 
@@ -38,7 +38,7 @@ class RequestHead:
         self._begun = bytearray()
 
     def take(self, data: bytes) -> bytes:
-        """Return the bytes for the library: nothing before the head is complete, then a request by GET in place of any other one."""
+        """Bytes for the library: none before the head is complete, then GET in place of any method."""
         known = len(self._begun)
         self._begun += data
         line = self._begun.find(b"\n")
@@ -68,12 +68,11 @@ class RequestHead:
         return _STAND_IN
 
     def answer(self, response: Response) -> Response:
-        """Return the response to send, given the one to a GET."""
         return dataclasses.replace(response, body=b"") if self.method == "HEAD" else response
 
 
 def _fault_of(head: bytes) -> HTTPStatus | None:
-    """Fault of a whole head, by the library's own rules and with exactly one Host (RFC 9112, section 3.2)."""
+    """Status for a faulty head, by the library's rules and with exactly one Host (RFC 9112, section 3.2)."""
     reader = StreamReader()
     reader.feed_data(head)
     try:
@@ -98,7 +97,6 @@ HTML: Final = "text/html; charset=utf-8"
 
 
 def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) -> Response:
-    """Return a response with our headers and `extra` ones."""
     headers = Headers({"Content-Type": content_type, "Content-Length": str(len(body)), "Connection": "close"})
     for name, value in {**OWN_HEADERS, **extra}.items():
         headers[name] = value
@@ -106,7 +104,7 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
 
 
 def metrics_text(state: Mapping[str, Any]) -> bytes:
-    """Return the state of a server in Prometheus' text format. `state`: what `/healthz` says."""
+    """Prometheus' text format. `state`: as in `/healthz`."""
     registry = CollectorRegistry()
     Info("duet", "The program that serves.", registry=registry).info({name: state[name] for name in ("version", "run")})
     store = state.get("store", {})

@@ -1,4 +1,4 @@
-"""What a browser's own request says: its page's query, its language, and the address under which it knows us."""
+"""What a browser's request tells: query, language, and our address."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FOLDER: Final = re.compile(r"(/[\w.~%-]+)*", re.ASCII)
 
 
 def request_query(client: viser.ClientHandle) -> dict[str, str]:
-    """Return the query (`?dm=0.1&n=10`) of a browser's page, with any names and values; empty if it has none or is gone."""
+    """Query (`?dm=0.1&n=10`) of a browser's page, unchecked; empty if it has none or is gone."""
     request = request_of(client)
     return {} if request is None else page_query(request.path)
 
@@ -29,13 +29,13 @@ def frames_of(client: viser.ClientHandle) -> bool:
 
 
 def browser_language(client: viser.ClientHandle) -> Language:
-    """Return the language of ours that a browser likes best; English if it is gone."""
+    """The browser's favourite among our languages; English if it is gone."""
     request = request_of(client)
     return "en" if request is None else preferred(accepted_languages(request))
 
 
 def request_address(client: viser.ClientHandle) -> str:
-    """Return the address under which a browser knows the page, perhaps a proxy's with a folder, such as https://example.org/duet."""
+    """Address of the page in a browser, perhaps a proxy's with a folder, such as https://example.org/duet."""
     request = request_of(client)
     headers = {} if request is None else request.headers
     origin, host = headers.get("Origin", ""), headers.get("Host", "")

@@ -1,5 +1,4 @@
-"""The messages of viser's own client: the fields of each kind, decoded as their types and nothing else, which bounds the cost; the values
-that a control may take; and the errors of messages that are not let through."""
+"""Fields of viser's messages, values of controls, and errors. Typed decoding bounds the cost."""
 
 from __future__ import annotations
 
@@ -16,11 +15,11 @@ UPLOAD_TOO_LARGE: Final = "upload too large"
 
 
 class Malformed(Exception):
-    """The message can't have come from viser's own client; close the connection."""
+    """Not from viser's own client; close the connection."""
 
 
 class Refused(Exception):
-    """The message is understood but not allowed; drop it. `kind` groups the log lines."""
+    """Well formed but not allowed; drop the message. `kind` groups the log lines."""
 
     def __init__(self, kind: str) -> None:
         super().__init__(kind)
@@ -33,13 +32,13 @@ _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeErr
 
 @dataclass(frozen=True)
 class Field:
-    """One field of a message. `type`: what it is decoded as; `check`: raises `Refused` for a value that may not stand there."""
+    """`type`: as which it is decoded; `check`: raises `Refused` for a bad value."""
 
     type: Any
     check: Callable[[Any], None] = lambda value: None
 
     def read(self, raw: msgspec.Raw) -> Any:
-        """Return the value of its encoded form; raises `Malformed` or `Refused`."""
+        """Raises `Malformed` or `Refused`."""
         try:
             value = msgspec.msgpack.decode(raw, type=self.type)
         except _UNDECODABLE as error:
@@ -49,8 +48,6 @@ class Field:
 
 
 def number(low: float = -_LARGEST, high: float = _LARGEST) -> Field:
-    """A finite number between bounds."""
-
     def check(value: float) -> None:
         if not (math.isfinite(value) and low <= value <= high):
             raise Refused("number out of range")
@@ -59,7 +56,7 @@ def number(low: float = -_LARGEST, high: float = _LARGEST) -> Field:
 
 
 def row(length: int | None, item: Field) -> Field:
-    """A row of `length` items (None: up to 64), each checked by itself."""
+    """Row of `length` items (None: up to 64), each checked."""
 
     def check(value: list[Any]) -> None:
         for entry in value:
@@ -70,7 +67,7 @@ def row(length: int | None, item: Field) -> Field:
 
 
 def text(longest: int) -> Field:
-    """A text of at most `longest` bytes."""
+    """`longest`: [bytes]."""
 
     def check(value: str) -> None:
         if len(value) > longest or len(value.encode()) > longest:
@@ -90,7 +87,7 @@ def _check_turn(value: list[float]) -> None:
 
 
 def _check_updates(value: dict[str, msgspec.Raw]) -> None:
-    # What the value may be is known once its element is.
+    # The value is checked once its element is known.
     if set(value) != {"value"}:
         raise Refused("attribute other than the value")
 
@@ -105,7 +102,7 @@ _whole, _turn = Field(int, number(0).check), Field(_four.type, _check_turn)
 _updates = Field(Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=16)], _check_updates)
 _owned = {"name": _name, "owner": _name}
 
-# All that viser 1.1's own client ever sends, except its requests for a public tunnel.
+# All that viser 1.1's own client ever sends, except requests for a public tunnel.
 SHAPES: Mapping[str, Mapping[str, Field]] = {
     "ViewerCameraMessage": {
         "wxyz": _turn,
@@ -187,10 +184,10 @@ _DECODERS: Final = {kind: _decoder(kind, fields) for kind, fields in SHAPES.item
 
 
 def kind_of(raw: bytes) -> str:
-    """Return the kind of a message; its other fields are skipped, and not decoded.
+    """Kind of a message, without decoding the rest.
 
     Raises:
-        Malformed: there is none.
+        Malformed: it has no kind.
         Refused: viser's client sends no such kind.
     """
     try:
@@ -203,7 +200,7 @@ def kind_of(raw: bytes) -> str:
 
 
 def fields_of(kind: str, raw: bytes) -> dict[str, Any]:
-    """Return the fields of a message of a kind, each checked; raises `Malformed` or `Refused`."""
+    """Checked fields of a message of a kind; raises `Malformed` or `Refused`."""
     try:
         message = msgspec.structs.asdict(_DECODERS[kind].decode(raw))
     except _UNDECODABLE as error:
@@ -218,15 +215,15 @@ Scope = Literal["own", "shared"]
 
 @dataclass(frozen=True)
 class Control:
-    """One GUI element as far as a browser may change it.
+    """What a browser may change of a GUI element.
 
     Attributes:
         scope: "own" if only this browser has it, "shared" if all browsers see the same one.
-        value: its present value; a new one must be of the same kind.
+        value: present one; a new one must be of the same kind.
         enabled: False while it is greyed out.
-        low, high: bounds, a number for all components or one for each; None if there are no bounds.
-        options: the allowed texts; None for any.
-        takes_files: an upload button.
+        low, high: bounds, one for all components or one each, or None.
+        options: allowed texts; None for any.
+        takes_files: True for an upload button.
     """
 
     scope: Scope
@@ -244,7 +241,7 @@ def _bound(bounds: object, index: int) -> float | None:
 
 
 def check_value(control: Control, sent: msgspec.Raw, limits: TrafficLimits) -> None:
-    """Check that `control` may take a value; raises `Malformed` or `Refused`."""
+    """Raises `Malformed` or `Refused`."""
     present = control.value
     if isinstance(present, bool):
         Field(bool).read(sent)
@@ -256,7 +253,7 @@ def check_value(control: Control, sent: msgspec.Raw, limits: TrafficLimits) -> N
         entries: Any = row(len(present), number()).read(sent) if isinstance(present, tuple) else (number().read(sent),)
         for index, entry in enumerate(entries):
             low, high = _bound(control.low, index), _bound(control.high, index)
-            # The browser computes min + k step in its own rounding.
+            # The browser computes min + k step with its own rounding.
             slack = 1e-6 * max(1e-3, abs(low or 0.0), abs(high or 0.0))
             if (low is not None and entry < low - slack) or (high is not None and entry > high + slack):
                 raise Refused("number out of range")

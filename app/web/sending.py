@@ -1,4 +1,4 @@
-"""What the server sends: kept and sent once a frame to one browser alone, and packed once for all browsers that are sent the same."""
+"""Sending: once a frame to one browser, and packed once for all browsers that get the same."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from app.web.entries import Entries
 from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers, content_of, stamp_value
 
 STAMP = 0.0
-"""When a window is sent, as the page reads it [s]. viser's page goes by this clock and holds back what comes early, to even out a
-stream; at our rate a drag would wait for up to 40 ms. A clock that stands still lets everything through at once."""
+"""Time stamp of every window [s]. viser's page would hold back early windows to even out the stream, and at
+our rate delay a drag by up to 40 ms; a constant stamp lets everything through at once."""
 
 
 class _Compressor(threading.local):
-    """One for every thread: making one takes four times as long as its work on a frame."""
+    """One per thread: making one takes four times as long as its work on a frame."""
 
     def __init__(self) -> None:
         self.compress = zstandard.ZstdCompressor(level=1).compress
@@ -35,7 +35,7 @@ _compressor: Final = _Compressor()
 
 
 def pack(messages: Sequence[Message]) -> bytes:
-    """Return messages as one websocket message, in viser's format: two sizes, zstd-compressed msgpack, raw arrays."""
+    """Messages as one websocket message in viser's format: two sizes, zstd-compressed msgpack, raw arrays."""
     arrays: list[memoryview] = []
     content = {
         "messages": tuple(content_of(message, arrays) for message in messages),
@@ -50,7 +50,7 @@ def pack(messages: Sequence[Message]) -> bytes:
 
 
 def _plain_text(value: object) -> str:
-    """Return the text of a template, which is a class of its own.
+    """Text of a template, which is a class of its own.
 
     Raises:
         NotImplementedError: the value is something else.
@@ -61,18 +61,18 @@ def _plain_text(value: object) -> str:
 
 
 class Packed:
-    """A memory of what was packed last, so that what many browsers are sent is packed once."""
+    """Cache of the last result, so that many browsers' messages are packed once."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[Sequence[Message], bytes]] = deque(maxlen=4)
 
     def get(self, messages: Sequence[Message]) -> bytes:
-        """Return `pack(messages)`."""
         for known, data in self._last:
             if len(known) == len(messages) and all(map(operator.is_, known, messages)):
                 return data
         data = pack(messages)
-        # The message that creates an element keeps its properties up to date afterwards, so a newcomer may have to be sent another one.
+        # viser updates the properties in the message that creates an element, so a newcomer may need another
+        # one.
         if all(message.lifecycle_phase != "create" for message in messages):
             self._last.append((messages, data))
         return data
@@ -85,10 +85,11 @@ async def send_windows(
     backlog_done_message: Message | None,
     seen: Callable[[], Awaitable[object]],
 ) -> None:
-    """Send one browser what a buffer holds for it, window by window.
+    """Send one browser the content of a buffer, window by window.
 
     Args:
-        seen: returns when the page is in sight. Until then it is sent nothing of a shared buffer, which keeps the newest of everything.
+        seen: returns once the page is shown. Before that nothing of a shared buffer is sent; the buffer keeps
+            the newest of everything.
     """
     windows = buffer.window_generator(client_id, backlog_done_message)
     shared: Packed | None = vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
@@ -107,7 +108,7 @@ async def send_windows(
 
 
 HOLD: Final = 0.008
-"""How long a sender may wait for others that are woken with it [s]."""
+"""Longest wait of a sender for others that are woken with it [s]."""
 
 
 class _Held(threading.local):
@@ -122,10 +123,10 @@ _held: Final = _Held()
 
 @contextlib.contextmanager
 def waking_together() -> Generator[None]:
-    """While open, the senders of the buffers that this thread flushes are woken together, at its end or every `HOLD`.
+    """Context that wakes the senders of flushed buffers together, at its end or every `HOLD`.
 
-    A wake-up is a system call, and the event loop then asks for the interpreter's lock: eight of them take a tenth of a round of eight
-    sessions.
+    A wake-up is a system call, after which the event loop asks for the interpreter's lock: eight of them take
+    a tenth of a round of eight sessions.
     """
     _held.events = {}
     try:
@@ -136,7 +137,6 @@ def waking_together() -> Generator[None]:
 
 
 def _wake() -> None:
-    """Wake the senders that are held."""
     if _held.events:
         for loop, events in _held.events.items():
             _call(loop, _set_all, events)
@@ -144,7 +144,6 @@ def _wake() -> None:
 
 
 def _call(loop: AbstractEventLoop, function: Callable[..., object], *arguments: Any) -> None:
-    """Have an event loop call a function; one that is closed already, when nothing is sent any more, does nothing."""
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(function, *arguments)
 
@@ -155,17 +154,14 @@ def _set_all(events: list[Event]) -> None:
 
 
 class ClientBuffer(MessageBuffer):
-    """Keeps the newest message of each kind, in the order in which they were pushed, and wakes its sender once a frame.
+    """Keeps the newest message of each kind in the order of the pushes, and wakes its sender once a frame.
 
-    viser's own buffer numbers and indexes messages for readers who come later, and wakes its sender up to three times a frame; a
-    browser's own buffer has one reader. What is pushed in an atomic block is sent at its end, anything else within
+    viser's buffer numbers and indexes messages for later readers, and wakes its sender up to three times a
+    frame; a browser's own buffer has one reader. An atomic block is sent at its end, anything else within
     `window_duration_sec`.
 
-    Args:
-        event_loop: of the server.
-
     Attributes:
-        entries: what the browser has entered and nothing has acted upon yet.
+        entries: of the browser, not acted upon yet.
     """
 
     def __init__(self, event_loop: AbstractEventLoop) -> None:
@@ -175,7 +171,7 @@ class ClientBuffer(MessageBuffer):
         self._woken = self._timed = False
 
     def push(self, message: Message) -> None:
-        """Take in a message in place of an older one of the same kind; a connection that is closed takes none."""
+        """Replace an older message of the same kind; dropped if the connection is closed."""
         if self.done or not stamp_value(message, self.entries):
             return
         key = message.redundancy_key()
@@ -190,19 +186,18 @@ class ClientBuffer(MessageBuffer):
         _call(self.event_loop, self.event_loop.call_later, self.window_duration_sec, self.flush_event.set)
 
     def remove_entity_state_from_buffer(self, entity_type: str, entity_id: str) -> None:
-        """Drop what waits about an element that is about to be replaced."""
+        """Drop messages about an element that is about to be replaced."""
         with self.buffer_lock:
             self._forget((entity_type, entity_id), adjacent=True)
 
     def _forget(self, entity: tuple[str | None, str], adjacent: bool) -> None:
-        """Drop updates of an element, and with `adjacent` also what else is said about its name."""
+        """Drop updates of an element, and with `adjacent` also other messages about its name."""
         phases = ("update_dict", "update_simple", None) if adjacent else ("update_dict", "update_simple")
         known = [key for key, one in self._waiting.items() if one.lifecycle_phase in phases and one.entity_state_key() == entity]
         for key in known:
             del self._waiting[key]
 
     def atomic_end(self) -> None:
-        """End an atomic block, and send what was pushed."""
         with self.buffer_lock:
             self.atomic_counter -= 1
             ended = not self.atomic_counter
@@ -228,7 +223,7 @@ class ClientBuffer(MessageBuffer):
     async def window_generator(
         self, client_id: int, backlog_done_message: Message | None = None
     ) -> AsyncGenerator[Sequence[Message], None]:
-        """Yield what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
+        """`backlog_done_message` is unused: this buffer has no backlog."""
         while not self.done:
             await self.flush_event.wait()
             self.flush_event.clear()
@@ -237,7 +232,7 @@ class ClientBuffer(MessageBuffer):
                     yield found
 
     def _take(self) -> list[Message]:
-        """Return the oldest messages that wait; none within an atomic block, which wakes the sender at its end."""
+        """Oldest waiting messages; empty within an atomic block."""
         with self.buffer_lock:
             self._woken = self._timed = False
             if self.atomic_counter:

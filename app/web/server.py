@@ -1,4 +1,4 @@
-"""The web server: viser, locked down."""
+"""The web server: viser with filters."""
 
 from __future__ import annotations
 
@@ -59,59 +59,57 @@ _FOREIGN = (
     "or start it with --allow-origin and this page's address.\n"
 )
 _LOG_EVERY = 10.0
-"""Shortest time between two lines of a kind in the network's log [s], so that an attacker cannot fill it."""
+"""Least time between two log lines of a kind [s], so that an attacker cannot fill the log."""
 
 MOST_DELAYED: Final = 200
-"""Requests that wait for their answers at once; further ones are refused."""
+"""Most requests with a delayed answer at once; further ones are refused."""
 
 NEWS: Final = 1.0
-"""What the other processes say of their browsers arrives within this time [s]."""
+"""Time within which news of other processes' browsers arrive [s]."""
 
 MOVED_CODE: Final = 4001
-"""Code by which a connection is closed so that the page reconnects at once, perhaps to another buffer or process."""
+"""Close code after which the page reconnects at once, perhaps to another buffer or process."""
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
 Document = Callable[[Language], bytes]
-"""Returns the HTML of a page in a reader's language."""
+"""HTML of a page in a reader's language."""
 
 
 class DuetServer(viser.ViserServer):
-    """A viser server that filters requests and messages; it serves from when it is made until `stop`.
+    """viser server that filters requests and messages; it serves from its construction until `stop`.
 
     Args:
         host: 127.0.0.1 for this computer only, 0.0.0.0 for the whole network.
-        port: the port, 0 for any free one.
+        port: 0 for any free one.
         allowed_origins: further pages that may connect, such as `https://duet.example.org` behind a proxy.
         embed_origins: foreign pages that may show ours in a frame, such as `https://moodle.example.org`.
-        max_clients: places; a browser that comes when all are taken gets a page that lets it in when one is free. None for no limit.
-        limits: how much one browser may ask for.
-        documents: further pages by their path, such as "/documents/model", rendered outside the network's thread.
-        assets: scripts and style sheets of every page, which come before viser's own.
-        body: HTML that every page's body begins with.
-        delay: returns how long a request from an address and with a query waits for its answer [s]. Called on the network's thread.
-        listener: where connections come from instead; it is bound to `port` already.
+        max_clients: places; when all are taken a browser gets a page that waits for one. None for no limit.
+        documents: further pages by path, such as "/documents/model", rendered outside the network's thread.
+        assets: scripts and style sheets of every page, before viser's own.
+        body: HTML at the beginning of every page's body.
+        delay: of an answer to an address and a query [s]. Called on the network's thread.
+        listener: source of connections, already bound to `port`.
         run: see below; "" makes one.
 
     Attributes:
-        max_clients: places; may be set at any time.
-        gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
-        always_admits: whether a page with a query gets in though every place is taken.
-        trusts: whether a page with a query may connect from an address that the server does not know.
+        max_clients: may be set at any time.
+        gate: filter of messages.
+        always_admits: whether a page with a query gets in when every place is taken.
+        trusts: whether a page with a query may connect from an unknown address.
         takes_over: whether a page with a query ends the earlier connections of its tab.
-        run: a random word, new for every start; processes that serve one port share it.
-        elsewhere: how many browsers are connected to the other processes that serve this port.
-        embed_origins: as given.
-        count_changed: called with `count_clients()` when it has changed, on the network's thread.
-        is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
-        app_state: what the app adds to `/healthz`, such as the state of its store; called on the network's thread.
+        run: random word, new for every start; processes that serve one port share it.
+        elsewhere: browsers connected to the other processes that serve this port.
+        count_changed: called with `count_clients()` after a change, on the network's thread.
+        is_at_work: whether pages are still being drawn; otherwise a page that asks gets no answer.
+        app_state: what the app adds to `/healthz`; called on the network's thread.
         may_measure: whether a query has the key to `/metrics`.
         proof: see `OriginPolicy.is_owners`.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
 
     Raises:
         PortInUse: another program has the port.
-        BadSetting: the host or the port can't be used at all, an origin is none, or `max_clients` is below 1.
+        BadSetting: unusable host or port, a text that is not an origin, or `max_clients` below 1.
     """
 
     def __init__(
@@ -174,26 +172,26 @@ class DuetServer(viser.ViserServer):
 
     @property
     def url(self) -> str:
-        """The address to open in a browser on this computer."""
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Number of browsers that have a place, including those with a page that is still being built."""
+        """Browsers with a place, also while their pages are being built."""
         return len(self.placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
-        """Return the connection of a browser's page, None if it is gone; from any thread."""
+        """None if the browser is gone; from any thread."""
         connection = viser_internals.connection_of(self, client_id)
         return connection if isinstance(connection, FilteredConnection) else None
 
     def send_elsewhere(self, client: viser.ClientHandle) -> None:
-        """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
+        """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from
+        any thread."""
         connection = self.page_of(client.client_id)
         if connection is not None:
             asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
 
     def is_owners(self, client_id: int) -> bool:
-        """True if a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
+        """True for the browser of the person who started the server; never if foreign pages may frame ours."""
         page = self.page_of(client_id)
         if page is None or page.request is None or self.embed_origins:
             return False
@@ -201,7 +199,7 @@ class DuetServer(viser.ViserServer):
         return self._origins.is_owners(headers.get_all("Origin"), headers.get_all("Host"), page.address, headers, self.proof)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Return None: Duet opens no tunnel to the outside."""
+        """Duet opens no tunnel to the outside."""
         return None
 
     def stop(self) -> None:
@@ -212,8 +210,9 @@ class DuetServer(viser.ViserServer):
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     def _serve(self, listener: socket.socket, handler: Handler, *address: Any, process_request: Static, **options: Any) -> Any:
-        """Take the place of `websockets.asyncio.server.serve` for viser, on a socket that is bound already."""
-        # Not registered with `logging`, so that it goes with the server; viser adds a filter to it at every start.
+        """Replacement of viser's `websockets.asyncio.server.serve`, on a bound socket."""
+        # Not registered with `logging`, so that it is freed with the server; viser adds a filter to it at
+        # every start.
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
         quiet.addHandler(Forwarder(self.log))
         options |= {
@@ -251,7 +250,7 @@ class DuetServer(viser.ViserServer):
         return respond(200, CONTENT_TYPE_PLAIN_0_0_4, text, {"Cache-Control": "no-store"})
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
-        """Answer a request in its time, or return None to let it become a websocket."""
+        """None lets the request become a websocket."""
         delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
@@ -308,7 +307,7 @@ class DuetServer(viser.ViserServer):
         if path in self._documents:
             return self._document(self._documents[path], request)
         if path == "/index.html":
-            # Under this name viser's client would take the websocket's address for a foreign one.
+            # Under this name viser's client would build a wrong websocket address.
             return respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})
         try:
             response = static(connection, request)
@@ -321,9 +320,10 @@ class DuetServer(viser.ViserServer):
         return response
 
     async def _serve_one(self, connection: FilteredConnection, handler: Handler) -> None:
-        """Let a new connection in, and leave it to viser; it takes a place when it sends its first message."""
+        """A connection gets a place by its first message."""
         path, address = connection.request.path if connection.request is not None else "", connection.address
-        # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
+        # Every page names its tab, so a class behind one address counts per tab; only programs count by
+        # address.
         tab = page_query(path).get("resume", "")
         holder = ("tab", tab) if tab else ("address", address)
         if sum(one == holder for one in self.holders.values()) >= self.limits.connections:
@@ -336,14 +336,14 @@ class DuetServer(viser.ViserServer):
         if (oldest := self._silent.enter(connection, address, tab)) is not None:
             oldest.transport.abort()
         try:
-            # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
+            # Old tabs reconnect within milliseconds of a restart, while viser's constructor still runs.
             while not self._ready.is_set():
                 await asyncio.sleep(0.01)
-            # The page was loaded while there was room: two tabs may load at once.
+            # The page was loaded while there was room, but two tabs may load at once.
             if not await self._has_room_soon(path):
                 await connection.close(1013, ROOM_IS_FULL)
                 return
-            # A line that is lost does not answer, and nothing waits for it.
+            # A lost connection does not answer, and nothing waits for it.
             await asyncio.gather(handler(connection), *(one.close(1013, TAKEN_OVER) for one in before))
         finally:
             del self.holders[connection]
@@ -352,14 +352,14 @@ class DuetServer(viser.ViserServer):
             self.count_changed(len(self.placed))
 
     async def _has_room_soon(self, path: str) -> bool:
-        """True if there is room; a tab that another process lets go may be here before the news of its free place."""
+        """True if there is room; a tab from another process may arrive before the news of its free place."""
         until = time.monotonic() + (NEWS if self.elsewhere else 0.0)
         while not self._has_room(path) and time.monotonic() < until:
             await asyncio.sleep(0.02)
         return self._has_room(path)
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a place to a connection that has sent its first message; return why it gets none, "" if it has one."""
+        """Give a place to a connection that has sent its first message. Returns why not, or ""."""
         if not await self._has_room_soon(connection.request.path if connection.request is not None else ""):
             return ROOM_IS_FULL
         self._silent.leave(connection)
@@ -368,7 +368,7 @@ class DuetServer(viser.ViserServer):
         return ""
 
     async def _let_go(self, connection: ServerConnection) -> None:
-        # The page comes again at once, so its place is free before that: where all are taken, it would be refused.
+        # The page reconnects at once and needs its place: if all are taken, it would be refused.
         self.placed.discard(connection)
         self.count_changed(len(self.placed))
         await connection.close(MOVED_CODE, ELSEWHERE)
@@ -385,5 +385,5 @@ class DuetServer(viser.ViserServer):
 
 
 def _language_of(request: Request) -> Language:
-    """Return the language of a request, by its link or its browser; a choice on the page is not known here."""
+    """Language of a request's link or browser; a choice on the page is not known here."""
     return language_asked(page_query(request.path), accepted_languages(request))

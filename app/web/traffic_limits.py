@@ -1,4 +1,4 @@
-"""How much one browser may ask for: bounds, a rate, a memory that does not grow, and a queue that no single visitor fills."""
+"""Limits of one browser: sizes, rates, memory, and places in queues."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ class TrafficLimits:
     """How much one browser may ask for.
 
     Attributes:
-        text_bytes: longest text that may be typed into one field.
-        upload_bytes: largest file, and the sum of all unfinished ones of a browser.
-        uploads: files under way at the same time.
-        messages_per_second: the rest is read later, which slows the sender down; a busy visitor sends about 100.
+        text_bytes: of one field.
+        upload_bytes: of a file, and of a browser's unfinished ones together.
+        uploads: simultaneous files.
+        messages_per_second: the rest is read later, which slows the sender down; a busy visitor sends about
+            100.
         bytes_per_second: the same for their size.
-        message_bytes: largest message that is no part of a file.
-        frame_bytes: largest single websocket message; viser's client cuts files into pieces of 512 kB.
-        frames_waiting: websocket frames that are queued; the rest stays with the sender.
-        small_frames_per_second: frames under 1 kB that end no message, such as pings; a connection that sends more is closed.
-        connections: how many one tab may have at once, and one address for all pages without a tab's name.
-        silent: how many one address may have at once that have no place yet; a class, or all that come through a proxy, may share it.
+        message_bytes: of a message that is not part of a file.
+        frame_bytes: of a websocket message; viser's client cuts files into pieces of 512 kB.
+        frames_waiting: queued websocket frames; the rest stays with the sender.
+        small_frames_per_second: frames under 1 kB that end no message, such as pings; a connection that sends
+            more is closed.
+        connections: of one tab at once, and of one address for all pages without a tab's name.
+        silent: of one address at once, without a place yet; a class, or all behind a proxy, may share it.
         first_message_seconds: a connection that sends nothing for this long after it opened is closed.
         stall_seconds: a browser that reads nothing for this long is disconnected.
     """
@@ -45,11 +47,11 @@ class TrafficLimits:
 
 
 class Allowance:
-    """A token bucket: it fills steadily, up to a bound.
+    """Token bucket, full at first.
 
     Args:
-        per_second: how fast it fills.
-        most: the bound; the bucket is full at first.
+        per_second: rate at which it fills.
+        most: capacity.
     """
 
     def __init__(self, per_second: float, most: float) -> None:
@@ -57,7 +59,7 @@ class Allowance:
         self._left, self._counted_at = 0.0, -math.inf
 
     def spend(self, cost: float, now: float | None = None) -> float:
-        """Take `cost` out, also below zero; return the time until the bucket is back at zero [s]."""
+        """Take `cost` out, also below zero. Returns the time until the bucket is back at zero [s]."""
         now = time.monotonic() if now is None else now
         self._left = min(self._most, self._left + (now - self._counted_at) * self._per_second) - cost
         self._counted_at = now
@@ -69,7 +71,7 @@ Noted = TypeVar("Noted")
 
 
 def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> None:
-    """Put a value into a memory as the newest one, and forget the oldest one of too many."""
+    """Store a value as the newest, and drop the oldest above `most`."""
     memory.pop(one, None)
     memory[one] = value
     if len(memory) > most:
@@ -77,12 +79,12 @@ def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> N
 
 
 class BoundedQueue(Generic[One]):
-    """Those that wait, the longest first. Iterating gives them in this order.
+    """Queue with limits; iterates from the longest waiting on.
 
     Args:
         most: at once.
-        of_address: at once from one address; a class, or all that come through a proxy, may share it.
-        of_tab: at once with the word of one tab.
+        of_address: from one address; a class, or all behind a proxy, may share it.
+        of_tab: with the word of one tab.
     """
 
     def __init__(self, most: int, of_address: int, of_tab: int) -> None:
@@ -96,8 +98,12 @@ class BoundedQueue(Generic[One]):
         return len(self._known)
 
     def enter(self, one: One, address: str, word: str = "") -> One | None:
-        """Let one in, or take note of its word; return the one that has to leave: the oldest with the same word, from the same address
-        or of all, None if there is room. `word`: "" as long as it is not known."""
+        """Add one, or update its word. `word`: "" while unknown.
+
+        Returns:
+            The one that has to leave: the oldest with the same word, from the same address or of all; None if
+                there is room.
+        """
         self._known[one] = address, word
         of_tab = [other for other, (_, its) in self._known.items() if word and its == word]
         of_address = [other for other, (its, _) in self._known.items() if its == address]
@@ -108,5 +114,4 @@ class BoundedQueue(Generic[One]):
         return None
 
     def leave(self, one: One) -> None:
-        """Forget one that waits no longer, or has not waited."""
         self._known.pop(one, None)

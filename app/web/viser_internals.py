@@ -1,11 +1,11 @@
 """viser's private side. Fits viser 1.1.x; no other file of Duet names it.
 
-viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
-what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
-plain types quickly (`content_of`), to read what all nodes have (`nodes_of`), to point a camera in one go (`aim`), to show some browsers one
-thing and others another (`ServerView`, `expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the
-request of a browser (`request_of` and what stands beside it). A test in `tests/app/web` fails for each where a new version of viser
-differs.
+viser has no public way to check requests and messages first, or to listen on a bound socket (`serving_with`);
+to pack once what many browsers get, replace a browser's buffer, and set a property cheaply (`adapt_viser`);
+to convert a message quickly (`content_of`), read all nodes (`nodes_of`), set a camera at once (`aim`), or
+show browsers different things (`ServerView`, `expand_for`); or to look up elements (`GuiRegistry`),
+connections and requests (`request_of` and its neighbours). A test in `tests/app/web` fails for each where a
+new version of viser differs.
 """
 
 from __future__ import annotations
@@ -45,7 +45,6 @@ append_aligned_buffers: Final = viser_infra._append_aligned_buffers
 
 
 def client_html() -> str:
-    """Return the page of viser's client."""
     return (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
 
 
@@ -53,27 +52,26 @@ def client_html() -> str:
 
 
 def connection_of(server: viser.ViserServer, client_id: int) -> ServerConnection | None:
-    """Return a browser's connection, or None if it is gone."""
+    """None if the browser is gone."""
     return server._websock_server._live_connections.get(cast(Any, client_id))
 
 
 def client_id_of(server: viser.ViserServer, connection: ServerConnection) -> int:
-    """Return the client id that viser has given to a connection, −1 for none."""
+    """viser's client id, or −1 for an unknown connection."""
     return next((i for i, live in server._websock_server._live_connections.items() if live is connection), -1)
 
 
 def client_of(server: viser.ViserServer, client_id: int) -> viser.ClientHandle | None:
-    """Return a browser's handle, also while viser still calls the functions that are registered for its arrival."""
+    """A browser's handle, also while viser still calls the functions registered for its arrival."""
     return server._connected_clients.get(client_id)
 
 
 def server_of(client: viser.ClientHandle) -> viser.ViserServer:
-    """Return the server that a browser is connected to."""
     return client._viser_server
 
 
 def request_of(client: viser.ClientHandle) -> Request | None:
-    """Return the request by which a browser opened its connection, or None if it is gone."""
+    """Request that opened a browser's connection; None if it is gone."""
     connection = connection_of(client._viser_server, client.client_id)
     return None if connection is None else connection.request
 
@@ -82,17 +80,17 @@ def request_of(client: viser.ClientHandle) -> Request | None:
 
 
 def uuid_of(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
-    """Return the name under which the page knows an input or a button."""
+    """Id of an input or a button on the page."""
     return handle._impl.uuid
 
 
 def container_uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
-    """Return the name under which the page knows the tab or folder that an input stands in."""
+    """Id of the tab or folder that contains an input."""
     return handle._impl.parent_container_id
 
 
 class GuiRegistry:
-    """The elements of a server's pages."""
+    """Elements of a server's pages."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
@@ -104,14 +102,15 @@ class GuiRegistry:
         yield self._server.gui, "shared"
 
     def control(self, client_id: int, uuid: str) -> Control | None:
-        """Return the input with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the input."""
         for gui, scope in self._guis(client_id):
             handle = gui._gui_input_handle_from_uuid.get(uuid)
             if handle is None or handle._impl.removed:
                 continue
             props = handle._impl.props
             takes_files = isinstance(handle, viser.GuiUploadButtonHandle)
-            # What stands on the buttons of a row may change while a press is on its way; who hears the press knows what it means.
+            # The labels of a row of buttons may change while a press is on its way; the receiver knows what
+            # it means.
             changes = isinstance(handle, viser.GuiButtonGroupHandle)
             return Control(
                 scope=scope,
@@ -125,14 +124,14 @@ class GuiRegistry:
         return None
 
     def form(self, client_id: int, uuid: str) -> Scope | None:
-        """Return the scope of the form with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the form."""
         for gui, scope in self._guis(client_id):
             if isinstance(gui._container_handle_from_uuid.get(uuid), viser.GuiFormHandle):
                 return scope
         return None
 
     def command(self, client_id: int, uuid: str) -> Scope | None:
-        """Return the scope of the palette command with this uuid, or None if this browser does not have it."""
+        """None if this browser does not have the palette command."""
         return next((scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None)
 
 
@@ -143,11 +142,11 @@ _construction: Final = threading.Lock()
 
 @contextlib.contextmanager
 def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
-    """While open, a server that viser builds is served by `serve`; afterwards viser has its own function back.
+    """Context in which viser's new servers are served by `serve`.
 
     Args:
-        serve: called in place of `websockets.asyncio.server.serve`, with the same arguments. The library itself stays untouched: in the one
-            module of viser that serves, another object has its name.
+        serve: called in place of `websockets.asyncio.server.serve`, with the same arguments. Only its name in
+            viser's serving module is replaced, not the library.
     """
     stand_in = types.SimpleNamespace(
         asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)),
@@ -164,7 +163,7 @@ def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
 
 
 def remove_share_handlers(server: viser.ViserServer) -> None:
-    """Make a server deaf to requests for a public tunnel."""
+    """Ignore requests for a public tunnel."""
     for kind in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(kind)
 
@@ -184,21 +183,23 @@ _MOVES: Final = frozenset(
 
 
 def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> None:
-    """Replace parts of viser for the whole process; calling it again changes nothing.
+    """Replace parts of viser for the whole process; a second call changes nothing.
 
     - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
-    - What one browser alone is sent waits in a `client_buffer`.
+    - Messages to one browser alone wait in a `client_buffer`.
     - The types of an element's properties are looked up once per class instead of once per handle.
-    - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
-      with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
+    - Setting a property to its present value is cheap, an array's type is looked up once, and a pose is
+      compared with plain numbers: a frame sets some forty properties and twenty poses, most of them
+      unchanged.
     - A move of a node has its name at once.
-    - What a visitor enters in a control is not overwritten before it has been acted upon, see `app.web.entries`.
-    - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
+    - What a visitor enters is not overwritten before it has been acted upon; see `app.web.entries`.
+    - Icons and their archive are read once; viser reads the archive's directory for every icon, and keeps 32
+      icons.
     """
     viser_infra._message_producer = _send_windows
     names = cast(dict[str, Any], vars(viser_infra))
     names["_ClientHandleState"] = lambda _, loop: _client_state(client_buffer(loop), loop)
-    # A type checker knows the attribute as a cached property of every handle.
+    # Type checkers see the attribute as a cached property of every handle.
     setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
     setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010
     setattr(AssignablePropsBase, "__setattr__", _set_property)  # noqa: B010
@@ -211,7 +212,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> 
 
 
 def _key_of_move(message: Any) -> str:
-    """Key that tells moves of different nodes apart, as viser does; computing it takes viser longer than queueing the move."""
+    """Key of a node's moves as in viser, which takes longer to compute it than to queue the move."""
     return f"scene:{message.name}:update:{type(message).__name__}"
 
 
@@ -236,7 +237,7 @@ _PLAIN: Final = frozenset((str, bool, int, float))
 
 
 def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> None:
-    """Set an attribute of a handle as viser does, by the shortest way for plain values and for arrays of numbers."""
+    """Set an attribute as viser does, with a shortcut for plain values and arrays of numbers."""
     state = vars(handle).get("_impl")
     if state is None or state.removed:
         props_setattr(handle, name, value)
@@ -259,7 +260,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
     ):
         props_setattr(handle, name, value)
         return
-    # A copy, which nothing else changes while it waits to be sent.
+    # A copy, so that nothing changes it while it waits to be sent.
     new = np.array(value, number)
     if new.shape != current.shape:
         setattr(props, name, new.copy())
@@ -272,7 +273,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
 
 
 def _entries_of(gui: Any) -> Entries | None:
-    """Entries of the browser of a GUI; None for a GUI that many browsers see."""
+    """None for a GUI that many browsers see."""
     return getattr(gui._websock_interface.get_message_buffer(), "entries", None)
 
 
@@ -282,7 +283,7 @@ def _may_write(handle: Any) -> bool:
 
 
 async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
-    """Take a value from a browser as viser does; whatever its callbacks post acts upon it."""
+    """Handle a browser's value as viser does; whatever its callbacks post acts upon it."""
     handle, entries = gui._gui_input_handle_from_uuid.get(message.uuid), _entries_of(gui)
     if handle is None or entries is None:
         await _take_value(gui, client_id, message)
@@ -298,20 +299,18 @@ async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMess
 
 @cache
 def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
-    """Return the properties of a class of handles that are set by a function."""
     found = {name: getattr(kind, name, None) for name in dir(kind)}
     return {name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None}
 
 
 @cache
 def _number_of(props: type, name: str) -> type | None:
-    """Return the type of the numbers of a property that is one array; None for any other property."""
+    """Number type of a property that is one array, or None."""
     hint = _hints_of(props).get(name)
     return np.uint8 if hint == _BYTES and "color" in name else _FLOATS.get(hint) if isinstance(hint, types.GenericAlias) else None
 
 
 def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
-    """Return a value as the type of a property asks for it."""
     if hint in _FLOATS:
         return np.asarray(value).astype(_FLOATS[hint])
     if hint == _BYTES and "color" in name:
@@ -328,7 +327,7 @@ def _set_pose(
     queue: Callable[[Any], None],
     make_message: Callable[[Any], Any],
 ) -> None:
-    """Write a position or a quaternion and queue its message, unless it differs by no more than `numpy.allclose` allows."""
+    """Write a pose's part and queue its message, unless it is within `numpy.allclose` of the old one."""
     numbers = cast_vector(value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length)
     for new, old in zip(numbers, current.tolist(), strict=True):
         if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
@@ -338,19 +337,19 @@ def _set_pose(
 
 
 def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
-    """Set a node's `wxyz` without a look at whether that is four numbers, or others than before: an arm turns seven nodes a frame."""
+    """Set a node's `wxyz` without checking length or change: an arm turns seven nodes a frame."""
     state = node._impl
     if state.removed:
-        node.wxyz = wxyz  # As viser refuses it.
+        node.wxyz = wxyz  # viser raises its own error.
     state.wxyz[:] = wxyz
     state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
 
 
 def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float) -> None:
-    """Point a client's camera; what its handle says stays what the browser said last.
+    """Point a client's camera; its handle keeps the browser's last values.
 
-    viser's own setters move the aim with the place, and send nothing that equals what the browser said last, which may be older than what
-    was sent last. What the browser says while they run makes them leave the moved aim as it is.
+    viser's own setters move the aim with the position, and skip values equal to the browser's last ones,
+    which may be outdated. A message from the browser meanwhile would leave the moved aim.
 
     Args:
         eye, look_at: (3,) [m].
@@ -378,11 +377,11 @@ def _icons() -> ZipFile:
 
 _UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
 _STAMP: Final = "after"
-"""How many of the browser's messages had been dealt with when a value was written, as `entries.js` reads it."""
+"""Key for the number of the browser's messages handled when a value was written, for `entries.js`."""
 
 
 def stamp_value(message: Message, entries: Entries) -> bool:
-    """Stamp a message if it writes a value into a control; return whether it may be sent: no entry waits there."""
+    """Stamp a message that writes into a control. False if an entry waits there, so that it may not be sent."""
     if type(message) is not _messages.GuiUpdateMessage or "value" not in message.updates:
         return True
     after = entries.dealt_before(message.uuid)
@@ -391,7 +390,7 @@ def stamp_value(message: Message, entries: Entries) -> bool:
 
 
 def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
-    """Return a message as viser packs it, the frequent kinds without a look at the type of every number; adds to `arrays` what it has."""
+    """A message as viser packs it, with a shortcut for frequent kinds; appends to `arrays`."""
     kind = type(message)
     if kind not in _MOVES and kind not in _UPDATES:
         return message.as_serializable_dict(arrays)
@@ -408,7 +407,7 @@ def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
 
 
 def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
-    """Return the name of every node → all that it has now: pose, visibility, and what its kind has; arrays change with the node."""
+    """Node name → pose, visibility, and properties of its kind; arrays change with the node."""
     states = {name: handle._impl for name, handle in scene._handle_from_node_name.items()}
     return {
         name: {"wxyz": state.wxyz, "position": state.position, "visible": state.visible, **vars(state.props)}
@@ -420,28 +419,27 @@ def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
 
 
 def shared_messages(server: viser.ViserServer) -> list[Message]:
-    """First messages to every browser of a server."""
     buffer = server._websock_server._broadcast_buffer
     with buffer.buffer_lock:
         return list(buffer.message_from_id.values())
 
 
 class _LoopEvent(asyncio.Event):
-    """An event that only its event loop sets.
+    """Event that only its event loop sets.
 
-    A buffer of viser sets its event from the thread that pushes, too, before it has the loop set it. asyncio does not allow that: while
-    browsers begin to wait, it raises an error in the thread that pushes.
+    A viser buffer also sets it from the pushing thread, which asyncio does not allow: while browsers begin to
+    wait, it raises an error there.
     """
 
     def set(self) -> None:
-        """Set the event; do nothing outside an event loop."""
+        """Set the event inside an event loop only."""
         with contextlib.suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()
 
 
 class _Channel(viser_infra.WebsockMessageHandler):
-    """Takes the place of viser's websocket server in a `ServerView`, which receives nothing."""
+    """Stand-in for viser's websocket server; receives nothing."""
 
     def __init__(self, buffer: MessageBuffer) -> None:
         super().__init__()
@@ -455,11 +453,11 @@ class _Channel(viser_infra.WebsockMessageHandler):
 
 
 class ServerView(viser.ViserServer):
-    """A scene and a GUI with a buffer of their own, for some of a server's browsers; starts no server.
+    """Scene and GUI with their own buffer, for some of a server's browsers; starts no server.
 
     Args:
-        server: that the browsers are connected to.
-        before: what every browser is sent first.
+        server: to which the browsers are connected.
+        before: first messages to every browser.
 
     Attributes:
         buffer: what the browsers are sent.
@@ -477,12 +475,12 @@ class ServerView(viser.ViserServer):
         self.gui = viser.GuiApi(self, self._thread_executor, self._event_loop)
 
     def contain_elements_of(self, client: viser.ClientHandle) -> None:
-        """Let a browser have elements of its own inside the panels of this view."""
+        """Let a browser have its own elements inside the panels of this view."""
         # viser looks for the panels around a client's elements on the server that the client came to.
         client.gui._root_server = lambda: self
 
     def drop_removed(self) -> None:
-        """Drop messages about elements that are gone, which newcomers need not be sent."""
+        """Drop messages about removed elements, which newcomers need not get."""
         self._run_garbage_collector()
 
 

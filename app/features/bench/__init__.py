@@ -1,4 +1,4 @@
-"""What a step and one visitor cost."""
+"""Cost of a step and of one visitor."""
 
 from collections.abc import Mapping
 from pathlib import Path

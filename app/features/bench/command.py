@@ -1,4 +1,4 @@
-"""`lwr-duet bench`: what a step and one visitor cost."""
+"""`lwr-duet bench`: cost of a step and of one visitor."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +10,7 @@ from controllers.errors import BadSetting
 from scenes.settings import RunSettings
 
 LONGEST: Final = 3600.0
-"""The longest measurement [s]."""
+"""Longest measurement [s]."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A table of measured figures, row by row, and of ratios to those of an earlier run on the same machine, which mean more than times."""
+"""Table of measured figures, and of ratios to an earlier run on the same machine, which mean more than times."""
 
 import json
 import platform
@@ -13,21 +13,16 @@ from controllers.errors import BadInputFile
 from scenes.files import input_content, written
 
 BenchFigures = dict[str, dict[str, float]]
-"""What was measured → figure → value."""
+"""Measured thing → figure → value."""
 
 BenchRows = Iterator[tuple[str, dict[str, float]]]
-"""The same, one after the other."""
+"""Rows of `BenchFigures`, one by one."""
 
 MOST_BYTES: Final = 10_000_000
-"""Largest file of figures."""
 
 
 def printed(rows: BenchRows) -> dict[str, Any]:
-    """Print every row as soon as it is measured.
-
-    Returns:
-        The figures, ready for JSON.
-    """
+    """Print every row as soon as it is measured; return the figures for JSON."""
     figures: BenchFigures = {}
     for name, row in rows:
         figures[name] = row
@@ -37,11 +32,7 @@ def printed(rows: BenchRows) -> dict[str, Any]:
 
 
 def read_figures(path: Path) -> dict[str, Any]:
-    """Return figures saved earlier.
-
-    Raises:
-        BadInputFile: the file cannot be read, or does not hold figures.
-    """
+    """Raises `BadInputFile` if the file cannot be read, or does not hold figures."""
     try:
         result = json.loads(input_content(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
@@ -52,7 +43,7 @@ def read_figures(path: Path) -> dict[str, Any]:
 
 
 def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
-    """Return a table of the ratios new : old of every figure that both have."""
+    """Ratios new : old of every figure that both have."""
     ratios: BenchFigures = {}
     for name, figures in now["figures"].items():
         old = before["figures"].get(name, {})
@@ -62,11 +53,7 @@ def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
 
 
 def save_figures(result: dict[str, Any], out: Path) -> None:
-    """Write figures as JSON.
-
-    Raises:
-        BadSetting: the file cannot be written.
-    """
+    """Raises `BadSetting` if the file cannot be written."""
     with written(out, "out") as new:
         new.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8", newline="\n")
 

@@ -1,4 +1,4 @@
-"""The figures of `lwr-duet bench`: what a step costs, and what one visitor."""
+"""The figures of `lwr-duet bench`."""
 
 import statistics
 from dataclasses import replace
@@ -18,22 +18,21 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
 WARM_UP: Final = 600
-"""Steps of each scene before the measured ones."""
 
 BLOCK: Final = 200
-"""Steps of one scene before the next one has its turn."""
+"""Steps of one scene before the next one's turn."""
 
 RESTLESS: Final = "hold, soft minimum, bounds at work"
-"""The guided hand jumps between two places at 1 m/s, which drives the avoiding arm into its velocity bounds."""
+"""Scene with a guided hand that jumps between two places at 1 m/s, which drives the avoiding arm to its
+velocity bounds."""
 
 
 def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
-    """Yield all figures.
+    """All figures.
 
     Args:
         steps: measured steps of each scene.
         seconds: duration of each measurement of a visitor [s].
-        robot: the arms of the measured steps.
     """
     yield from measure_steps(steps, robot).items()
     yield "one visitor", measure_visitor(seconds)
@@ -57,7 +56,7 @@ def _scenes(robot: str) -> dict[str, RunSettings]:
 
 
 class _Restless:
-    """A target that is the other arm's hand for one second and the start for the next."""
+    """Target that alternates each second between the other arm's hand and the start."""
 
     def __init__(self, simulation: Simulation) -> None:
         kinematics = simulation.kinematics
@@ -68,7 +67,8 @@ class _Restless:
 
 
 def measure_steps(steps: int, robot: str) -> dict[str, dict[str, float]]:
-    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
+    """Scene → median and 99th percentile of one step of both arms [µs], and share of steps at a bound;
+    interleaved."""
     load_now()
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes(robot).items():

@@ -1,4 +1,4 @@
-"""Processor time and memory of a process with all that it has started, from /proc."""
+"""Processor time and memory of a process with its descendants, from /proc."""
 
 import math
 import os
@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 
 class Used(NamedTuple):
-    """What a process with all that it has started has used.
+    """Use of a process with its descendants.
 
     Attributes:
         seconds: processor time so far [s]; nan without /proc, as the memory.
-        memory: a page that several processes share counts once [B].
-        processes: how many there are.
+        memory: pages shared by several processes count once [B].
     """
 
     seconds: float
@@ -22,14 +21,13 @@ class Used(NamedTuple):
 
 
 def used_by_tree(pid: int) -> Used:
-    """Processor time and memory of a process and its descendants."""
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for path in Path("/proc").glob("[0-9]*/stat"):
         # A process may end meanwhile.
         with suppress(OSError):
             fields = path.read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
-            # Its own time, and that of its children that have ended.
+            # Its own time, and that of its ended children.
             parents[int(path.parent.name)], ticks[int(path.parent.name)] = int(fields[1]), sum(map(int, fields[11:15]))
     tree = [pid]
     for one in tree:

@@ -1,4 +1,4 @@
-"""What one visitor costs the server."""
+"""Cost of one visitor for the server."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.web.headless_client import HeadlessClient
 from controllers.own_packages import own_command
 
 SERVE_WARM_UP: Final = 3.0
-"""Pause before the measurement of one visitor [s]."""
+"""Pause before a measurement [s]."""
 
 FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
 """Link to a page with a ghost and four plots over time."""
@@ -23,7 +23,7 @@ FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
 
 @contextmanager
 def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
-    """Run `lwr-duet serve` while open; gives its process, its address, and the time that it took to say so [s]."""
+    """Run `lwr-duet serve` while open; gives process id, address, and start-up time [s]."""
     options = ("--port", "0", "--no-open", *IN_MEMORY, "--sessions", str(sessions))
     command = own_command("app.__main__", "serve", *options)
     begin = time.perf_counter()
@@ -37,13 +37,13 @@ def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
 
 
 def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
-    """Costs of one visitor for a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
+    """Cost of one visitor for `lwr-duet serve`: CPU, messages, bytes and frames.
 
     Args:
         seconds: duration of the measurement [s].
 
     Returns:
-        Also the time from the command until the server answers, and until the visitor has the arms [s].
+        Also the times from the command to the first answer, and to the visitor's arms [s].
     """
     with serving() as (pid, url, started):
         return {"start_s": started, **asyncio.run(_watch(url, pid, seconds, query, time.perf_counter() - started))}

@@ -1,4 +1,4 @@
-"""The duel: a link that replays the nearest push, and a film of it."""
+"""The duel on the page: a replay link and a film of the nearest push."""
 
 from collections.abc import Sequence
 from pathlib import Path

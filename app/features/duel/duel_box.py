@@ -1,4 +1,4 @@
-"""What a visitor sends of a duel: a link that replays the nearest push to the last bit, and a film of five seconds around it."""
+"""Link that replays the nearest push to the last bit, and its film."""
 
 import viser
 
@@ -25,7 +25,7 @@ class AskPushFilm(Action):
 
 
 def make_push_film(language: Language, push: Recorded) -> bytes:
-    """Return the film of a push in a language: a WebP file. Imports what draws in the process that makes it alone."""
+    """Film as WebP; only the process that makes it imports what draws."""
     from app.features.duel.push_film import film_bytes
 
     set_language(language)
@@ -33,11 +33,7 @@ def make_push_film(language: Language, push: Recorded) -> bytes:
 
 
 class DuelBox(PagePanel):
-    """The link and the button, below the score.
-
-    Args:
-        page: its panel of lessons has them.
-    """
+    """The link and the button, below the score in the panel of lessons."""
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
@@ -54,7 +50,6 @@ class DuelBox(PagePanel):
             self._exports.make(N_("the film"), "duet-push.webp", make_push_film, spoken().language, self._shown)
 
     def show(self, frame: Frame) -> None:
-        """Offer them once a push counts."""
         del frame
         run, tab = self._lessons, self._panel.tab
         nearest = run.walk.nearest if run.open and not run.listing and tab is not None else None

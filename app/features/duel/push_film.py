@@ -1,4 +1,4 @@
-"""Five seconds of a push as an animated WebP picture to send: around the moment at which the two were nearest."""
+"""Five seconds around the nearest moment of a push, as animated WebP."""
 
 import io
 from typing import Final
@@ -18,31 +18,31 @@ from scenes.wanted import while_wanted
 
 SECONDS: Final = 5.0
 RATE: Final = 10.0
-"""Frames a second."""
+"""Frames per second."""
 
 BEFORE: Final = 3.0
-"""How much of it is before the nearest moment, where the push is that long [s]."""
+"""Time before the nearest moment, if the push is long enough [s]."""
 
 SIZE: Final = (360, 270)
-"""[px]"""
+"""Width and height [px]."""
 
 _INK: Final = PALETTES["light"]
 
 
 def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = RATE) -> bytes:
-    """Return the film: a WebP file; the last picture stands where the push is shorter.
+    """WebP file; a short push ends with a still picture.
 
     Args:
         recorded: a push of two arms.
         size: width and height [px].
-        rate: frames a second.
+        rate: frames per second.
     """
     replay = Replay(make_film(recorded))
     nearest = replay.nearest_moment
     begin = max(replay.begin, min((replay.begin if nearest is None else nearest) - BEFORE, replay.end - SECONDS))
     times = begin + np.arange(round(SECONDS * rate)) / rate
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
-    # A picture that stands is drawn once.
+    # A still picture is drawn once.
     seen = list(dict.fromkeys(steps))
     frames = [_frame(replay, step, size) for step in while_wanted(seen)]
     lengths = [round(1000.0 / rate * steps.count(step)) for step in seen]
@@ -52,7 +52,6 @@ def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = R
 
 
 def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
-    """Return one moment: the arms, the line between the closest points, and its length beside d_m."""
     replay.seek_step(step)
     simulation = replay.simulation
     colours = tuple("orange" if arm is simulation.guided else "silver" for arm in simulation.room.arms)

@@ -1,6 +1,6 @@
-"""Files of a run to take away: run file, CSV, PNG and SVG, a page that plays offline, Python.
+"""Files of a run: run file, CSV, PNG and SVG, an offline page, Python.
 
-Every job is a function of plain data at a module's top level, so that `app.runtime.job_pool` can run it in another process.
+Every job is a top-level function of plain data, so that `app.runtime.job_pool` can run it in another process.
 """
 
 from collections.abc import Sequence

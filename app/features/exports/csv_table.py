@@ -1,4 +1,4 @@
-"""Every step of the newest part of a recorded run as CSV, with the settings on top."""
+"""Every step of the newest part of a run as CSV, after the settings."""
 
 import gzip
 import io
@@ -16,11 +16,11 @@ from scenes.simulation import Simulation
 from scenes.wanted import check_wanted
 
 LARGEST: Final = 16_000_000
-"""Largest size of a table that is not compressed [B]: two minutes at the usual time step."""
+"""Largest uncompressed table [B]: two minutes at the usual time step."""
 
 
 def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
-    """Return time [s], key and new value of every setting that was changed during the piece."""
+    """Time [s], key and new value of every change of a setting."""
     found: list[tuple[float, str, Any]] = []
     time = recorded.begin
     for before, after in pairwise(recorded.stretches):
@@ -31,11 +31,10 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
 
 
 def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
-    """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
+    """The table, compressed if larger than `LARGEST`; equal pieces give equal bytes.
 
     Args:
-        recorded: the piece; its last `seconds` are written.
-        seconds: inf for all.
+        seconds: written time at the end [s]; inf for all.
 
     Raises:
         BadSetting: it cannot be made here.
@@ -57,5 +56,4 @@ def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
 
 
 def csv_suffix(data: bytes) -> str:
-    """Return the ending of a table's name."""
     return ".csv.gz" if data[:2] == b"\x1f\x8b" else ".csv"

@@ -1,7 +1,4 @@
-"""The exports and the loaded files of one visitor's session, independent of the page.
-
-A request submits a job to the pool; the page takes files, messages and the snippet when it is done.
-"""
+"""Exports and loaded files of one session. A request submits a job to the pool; the page takes the results."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal, NamedTuple
@@ -30,7 +27,7 @@ WORDS: Final[dict[str, str]] = {
     "film": N_("the replay"),
     "load": N_("the run of the file"),
 }
-"""Kind of a job → its name on the page."""
+"""Kind of job → its name on the page."""
 
 TITLES: Final[dict[Agreement, str]] = {
     "exact": N_("Loaded: the same run"),
@@ -40,18 +37,12 @@ TITLES: Final[dict[Agreement, str]] = {
 
 
 class File(NamedTuple):
-    """A finished export."""
-
     name: str
     content: bytes
 
 
 class ExportQueue:
-    """All methods belong to the thread that advances the session.
-
-    Args:
-        player: the session's; it collects the finished jobs.
-    """
+    """Belongs to the thread that advances the session. `player`: the session's; it collects finished jobs."""
 
     def __init__(self, session: Session, player: ReplayPlayer) -> None:
         self.session, self.player, self._jobs = session, player, player.jobs
@@ -59,7 +50,7 @@ class ExportQueue:
         self._snippet: str | None = None
 
     def ask(self, kind: FileKind, seconds: float) -> None:
-        """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
+        """Export the last `seconds` [s] of the shown run, live or replayed."""
         recorded = self.player.recorded(seconds)
         if recorded is None:
             self.session.notify("There is nothing to export yet", "Let it run for a moment.")
@@ -92,15 +83,13 @@ class ExportQueue:
         """Submit a file of another feature.
 
         Args:
-            what: is being made, in English, for `tr`.
-            name: of the file.
+            what: its name in English, for `tr`.
             compute: returns its content; at a module's top level, as it runs in another process.
-            arguments: of `compute`.
         """
         self._jobs.submit(what, self._file(name), compute, *arguments)
 
     def load(self, data: bytes, name: str) -> None:
-        """Submit a file: its run is computed again, compared with the stored outcome and replayed."""
+        """Load a file: its run is computed again, compared with the stored outcome and replayed."""
         self._jobs.submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
 
     def _file(self, name: str) -> Callable[[bytes], None]:
@@ -117,7 +106,7 @@ class ExportQueue:
 
     @property
     def busy(self) -> str:
-        """Name of the oldest job under way; "" where nothing is being made."""
+        """Name of the oldest unfinished job, or ""."""
         return next((WORDS.get(kind, kind) for kind in self._jobs.kinds), "")
 
     def take_files(self) -> list[File]:
@@ -136,7 +125,7 @@ class ExportQueue:
 
 
 def make_picture(language: Language, *arguments: Any) -> bytes:
-    """Return `app.features.exports.plot_pictures.picture_bytes` of the arguments. Imports matplotlib in the worker only."""
+    """Picture in a language; only the worker imports matplotlib."""
     from app.features.exports.plot_pictures import picture_bytes
 
     set_language(language)
@@ -144,13 +133,12 @@ def make_picture(language: Language, *arguments: Any) -> bytes:
 
 
 def make_player(language: Language, *arguments: Any) -> bytes:
-    """Return `app.features.exports.player.player_html` of the arguments."""
     set_language(language)
     return player_html(*arguments)
 
 
 def file_name(recorded: Recorded, seconds: float) -> str:
-    """Return a name without its ending: scene and times."""
+    """Scene and times, without ending."""
     end = recorded.begin + recorded.seconds
     begin = max(recorded.begin, end - seconds)
     return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"

@@ -1,4 +1,4 @@
-"""The files of a run to save or to load: the run, a table, pictures, a page that plays, Python."""
+"""Buttons that save or load a run."""
 
 from dataclasses import field
 from functools import partial
@@ -25,7 +25,7 @@ EXPORTS: Final[dict[str, FileKind]] = {
     "HTML": "html",
     "Python": "python",
 }
-"""What a button says → the kind of file that it makes."""
+"""Label of a button → kind of file."""
 
 HINT: Final = N_(
     "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
@@ -34,24 +34,16 @@ HINT: Final = N_(
 
 
 class Export(Action, newest_by=("kind",)):
-    """Make a file of the run."""
-
     kind: FileKind
 
 
 class LoadRun(Action):
-    """Load the run of a file."""
-
     name: str
     content: bytes = field(repr=False)
 
 
 class ExportsPanel(PagePanel):
-    """The buttons, below those of the replay, which say how much is saved.
-
-    Attributes:
-        exports: makes and loads the files.
-    """
+    """Buttons below those of the replay, which define the saved length."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session, replay = page.client.gui, page.session, page.panel(ReplayBar)
@@ -71,7 +63,6 @@ class ExportsPanel(PagePanel):
         page.handlers.add(LoadRun, lambda action: self.exports.load(action.content, action.name))
 
     def show(self, frame: Frame) -> None:
-        """Hand over what is ready, and say what is being made."""
         del frame
         for file in self.exports.take_files():
             self._send(*file)
@@ -84,5 +75,4 @@ class ExportsPanel(PagePanel):
         self._state.content = element("div", text, class_="duet duet-state", role="status") if text else ""
 
     def close(self) -> None:
-        """Drop everything that is being made."""
         self.exports.close()

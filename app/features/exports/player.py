@@ -1,7 +1,7 @@
-"""The offline player: one HTML file that plays the scene and the plots of a recorded run, without a server or a network.
+"""Offline player: one HTML file that plays scene and plots of a recorded run without server or network.
 
-viser's own page (Apache 2.0) is in it and draws the scene; a script of ours moves the nodes, draws the curves, and has the scrubber.
-The file forbids itself to load anything. It is in the language that is spoken where it is made.
+It contains viser's page (Apache 2.0), which draws the scene; our script moves the nodes, draws the curves and
+has the scrubber. The file forbids itself to load anything.
 """
 
 import base64
@@ -37,7 +37,7 @@ LOCKED: Final = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' blob: data:; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; connect-src data: blob:; worker-src blob: data:"
 )
-"""What the page may load: what is in it."""
+"""Content policy: only what is in the file."""
 
 SPEEDS: Final = ("0.25", "0.5", "1", "2", "4")
 
@@ -45,11 +45,11 @@ _HERE: Final = Path(__file__).parent
 
 
 def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes:
-    """Return the file's content.
+    """Content of the file, in the current language.
 
     Args:
-        recorded: the piece; its last `seconds` are played, inf for all.
-        page: theme, kind of picture, and what is shown beside the first two plots.
+        seconds: played time at the end [s]; inf for all.
+        page: theme, kind of picture, and the plots besides the first two.
 
     Raises:
         BadSetting: it cannot be made here.
@@ -61,7 +61,7 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes
 
 
 def nearest_moment(table: Array) -> float | None:
-    """Return when d is smallest in rows of a history [s]; None where there is nothing to keep clear of."""
+    """Time of the smallest d in rows of a history [s]; None without an obstacle."""
     d = table[:, COLUMN["d"]]
     return float(table[d.argmin(), COLUMN["t"]]) if np.isfinite(d).all() else None
 
@@ -74,11 +74,11 @@ def assembled(
     own: LawAnswers | None = None,
     mark: float | None = None,
 ) -> str:
-    """Return the page.
+    """The page.
 
     Args:
-        own: of the law of a file; None for the settings' law.
-        mark: when d is smallest [s], at which the page opens; None for the beginning.
+        own: of a custom law; None for the settings' law.
+        mark: moment at which the page opens [s]; None for the beginning.
     """
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
@@ -106,8 +106,8 @@ def assembled(
 
 
 def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = None) -> bytes:
-    """Return tracks, curves and the moment worth a look, compressed: 4 bytes of length, JSON, and numbers from the next multiple of 8 bytes
-    on."""
+    """Tracks, curves and the marked moment, compressed: 4 bytes of length, JSON, and numbers from the next
+    multiple of 8 bytes on."""
     blob = bytearray()
 
     def numbers(values: Any, kind: str) -> dict[str, Any]:
@@ -156,7 +156,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
 
 
 def _kind(what: str, values: list[Any]) -> str:
-    """Format of a track's values, "" for JSON."""
+    """Format of a track's values; "" for JSON."""
     first = values[0]
     if not isinstance(first, np.ndarray) or any(v.shape != first.shape for v in values):
         return ""
@@ -168,5 +168,5 @@ def _kind(what: str, values: list[Any]) -> str:
 
 
 def _parts(name: str) -> list[tuple[str, bool]]:
-    """Return the pieces of a name, and whether each is a subscript: "d<sub>m</sub>" → d, m."""
+    """Pieces of a name, and whether each is a subscript: "d<sub>m</sub>" → d, m."""
     return [(html.unescape(piece), i % 2 == 1) for i, piece in enumerate(re.split(r"<sub>(.*?)</sub>", name))]

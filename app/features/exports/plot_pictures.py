@@ -1,4 +1,4 @@
-"""The plots of a recorded run as PNG, or as SVG for a file or a page: deterministic bytes, in the current language."""
+"""Plots of a recorded run as PNG or SVG, with deterministic bytes."""
 
 import io
 import re
@@ -35,29 +35,29 @@ HEIGHT: Final = 1.85
 """Height of a picture, and of each of its panels [inch]."""
 
 MOST_MARKS: Final = 40
-"""Changes of the settings that are marked; more of them would be a grey wall."""
+"""Most marked changes of settings."""
 
 LONGEST: Final = 2.4
-"""End of the axis of speeds at most [m/s]."""
+"""Largest end of the axis of speeds [m/s]."""
 
 LONGEST_CAPTION: Final = 112
-"""Characters that have room above a picture; letters are smaller where there are more."""
+"""Longest caption at full letter size [characters]."""
 
 PictureKind = Literal["png", "svg"]
 
 
 def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: PictureKind, only: tuple[str, ...] = ()) -> bytes:
-    """Return a picture of the plots as a file's content.
+    """Picture of the plots as a file's content.
 
     Args:
-        recorded: the piece; its last `seconds` are shown, inf for all.
-        details: what is shown beside the first two plots.
-        only: names of plots that stand for the first two, as in a step of a lesson.
+        seconds: shown time at the end [s]; inf for all.
+        details: plot besides the first two.
+        only: plots in place of the first two, as in a step of a lesson.
 
     Raises:
         BadSetting: it cannot be made here.
     """
-    # The style belongs to this picture, not to others that are drawn in this process.
+    # The style must not affect other pictures of this process.
     with matplotlib.rc_context(STYLE):
         figure = picture_figure(recorded, seconds, details, only)
         out = io.BytesIO()
@@ -69,17 +69,17 @@ def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: Pi
 
 
 def inline_svg(recorded: Recorded, name: str, only: tuple[str, ...] = ()) -> str:
-    """Return a picture of a whole piece as an <svg> element for an HTML page.
+    """<svg> element of a whole piece for an HTML page.
 
     Args:
-        name: letters and digits; a prefix that makes the ids of the picture unique on the page.
+        name: letters and digits; prefix that makes the picture's ids unique on the page.
         recorded, only: as in `picture_bytes`.
     """
     return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
-    """Return the <svg> element of an SVG file, as wide as there is room, with `name` before every id."""
+    """<svg> element with full width, and `name` before every id."""
     svg = svg[svg.index("<svg") :].strip()
     svg = re.sub(r"(<svg[^>]*?) width=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"(<svg[^>]*?) height=\"[^\"]*\"", r"\1", svg, count=1)
@@ -93,7 +93,7 @@ def picture_figure(recorded: Recorded, seconds: float, details: Details, only: t
         details = cast(Details, charts[0])
     time_plots_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
     if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
-        # They ask the laws of the settings.
+        # These plots would show the law of the settings.
         details = "none"
     table = rerun(recorded).table
     curves = Curves(recorded, table[-newest_steps(recorded, seconds) :])
@@ -150,7 +150,6 @@ def _draw_panel(axes: Axes, panel: Panel, marks: list[float]) -> None:
 
 
 def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
-    """Draw each value from its time to that of the next one."""
     changed = np.flatnonzero(np.diff(stroke.values, prepend=np.nan) != 0.0)
     for begin, end in zip(changed.tolist(), [*changed[1:].tolist(), len(times) - 1], strict=True):
         if not np.isnan(stroke.values[begin]):
@@ -203,7 +202,7 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
 
 
 def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
-    """Return one line that says what was run. `own`: of the law of a file; None for the settings' law."""
+    """One line about the run. `own`: of a custom law; None for the settings' law."""
     law, begin = run.law, f"Duet {made_here()['duet']} · {page_value('scene', run.scene)}"
     if own is not None:
         begin += " · " + own.file.replace("$", r"\$")
@@ -217,5 +216,5 @@ def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
 
 
 def mathtext(html: str) -> str:
-    """Return text with subscripts as matplotlib writes them: d<sub>m</sub> → d$_{m}$."""
+    """d<sub>m</sub> → d$_{m}$, as matplotlib writes it."""
     return re.sub(r"<sub>([^<]*)</sub>", r"$_{\\mathrm{\1}}$", html)

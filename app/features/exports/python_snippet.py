@@ -1,4 +1,4 @@
-"""A piece of a run as a few lines of Python that make it again without a page, and plot it."""
+"""A piece of a run as a short Python program."""
 
 import base64
 from dataclasses import fields, is_dataclass
@@ -13,31 +13,27 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 MOST_CHARACTERS: Final = 40_000
-"""Largest size of recorded inputs in the text; more than that are read from a file."""
+"""Most characters of inputs in the text; larger inputs are read from a file."""
 
 
 class Snippet(NamedTuple):
-    """A program, and what it reads.
-
-    Attributes:
-        inputs: content of the file that it names, beside which it is to be run; None if it needs none.
-    """
+    """A program, and the content of the file to put beside it, if it needs one."""
 
     text: str
     inputs: bytes | None = None
 
 
 def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "run") -> Snippet:
-    """Return a short program that makes the last seconds of a run again, prints their summary and plots them.
+    """Short program that computes the last seconds of a run again, prints their summary and plots them.
 
-    It runs where Duet is installed. A run of the autopilot from its start needs the settings alone. Any other starts from a stored state
-    with the recorded inputs, in the text or, if they are too many, in a file beside it.
+    It needs Duet installed. A run of the autopilot from its start needs only the settings; any other starts
+    from a stored state with the recorded inputs, in the text or, if too long, in a file.
 
     Args:
         whole: the whole recorded run.
-        recorded: its newest piece, at least as long as what is wanted, or all that there is.
-        seconds: what is wanted of it.
-        name: of the files that belong to the program, without an ending.
+        recorded: its newest piece, at least `seconds` long, or all that there is.
+        seconds: length to compute [s].
+        name: of the program's files, without ending.
     """
     steps = newest_steps(recorded, seconds)
     if is_fresh(whole):
@@ -132,13 +128,13 @@ figure.savefig("{name}.png")  # A notebook shows it by itself, too.
 
 
 def _plot(settings: RunSettings, name: str, d_m: str) -> str:
-    """Return the lines that draw d over time with d_m (an expression), and e²; of an arm alone, e²."""
+    """Lines that draw d with d_m (an expression), and e²; for a single arm e² alone."""
     above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.experiment.obstacle != "nothing" else ERROR
     return above + END.format(unit=settings.experiment.error_unit, name=name)
 
 
 def is_fresh(recorded: Recorded) -> bool:
-    """True if a piece is a whole run, from its start, of constant settings, in which the autopilot did everything."""
+    """True for a whole run with constant settings, moved by the autopilot alone."""
     if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)
@@ -155,7 +151,7 @@ def is_fresh(recorded: Recorded) -> bool:
 
 
 def settings_python(settings: Any) -> str:
-    """Return an expression for a tree of settings; what is as usual is left out."""
+    """Expression for a tree of settings without defaults."""
     usual = type(settings)()
     parts: list[str] = []
     for f in fields(settings):

@@ -1,4 +1,4 @@
-"""The series of a recorded run over its whole time, in the current language: for the pictures, the report and the offline player."""
+"""Series of a recorded run over its whole time, in the current language."""
 
 import re
 from collections.abc import Iterable
@@ -28,13 +28,13 @@ from scenes.settings import RunSettings
 from scenes.wanted import while_wanted
 
 MOMENTS: Final = 240
-"""At which section III is looked at."""
+"""Number of moments at which section III is evaluated."""
 
 NOT_OVER_TIME: Final = ("curve", "laws")
-"""What can be chosen beside the first two plots and is not over time."""
+"""Plots besides the first two that are not over time."""
 
 OF_OTHER_RUNS: Final = ("map", "safety", "microscope", "laps", "joint_laps")
-"""What can be chosen there and is not of this run alone: left out."""
+"""Left out, as they need other runs."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,11 @@ class Stroke:
     """One line.
 
     Attributes:
-        name: in the legend, with subscripts as <sub>; "" for none.
-        colour: "#rrggbb".
+        name: in the legend, with subscripts as <sub>, or "".
         width: [px].
-        dash: [px]; none for a solid line.
-        values: (k,), nan where there is nothing.
-        steps: whether each value holds until the next: a strip, no line.
+        dash: [px]; empty for a solid line.
+        values: (k,), nan for missing ones.
+        steps: True for a strip, in which each value holds until the next.
     """
 
     name: str
@@ -63,12 +62,11 @@ class Panel:
     """One plot over time.
 
     Attributes:
-        unit: of the axis, "" for none.
+        unit: of the axis, or "".
         times: (k,) [s].
-        strokes: in the order drawn.
         limits: both ends of the axis.
-        rows: names of the whole numbers of the axis, from 0; none for an axis of numbers.
-        note: a sentence in place of the lines.
+        rows: names of the axis's whole numbers, from 0; empty for an axis of numbers.
+        note: sentence in place of the lines.
     """
 
     title: str
@@ -81,13 +79,7 @@ class Panel:
 
 
 class Curves:
-    """The lines of one run.
-
-    Args:
-        recorded: the piece of the run.
-        table: its newest rows (k ≥ 1, columns of `scenes.history`), one a step.
-        theme: for the colours.
-    """
+    """The lines of one run. `table`: its newest rows (k ≥ 1, columns of `scenes.history`), one per step."""
 
     def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light") -> None:
         self._recorded = recorded
@@ -114,7 +106,8 @@ class Curves:
         return self._recorded.stretches[-1].settings
 
     def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
-        """Return the paper's pair of plots, or `only` those, and what is chosen beside it; `NOT_OVER_TIME` gives λ over time here."""
+        """The paper's pair of plots, or those in `only`, and the chosen plot; `NOT_OVER_TIME` gives λ over
+        time."""
         shown = "lambda" if details in NOT_OVER_TIME else "none" if details in OF_OTHER_RUNS else details
         return tuple(self._panel(name) for name in cells(self.settings, shown, only))
 
@@ -133,7 +126,7 @@ class Curves:
         return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, limits)
 
     def column(self, name: str) -> Array:
-        """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
+        """Column (k,) of a name of `app.plots.time_series.NAMES`."""
         if name != "elbow":
             return self._columns[:, COLUMNS[name]]
         swivel = Swivel(self._simulation.room, self._simulation.avoiding)
@@ -177,7 +170,7 @@ class Curves:
 
 
 def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple[float, float]:
-    """Return both ends of an axis that follows the data, see `app.plots.time_plots.TimePlot`."""
+    """Axis that follows the data, see `app.plots.time_plots.TimePlot`."""
     known = np.concatenate([*(line[np.isfinite(line)] for line in lines), np.empty(0)])
     if not len(known):
         return 0.0, 1.0
@@ -189,30 +182,30 @@ def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple
 
 
 def without_tags(html: str) -> str:
-    """Return the text without its HTML tags."""
     return re.sub(r"<[^>]*>", "", html)
 
 
 # ---- a long run in few rows: steps of the run itself, chosen so that every dip, every peak and every jump is among them --------
 
 POINTS: Final = 3_200
-"""Largest number of points of a line; each of them is a step of the run."""
+"""Most points of a line; each is a step of the run."""
 
 BINS: Final = 400
-"""Pieces of a longer run of which the same number of points is kept: the ends, and the steps that lie off a line between them."""
+"""Pieces of a long run with equal numbers of points: the ends, and the steps farthest off the line between
+them."""
 
 VISIBLE: Final = 1.0 / 600.0
-"""Share of a signal's range from which on a step off the line is seen."""
+"""Visible deviation of a step from the line [share of the signal's range]."""
 
 _FIRST: Final = (COLUMN["d"], COLUMN["e2"])
-"""Their extremes are kept whatever else there is."""
+"""Columns that always keep their extremes."""
 
 _HIDDEN: Final = [COLUMN[name] for name in SCALARS if name not in ("d", "lambda", "e2", "u", "w", "e2_b")]
 """Columns of no plot over time, or of strips."""
 
 
 def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
-    """Return at most `POINTS` rows of a table, and which ones they are (k,): extremes and jumps of every signal are among them."""
+    """At most `POINTS` rows of a table and their indices (k,), with extremes and jumps of every signal."""
     count = len(table)
     if count <= POINTS:
         return table, np.arange(count)
@@ -233,11 +226,11 @@ def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
 
 
 def _corners(piece: Array, first: np.ndarray) -> np.ndarray:
-    """Return the rows of a piece that lie farthest off the line between its ends, or next to a jump; at most `POINTS` / `BINS` − 1.
+    """At most `POINTS` / `BINS` − 1 rows, farthest off the line between the ends, or next to a jump.
 
     Args:
         piece: signals (rows, columns) over their range.
-        first: columns of which the extremes come first.
+        first: columns whose extremes come first.
     """
     steps, every = np.abs(np.diff(piece, axis=0)), np.arange(piece.shape[1])
     off = piece - (piece[0] + np.linspace(0.0, 1.0, len(piece))[:, None] * (piece[-1] - piece[0]))

@@ -1,7 +1,7 @@
-"""The 3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves from frame to frame.
+"""3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves.
 
-The scene is built on a viser server without clients. After every frame it is asked for all that its nodes are; what has changed becomes
-tracks. The still scene is the one at the end: a node that is taken out for good before is not in the film.
+The scene is built on a viser server without clients. After every frame all nodes are read, and changes become
+tracks. The still scene is the last one: nodes removed for good before are not in the film.
 """
 
 import math
@@ -22,10 +22,10 @@ from scenes.inputs import Recorded
 from scenes.wanted import while_wanted
 
 RATE: Final = 20.0
-"""Frames a simulated second."""
+"""Frames per simulated second."""
 
 ASPECT: Final = 1.0
-"""Width over height of the part of the page that the scene takes, on a desk."""
+"""Width over height of the scene on a desk."""
 
 TURN: Final = "wxyz"
 PLACE: Final = "position"
@@ -34,13 +34,13 @@ SEEN: Final = "visible"
 
 @dataclass
 class Track:
-    """How one thing of one node changes.
+    """Changes of one property of one node.
 
     Attributes:
-        node: its name in the scene.
+        node: name in the scene.
         what: `TURN`, `PLACE`, `SEEN`, or one of the node's own properties.
-        frames: at which it changes, ascending; the first is 0.
-        values: from each of them on: a row of numbers, an array, a text, a number, a flag.
+        frames: of the changes, ascending from 0.
+        values: from each frame on: a row of numbers, an array, a text, a number, a flag.
     """
 
     node: str
@@ -49,7 +49,7 @@ class Track:
     values: list[Any] = field(default_factory=list)
 
     def put(self, frame: int, value: Any) -> None:
-        """Note a value from a frame on; an array, which may change, is copied."""
+        """Record a value; arrays are copied, as they may change."""
         if not self.frames or not _same(self.values[-1], value):
             self.frames.append(frame)
             self.values.append(value.flatten() if isinstance(value, np.ndarray) else value)
@@ -60,10 +60,9 @@ class Filmed:
     """A scene that moves.
 
     Attributes:
-        scene: a still recording in viser's own format, of every node that is there at the end.
-        tracks: what moves in it.
+        scene: still recording in viser's format, of every node that exists at the end.
         times: of the frames [s], on the clock of the run.
-        bodies: names of the nodes that must be there before anything moves: furniture, links, a person's limbs.
+        bodies: nodes that must exist before anything moves: furniture, links, a person's limbs.
     """
 
     scene: bytes
@@ -73,10 +72,9 @@ class Filmed:
 
 
 def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed:
-    """Return the stage of the last `seconds` of a recorded piece, inf for all of it.
+    """Film of the last `seconds` [s] of a recorded piece; inf for all.
 
     Args:
-        seconds: inf for all.
         page: theme, profile and kind of picture.
 
     Raises:
@@ -111,13 +109,13 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed
 
 
 def _note(nodes: dict[str, dict[str, Any]], tracks: dict[tuple[str, str], Track], frame: int) -> None:
-    """Note in the tracks what a frame has changed. `nodes`: see `app.web.viser_internals.nodes_of`."""
+    """Record a frame's changes. `nodes`: see `app.web.viser_internals.nodes_of`."""
     for node, has in nodes.items():
         for what, value in has.items():
             track = tracks.get((node, what))
             if track is None:
                 track = tracks[node, what] = Track(node, what)
-                # A node that is put up later was never otherwise, but it was not seen.
+                # A node that was added later had these values before, but was not visible.
                 track.put(0, value if what != SEEN or frame == 0 else False)
             track.put(frame, value)
     for (node, what), track in tracks.items():

@@ -1,4 +1,4 @@
-"""Lessons on paper: pages to print, with a teacher's copy, and questions for Moodle."""
+"""Lessons on paper, and as questions for Moodle."""
 
 from collections.abc import Mapping
 from pathlib import Path

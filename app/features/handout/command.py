@@ -39,7 +39,7 @@ def handout(command: Handout) -> int:
     """Write the pages; return the exit code.
 
     Raises:
-        BadSetting: there is no such lesson, a file cannot be written, or a teacher's copy of Moodle's questions is asked for.
+        BadSetting: unknown lesson, unwritable file, or a teacher's copy of Moodle's questions.
     """
     if command.moodle and command.teacher:
         raise BadSetting("Moodle's questions hold the answers already; leave --teacher out.")

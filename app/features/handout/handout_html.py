@@ -1,4 +1,4 @@
-"""A lesson on paper: questions, answers to tick, axes to draw on and room to write; the teacher's copy says what comes out."""
+"""A lesson on paper; the teacher's copy has the outcomes."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,11 +19,11 @@ from app.text.picture import PICTURE
 
 
 def handout_html(lesson: Lesson, notes: str | None = None) -> str:
-    """Return a lesson as a page to print, in the current language; it loads and runs nothing.
+    """Page to print in the current language; it loads and runs nothing.
 
     Args:
         lesson: with the texts of that language.
-        notes: the teacher's, as Markdown; None for the student's copy, which holds nothing that a run has yet to show.
+        notes: the teacher's, as Markdown; None for the student's copy, which reveals no outcome.
     """
     read = None if notes is None else read_notes(notes)
     steps = [PaperStep(lesson, i, None if read is None else told(step)) for i, step in enumerate(lesson.steps)]
@@ -35,13 +35,13 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
 
 
 def told(step: Step) -> StepOutcome:
-    """Outcome of a step's run, without the note that it is the reference run."""
+    """Outcome without the note that it is the reference run."""
     return replace(reference(step, step.setup), reference=False)
 
 
 @dataclass(frozen=True)
 class PaperStep:
-    """One step as it is printed. `outcome`: of its run; None leaves blanks for what would give the answer away."""
+    """One printed step. `outcome`: None leaves blanks for what would reveal the answer."""
 
     lesson: Lesson
     index: int
@@ -56,22 +56,19 @@ class PaperStep:
         return f"{self.lesson.number}.{self.index + 1}"
 
     def filled(self, text: str) -> str:
-        """Return a text with the numbers in it."""
         return fill(self.step, text, self.outcome, self.lesson.language)
 
     def text(self, source: str) -> Markup:
-        """Return a text as HTML."""
         shown = without_outcome(source, self.step) if self.outcome is None else source
         return lesson_html(self.filled(shown), self.step.setup.folder)
 
     @property
     def axes(self) -> str:
-        """Return in words what is to be drawn."""
+        """Description of what to draw."""
         return "" if self.step.drawing is None else sentence(axes_text(self.step.drawing))
 
     @property
     def chart(self) -> Markup:
-        """Return the axes to draw on, with the outcome over them."""
         drawing, outcome = self.step.drawing, self.outcome
         if drawing is None:
             return Markup()
@@ -79,19 +76,18 @@ class PaperStep:
 
     @property
     def choices(self) -> list[str]:
-        """Return the answers of the question, as Markdown."""
+        """Answers as Markdown."""
         return [] if self.step.question is None else [self.filled(choice.text) for choice in self.step.question.choices]
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """Measured values; without an outcome the names alone."""
+        """Measured values, or their names without an outcome."""
         if self.outcome is not None:
             return self.outcome.lines(self.step, self.lesson.language)
         return tuple(label_of(m, self.lesson.language) for m in self.step.measurements if not m.text_only)
 
     @property
     def pictures(self) -> list[tuple[Markup, str]]:
-        """Return the pictures of all texts, and what is seen in them."""
         step = self.step
         found = PICTURE.finditer("\n".join((step.goal, step.do, step.observe, step.explain)))
         return [(lesson_html(one[0].strip(), step.setup.folder), one[1]) for one in found]

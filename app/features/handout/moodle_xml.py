@@ -1,6 +1,8 @@
-"""The questions of a lesson as Moodle XML: predictions as multiple choice with every reply, forecasts as numbers with a tolerance.
+r"""Questions of a lesson as Moodle XML: predictions as multiple choice with replies, forecasts as numbers
+with a tolerance.
 
-Formulas stay LaTeX, between \\( and \\), which Moodle's MathJax filter sets. The format: docs.moodle.org, Moodle XML format.
+Formulas stay LaTeX, between \( and \), for Moodle's MathJax filter. Format: docs.moodle.org, Moodle XML
+format.
 """
 
 import re
@@ -25,11 +27,11 @@ for _rule, _marks in {"formula": ("\\(", "\\)"), "formula_display": ("\\[", "\\]
     _READER.add_render_rule(
         _rule, lambda _, tokens, at, *__, marks=_marks: marks[0] + escape(tokens[at].content.strip()) + marks[1]
     )
-# A file beside the question would have to be uploaded by hand; what is seen in a picture is said.
+# A file would have to be uploaded by hand; the picture's description replaces it.
 _READER.add_render_rule("picture", lambda _, tokens, at, *__: element("p", tokens[at].content))
 
 NO_UNITS: Final = "3"
-"""Unit handling of a numerical question: the answer is a bare number, and its unit stands in the question."""
+"""Unit handling: the answer is a bare number, and the question has its unit."""
 
 
 NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -37,7 +39,7 @@ NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U001
 
 
 def moodle_xml(lesson: Lesson) -> bytes:
-    """Return a file that Moodle's question bank imports, in the current language; the questions go into a category of the lesson."""
+    """File for Moodle's question bank in the current language, with a category per lesson."""
     quiz = Element("quiz")
     category = SubElement(quiz, "question", type="category")
     _text(category, "category", f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}")
@@ -58,7 +60,7 @@ def _multiple_choice(paper: PaperStep, question: Question) -> Element:
         SubElement(made, name).text = value
     for place, choice in enumerate(question.choices):
         answer = _html(made, "answer", paper.filled(choice.text), fraction="100" if place == question.right else "0")
-        # The right answers are told with the last test.
+        # The last test reveals the right answers.
         _html(answer, "feedback", "" if paper.step.asked == "first" else paper.filled(choice.reply))
     for hint in paper.step.hints:
         _html(made, "hint", paper.filled(hint))
@@ -83,7 +85,7 @@ def _numerical(paper: PaperStep, challenge: Challenge) -> Iterator[Element]:
 
 
 def _question(kind: str, paper: PaperStep, number: str, text: str) -> Element:
-    """Return a question with all that both kinds have. `text`: Markdown, not filled in yet."""
+    """Elements common to both kinds. `text`: Markdown, not filled in yet."""
     made = Element("question", type=kind)
     _text(made, "name", f"{number} {plain(paper.step.title)}")
     _html(made, "questiontext", paper.filled(text))

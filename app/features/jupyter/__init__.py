@@ -1,4 +1,4 @@
-"""Duet inside Jupyter: a tile in the launcher of a notebook server, and the page in a notebook's cell."""
+"""Duet inside Jupyter: a tile in the launcher, and the page in a cell."""
 
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""A law from a cell: a function of the notebook as the text of a law's file, so that it runs in a process of its own like every other."""
+"""A notebook's function as a custom law's file, so that it runs in its own process."""
 
 import ast
 import inspect
@@ -14,13 +14,11 @@ from controllers.errors import BadSetting
 
 
 def law_text(function: Callable[..., Any]) -> str:
-    """Return the text of a file with this law, and with the modules, numbers and functions of the notebook that it uses.
-
-    Imports and numbers stand on one line at the top and the law on the lines that it has in its cell, where there is room, so that a line
-    that is named is that of the cell.
+    """File with this law, and the modules, numbers and functions of the notebook that it uses. If possible
+    the law keeps the line numbers of its cell, for messages; the rest is on the first line.
 
     Raises:
-        BadSetting: it is not a function of its own, or its text is not known.
+        BadSetting: not a function written with def, or its text is unknown.
     """
     if not isinstance(function, FunctionType) or function.__name__ == "<lambda>":
         raise BadSetting("duet.law needs a function that is written with def: law(situation), which returns joint velocities.")
@@ -28,7 +26,7 @@ def law_text(function: Callable[..., Any]) -> str:
     helpers: dict[str, str] = {}
     _collect(function, head, helpers)
     own = helpers.pop(function.__name__)
-    # An annotation is no part of what it uses, and need not be there.
+    # An annotation is not used by the law, and need not exist.
     first = [*(["from __future__ import annotations"] if function.__annotations__ else []), *head.values()]
     lines = ["; ".join(first)] if first else []
     lines += [""] * (function.__code__.co_firstlineno - 1 - len(lines))
@@ -49,7 +47,7 @@ def _collect(function: FunctionType, head: dict[str, str], helpers: dict[str, st
         if name in head or name in helpers:
             continue
         if isinstance(value, np.generic):
-            # What NumPy computes from a number reads back only as Python's own.
+            # Only Python's numbers can be read back, not NumPy's.
             value = value.item()
         if isinstance(value, ModuleType):
             head[name] = f"import {value.__name__} as {name}"

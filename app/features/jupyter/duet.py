@@ -1,7 +1,7 @@
-"""Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns the run that
-is seen there, as numbers.
+"""Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns its
+run as numbers.
 
-One run a kernel: every cell that shows it shows the same one. It ends with the kernel, or by `duet.close()`.
+One run per kernel, which every cell shows. It ends with the kernel, or by `duet.close()`.
 """
 
 import atexit
@@ -31,7 +31,7 @@ NO_PROXY: Final = N_(
 
 
 def cell_html(server: NotebookRun, height: int) -> str:
-    """Return the output of a cell. `height`: of the page [px]."""
+    """`height`: of the page [px]."""
     place = f"duet-{secrets.token_hex(8)}"
     texts = {language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)} for language in LANGUAGES}
     inline = {
@@ -42,7 +42,7 @@ def cell_html(server: NotebookRun, height: int) -> str:
         "height": height,
         "texts": texts,
     }
-    # The sentence is what is left of the output where Jupyter does not run the scripts of a notebook.
+    # The sentence remains if Jupyter does not run the scripts of a notebook.
     return f'<div id="{place}">{html.escape(RUN_AGAIN)}</div>{PageAssets((SCRIPT,), constants={"inline": inline}).script_html()}'
 
 
@@ -55,19 +55,19 @@ _running: NotebookRun | None = None
 
 
 def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object) -> NotebookRun:
-    """Show the page below this cell and return its run; it is the same in every cell.
+    """Show the page below this cell and return its run, the same in every cell.
 
-    A script calls it below `if __name__ == "__main__":`, for the processes beside the run read the script again.
+    A script calls it below `if __name__ == "__main__":`, as the run's other processes read the script again.
 
     Args:
         height: of the page [px].
-        lesson: number or name of a lesson that is opened.
+        lesson: number or name of a lesson to open.
         step: of that lesson, from 1.
-        settings: as in a link, in SI units, or by their long names: `show(scene="ball", dm=0.1)`, `show(critical_distance=0.1)`;
-            `lwr-duet run --help` lists them. They change a run that is there already.
+        settings: as in a link, in SI units, or by their long names: `show(scene="ball", dm=0.1)`,
+            `show(critical_distance=0.1)`; see `lwr-duet run --help`. They change an existing run.
 
     Raises:
-        BadSetting: a setting, a lesson or a step is not possible; nothing is changed, nor shown.
+        BadSetting: a setting, a lesson or a step is not possible; nothing is changed or shown.
     """
     global _running
     from IPython.display import HTML, display
@@ -97,16 +97,17 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
 
 
 def law(function: Callable[[Any], Any] | None, height: int = HEIGHT) -> NotebookRun:
-    """Run a function of the notebook as the law, beside the paper's as the ghost, and show the page below this cell; return the run.
+    """Run a function of the notebook as the law, with the paper's as the ghost, and show the page below this
+    cell; return the run.
 
     Args:
-        function: `law(situation)`, which returns joint velocities; `lwr-duet new-law` writes one with every part of a situation. It runs in
-            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it. None ends it: the
-            law of the settings drives the arm again.
+        function: `law(situation)` → joint velocities; `lwr-duet new-law` writes one with every part of a
+            situation. It runs in its own process, with the notebook's modules, numbers and functions that it
+            needs. None ends it: the law of the settings drives the arm again.
         height: of the page [px].
 
     Raises:
-        BadSetting: it is no function that is written with def.
+        BadSetting: not a function written with def.
     """
     text = None if function is None else law_text(function)
     run = show(height)

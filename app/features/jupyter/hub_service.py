@@ -1,8 +1,7 @@
-"""One Duet for a whole course as a service of a JupyterHub.
+"""One Duet for a course as a service of a JupyterHub.
 
-It is started as `python -m app.features.jupyter.hub_service`, with the options of `lwr-duet serve`.
-
-It needs jupyterhub and jupyter-server-proxy, and the environment that the hub gives to a service.
+Started as `python -m app.features.jupyter.hub_service`, with the options of `lwr-duet serve`. Needs
+jupyterhub, jupyter-server-proxy, and the hub's environment for services.
 """
 
 import sys
@@ -15,16 +14,15 @@ from app.features.jupyter.tile import proxied
 
 
 class HubService(StandaloneProxyServer):
-    """jupyter-server-proxy's own server, which asks the hub who opens a page, but not who opens a websocket; this one asks for both."""
+    """jupyter-server-proxy's server authenticates pages, but not websockets; this one authenticates both."""
 
     def make_proxy_handler(self) -> tuple[type | None, dict[str, Any]]:
-        """Return the handler of all requests, and its arguments."""
         handler, arguments = super().make_proxy_handler()
         assert handler is not None
 
         class Authenticated(handler):
             def prepare(self) -> None:
-                # A page is sent to the hub's login by the handler itself; a websocket cannot be.
+                # The handler itself sends a page to the hub's login; a websocket cannot be sent there.
                 if self.request.headers.get("Upgrade", "").lower() == "websocket" and not self.current_user:
                     raise HTTPError(403)
 

@@ -1,4 +1,4 @@
-"""The run of a notebook: an app inside the kernel, and what the kernel may ask of it."""
+"""The run of a notebook: an app inside the kernel, and the kernel's interface to it."""
 
 import hashlib
 import math
@@ -42,21 +42,21 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 AGAIN: Final = 0.5
-"""A question that is not answered after this time is put again [s]: what waits is dropped when the tab with the controls leaves."""
+"""Time after which an unanswered question is repeated [s]: it is lost when the operating tab leaves."""
 
 PATIENCE: Final = 30.0
-"""How long a question waits for its answer [s]."""
+"""Longest wait for an answer [s]."""
 
 
 class Ask(Action, newest_by=("answer",)):
-    """Answer a question of the kernel's, once."""
+    """Answer a question of the kernel, once."""
 
     question: Callable[[Session], Any]
     answer: Future[Any]
 
 
 def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
-    """Return the settings with some of them changed, each by its key in a link or by its long name.
+    """Settings with changes by key in a link or by long name.
 
     Raises:
         BadSetting: one is not possible.
@@ -67,11 +67,8 @@ def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
 
 
 def step_with(session: Session, law: Law) -> bool:
-    """Pause a session, and make one step of its run with another law, which answers at once.
-
-    Returns:
-        False if no step was made, as the ghost's law has not answered.
-    """
+    """Pause a session, and make one step with another law, which answers at once. False if the ghost's law
+    has not answered, so that no step was made."""
     if not session.control.halt:
         session.control.halt.set("visitor")
     session.simulation.use(law)
@@ -82,7 +79,7 @@ def step_with(session: Session, law: Law) -> bool:
 
 
 def key_of(name: str) -> str:
-    """Return the key of a setting in a link: `dm` for dm and for critical_distance; the name itself where there is none."""
+    """Key in a link: `dm` for dm and for critical_distance; unknown names stay as they are."""
     known = leaves(Settings)
     return name if name in known else {path[-1]: key for key, (path, _) in known.items()}.get(name, name)
 
@@ -103,7 +100,7 @@ def _law(session: Session) -> LawSettings:
 
 
 class GivenVelocities(LawOfFile):
-    """A law that gives the joint velocities of a cell, whatever it is asked. `velocities`: (n,) [rad/s]."""
+    """Law with the joint velocities of a cell. `velocities`: (n,) [rad/s]."""
 
     file, sha256 = "notebook", hashlib.sha256(b"notebook").hexdigest()
 
@@ -120,18 +117,19 @@ class GivenVelocities(LawOfFile):
 
 
 class NotebookRun:
-    """One run that all cells of a notebook show. All methods may be called from the kernel's thread at any time.
+    """One run that all cells of a notebook show. All methods may be called from the kernel's thread at any
+    time.
 
-    It is the stage of a lecture: the key that its cells bring makes them the teacher's, and lets no other page operate it.
+    It is a shared session: the key in its cells makes them the teacher's, and no other page can operate it.
 
     Args:
         settings: with which it begins.
 
     Attributes:
         key: of its pages.
-        port: where the server listens, at 127.0.0.1.
-        server_run: the server's random word, by which a page knows that it is this one.
-        closed: whether it has ended; it can't begin again.
+        port: of the server, at 127.0.0.1.
+        server_run: the server's random word, by which a page recognises it.
+        closed: True once it has ended; it can't begin again.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -140,7 +138,7 @@ class NotebookRun:
             ServeOptions(settings=settings, sessions=1, key=self.key, features=(LectureOptions(watchers=1, lecture=True),)),
             features=FEATURES,
         )
-        # The kernel does not know under which address a hub is opened, but no page of others has the key.
+        # The kernel does not know the hub's public address, but no foreign page has the key.
         self._app.server.trusts = lambda query: is_teacher(self.key, query)
         self.port, self.server_run, self.closed = self._app.server.get_port(), self._app.server.run, False
         assert isinstance(self._app.host, LectureHost)
@@ -163,17 +161,18 @@ class NotebookRun:
 
     @property
     def law(self) -> LawSettings:
-        """The law in force with its parameters (SI units); its name is "my own law" while a function of the notebook drives the arm."""
+        """Law in force with its parameters (SI units); named "my own law" while a function of the notebook
+        drives the arm."""
         return self._ask(_law)
 
     def history(self, seconds: float | None = None) -> dict[str, Array]:
-        """Return the newest steps: column → (steps,), oldest first.
+        """Newest steps: column → (steps,), oldest first.
 
-        The columns are those of `scenes.history.SCALARS` (t [s], d [m], lambda, …), then "left_q1" … [rad], "left_dq1" … [rad/s] and
-        "left_qd1" … (nan where nothing is followed).
+        The columns are `scenes.history.SCALARS` (t [s], d [m], lambda, …), then "left_q1" … [rad], "left_dq1"
+        … [rad/s] and "left_qd1" … (nan where nothing is followed).
 
         Args:
-            seconds: how much of the run [s]; None for all that is kept, the last 16 000 steps.
+            seconds: length [s]; None for all that is kept, the last 16 000 steps.
 
         Raises:
             BadSetting: the time is not above 0.
@@ -190,7 +189,8 @@ class NotebookRun:
         return dict(zip(names, table.T, strict=True))
 
     def __getitem__(self, name: str) -> Any:
-        """Return a setting in force by its key in a link or its long name: `run["dm"]` is `run["critical_distance"]` [m].
+        """Setting in force by its key in a link or its long name: `run["dm"]` is `run["critical_distance"]`
+        [m].
 
         Raises:
             BadSetting: there is no such setting.
@@ -201,7 +201,7 @@ class NotebookRun:
         return known[key_of(name)]
 
     def table(self, seconds: float | None = None) -> "pandas.DataFrame":
-        """Return the newest steps as a table of pandas', with the unit in the head of each column: "t [s]", "d [m]", …; see `history`.
+        """Newest steps as a pandas table with units in the column heads: "t [s]", "d [m]", …; see `history`.
 
         Raises:
             MissingPackage: pandas is not installed.
@@ -216,25 +216,26 @@ class NotebookRun:
         return pandas.DataFrame(dict(zip(heads, history.values(), strict=True)))
 
     def open_lesson(self, lesson: int | str, step: int = 1) -> None:
-        """Open a step of a lesson on the page. `lesson`: its number or its name; `step`: from 1.
+        """Open a step of a lesson on the page. `lesson`: number or name; `step`: from 1.
 
         Raises:
-            BadSetting: it is not there; nothing is opened.
+            BadSetting: unknown lesson or step; nothing is opened.
         """
         name = self.find_lesson(lesson, step)
         self._ask(lambda _session: self._lessons.enter(name, step - 1))
 
     def find_lesson(self, lesson: int | str, step: int = 1) -> str:
-        """Return the name of a lesson that has a step; see `open_lesson`.
+        """Name of a lesson that has a step; see `open_lesson`.
 
         Raises:
-            BadSetting: it is not there.
+            BadSetting: unknown lesson or step.
         """
         book = self._lessons.book
         return Bookmark(book).at(book.index(lesson), round(_number(step, "step")) - 1).lesson.id
 
     def take_law(self, text: str | None) -> None:
-        """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost; None: that of the settings."""
+        """Restart the run with a law, the text of a file, and the paper's as the ghost; None for the law of
+        the settings."""
         if text is None:
             self._ask(lambda session: let_custom_law_run(session, False))
             return
@@ -249,16 +250,17 @@ class NotebookRun:
         self._ask(begin)
 
     def step(self, dq: ArrayLike) -> dict[str, float]:
-        """Make one step with these joint velocities instead of the law's, and return it as in `history`; the run pauses.
+        """Make one step with these joint velocities instead of the law's, and return it as in `history`; the
+        run is paused.
 
-        Bounds of joints hold as for every law. Where both arms keep clear, both get these velocities.
+        Joint bounds hold as for every law. If both arms avoid, both get these velocities.
 
         Args:
-            dq: q̇ (n,) of an arm that keeps clear [rad/s].
+            dq: q̇ (n,) of an avoiding arm [rad/s].
 
         Raises:
-            BadSetting: these are no n finite numbers; no step is made.
-            DuetError: the ghost is a law of one's own, and does not answer.
+            BadSetting: not n finite numbers; no step is made.
+            DuetError: the ghost runs a custom law, and does not answer.
         """
         try:
             given = np.asarray(dq, float)
@@ -297,10 +299,11 @@ class NotebookRun:
         self._ask(apply)
 
     def advance(self, seconds: float) -> None:
-        """Simulate so much of the run [s] as fast as the machine can, while the page shows it; a pause or a reset on the page ends it.
+        """Simulate this time [s] as fast as possible, while the page shows it; a pause or a reset on the page
+        ends it.
 
         Raises:
-            BadSetting: the time is not above 0, or longer than `lwr-duet run` makes.
+            BadSetting: the time is not above 0, or longer than `lwr-duet run` allows.
         """
         seconds = _number(seconds)
         check_length(self.settings.run, seconds)
@@ -334,7 +337,7 @@ class NotebookRun:
                 action.answer.set_exception(error)
 
     def _ask(self, question: Callable[[Session], T]) -> T:
-        """Return the answer to a question that is put between two frames, on the session's own thread.
+        """Ask a question between two frames on the session's own thread.
 
         Raises:
             DuetError: the run is closed, or does not answer.

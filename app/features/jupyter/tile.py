@@ -1,5 +1,5 @@
-"""The tile in Jupyter's launcher: the entry point by which jupyter-server-proxy finds Duet. It imports nothing of Jupyter,
-and of Duet no more than its list of features."""
+"""The tile in Jupyter's launcher, an entry point for jupyter-server-proxy. Imports nothing of Jupyter, and of
+Duet only its list of features."""
 
 import secrets
 import sys
@@ -11,13 +11,13 @@ from app.features.store import IN_MEMORY
 from app.features.workers import ONE_PROCESS
 
 ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
-"""Our mark, for the launcher."""
 
 
 def tile() -> dict[str, Any]:
     """Entry for jupyter-server-proxy that starts and shows Duet."""
     made = proxied((*IN_MEMORY, *ONE_PROCESS, "--edit-law"))
-    # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
+    # Only requests through this notebook server and its login have the secret; their senders can run programs
+    # here anyway.
     secret = secrets.token_urlsafe(32)
     made["environment"] = {"DUET_PROOF": secret}
     made["request_headers_override"]["X-Duet-Proof"] = secret
@@ -25,11 +25,12 @@ def tile() -> dict[str, Any]:
 
 
 def proxied(options: Sequence[str]) -> dict[str, Any]:
-    """Command with which jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
+    """Start command for jupyter-server-proxy. `options`: of `lwr-duet serve`."""
     return {
-        # Without -P a folder named `app` in the notebook's folder would be started.
+        # Without -P, a folder named `app` in the notebook's folder would be started.
         "command": [sys.executable, "-P", "-m", "app", "serve", "--no-open", "--port", "{port}", *options],
         "timeout": 120.0,
-        # For websockets, too, see `app.web.origin_policy.VOUCHED`: under a hub, Origin and Host are the hub's.
+        # Also for websockets, see `app.web.origin_policy.VOUCHED`: under a hub, Origin and Host are the
+        # hub's.
         "request_headers_override": {"X-Forwarded-Context": "{base_url}"},
     }

@@ -1,4 +1,4 @@
-"""The lab report: a student's predictions, outcomes and own words as one page to print."""
+"""The lab report: a student's predictions, outcomes and notes on one page."""
 
 from collections.abc import Sequence
 from pathlib import Path

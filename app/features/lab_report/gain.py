@@ -1,6 +1,6 @@
-"""What was learned between a test before the lessons and the same one after them: shares, the normalised gain, answers before → after.
+"""Two equal tests, before and after the lessons: shares, normalised gain, changes of answers.
 
-The normalised gain is that of Hake, American Journal of Physics 66 (1998): what was gained, over what could be.
+Normalised gain: Hake, American Journal of Physics 66 (1998): gain over possible gain.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,7 +11,7 @@ from app.features.lessons.progress import StepProgress
 from app.features.lessons.tally import QuestionId
 
 AnswerPairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
-"""Question of the first test → answers before and after, from 0, of each student who gave both."""
+"""Question of the first test → answers before and after, from 0, of each student with both."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,7 @@ class Gain:
     """Right answers before and after.
 
     Attributes:
-        students: who answered both times; of several questions, the pairs of answers.
-        before, after: right ones among them.
+        students: who answered both times; for several questions, the pairs of answers.
     """
 
     students: int
@@ -29,20 +28,20 @@ class Gain:
 
     @property
     def normalised(self) -> float | None:
-        """Return ⟨g⟩; None where all were right before."""
+        """⟨g⟩; None if all were right before."""
         possible = self.students - self.before
         return (self.after - self.before) / possible if possible else None
 
     @property
     def cells(self) -> tuple[str, str, str, str]:
-        """Return students, shares before and after [%] and ⟨g⟩, as texts."""
+        """Students, shares before and after [%] and ⟨g⟩."""
         before, after = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
         return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}".replace("-", "−"))
 
 
 @dataclass(frozen=True)
 class QuestionGain:
-    """How a question of a test was answered twice. `moved`: counts of answers, a row for each before, a column for each after."""
+    """Two answers to one question. `moved`: counts of answers, rows before, columns after."""
 
     lesson: Lesson
     step: Step
@@ -53,12 +52,12 @@ class QuestionGain:
 
     @property
     def belief(self) -> str:
-        """Return the name of the belief that is asked about, as Markdown."""
+        """Name of the tested belief, as Markdown."""
         return self.step.belief.partition("\n")[0] or self.step.title
 
 
 def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
-    """Return every question of the first test that students have answered twice, in order."""
+    """Questions of the first test that students have answered twice, in order."""
     found: list[QuestionGain] = []
     for lesson in lessons:
         for index, step in enumerate(lesson.steps if lesson.asked == "first" else ()):
@@ -74,17 +73,12 @@ def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
 
 
 def whole(questions: Iterable[QuestionGain]) -> Gain:
-    """Return the gain over all questions."""
     each = [one.gain for one in questions]
     return Gain(sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each))
 
 
 def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> AnswerPairs:
-    """Return the answers of one student to the tests, where the right answer was told.
-
-    Args:
-        progress: gives what was done in a step, by the names of lesson and step.
-    """
+    """One student's answers to the tests with a revealed answer. `progress`: by the names of lesson and step."""
     pairs: dict[QuestionId, Sequence[tuple[int, int]]] = {}
     for lesson in lessons:
         for step in lesson.steps if lesson.asked == "first" else ():

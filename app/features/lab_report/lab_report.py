@@ -1,4 +1,4 @@
-"""A student's lab report on lessons: what was predicted and what came out, the runs' plots, the settings, and the student's own words."""
+"""A student's lab report: predictions, outcomes, plots, settings, and notes."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -30,15 +30,15 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 LINE: Final = "_" * 24
-"""For a name to be written by hand."""
+"""Line for a handwritten name."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """One step of a lesson, and what a student did in it. Plain data, so that it can be sent to another process.
+    """A student's work in one step, as plain data for another process.
 
     Attributes:
-        seen: the run that answered the student's question; None if it was not stored.
+        seen: run that answered the student's question; None if not stored.
     """
 
     lesson: Lesson
@@ -53,12 +53,12 @@ class Done:
 
 @dataclass(frozen=True)
 class ReportEntry:
-    """One step of a lesson in a report; what is empty is left out.
+    """One step in a report; empty parts are left out.
 
     Attributes:
-        view: of the step at its end, with all that was done in it.
-        settings: of the run, as a person reads them.
-        plot: picture of the run, an <svg> element as `app.features.exports.plot_pictures.inline_svg` makes it.
+        view: of the step at its end, with the student's work.
+        settings: in readable form.
+        plot: <svg> element, as from `app.features.exports.plot_pictures.inline_svg`.
     """
 
     view: StepView
@@ -71,24 +71,24 @@ class ReportEntry:
 
     @property
     def drawing(self) -> str:
-        """Return the student's curve beside the measured one, an <svg> element; "" for none."""
+        """<svg> element of the student's and the measured curve, or ""."""
         drawing, curves = self.view.step.drawing, self.view.drawing
         return "" if drawing is None or curves is None or not curves.drawn else drawing_svg(drawing, curves.drawn, curves.truth)
 
     @property
     def judgements(self) -> list[tuple[str, bool]]:
-        """Return the lines of the challenge's newest attempt, each with whether it was met."""
+        """Lines of the challenge's newest attempt, and whether they were met."""
         last = self.view.done.last
         return [] if last is None else [(sentence(tr(one.text)), one.passed) for one in last.judgements]
 
     @property
     def passed(self) -> bool | None:
-        """True if the challenge was ever passed; None if the step has no challenge."""
+        """True if ever; None without a challenge."""
         return None if self.view.step.challenge is None else self.view.done.passed
 
     @property
     def record(self) -> StepRecord | None:
-        """Return the same for a program; None of a test that is asked twice, which counts for no marks."""
+        """Machine-readable record; None for a test that is asked twice, which counts for no marks."""
         view, done = self.view, self.view.done
         if view.step.asked:
             return None
@@ -98,12 +98,10 @@ class ReportEntry:
 
 
 def lesson_title(lesson: Lesson) -> str:
-    """Return number and title of a lesson, in the language that is spoken here."""
     return tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
 
 
 def report_title(done: Sequence[Done]) -> str:
-    """Return the title of a report on these steps, in the language that is spoken here."""
     lessons = {one.lesson.id: one.lesson for one in done}
     if len(lessons) != 1:
         return tr("Lab report")
@@ -112,13 +110,10 @@ def report_title(done: Sequence[Done]) -> str:
 
 
 def lab_bytes(done: Sequence[Done], language: Language) -> bytes:
-    """Return the report as one HTML file.
-
-    Args:
-        language: in which the report speaks.
+    """HTML file in `language`.
 
     Raises:
-        BadSetting: a run cannot be made again here.
+        BadSetting: a run cannot be computed again here.
     """
     set_language(language)
     entries: list[ReportEntry] = []
@@ -144,16 +139,15 @@ def report_html(
     about: str = "",
     questions: Sequence[QuestionGain] = (),
 ) -> str:
-    """Return the page. Nothing in it loads anything or runs, and everything that the student wrote is escaped.
+    """The page. It loads and runs nothing, and escapes all text of the student.
 
     Args:
-        entries: the steps, in order.
-        settings: of the last run; None to leave them out.
-        about: one line under the title, such as a name and a date.
+        settings: of the last run, or None.
+        about: line under the title, such as a name and a date.
         questions: of a test that the student has answered before and after.
 
     Raises:
-        ValueError: a plot is no plain <svg> element.
+        ValueError: a plot is not a plain <svg> element.
     """
     made = f"{tr('Made by Duet')} {made_here()['duet']}"
     return locked_page(
@@ -173,7 +167,6 @@ def report_html(
 
 
 def _rows(settings: Settings) -> list[tuple[str, str, str]]:
-    """Return label, value and meaning of the settings that matter."""
     present, known = named_values(settings.run), specs(RunSettings)
     return [
         (known[key].label, page_value(key, value), known[key].help) for key, value in present.items() if matters(key, settings)
@@ -181,7 +174,7 @@ def _rows(settings: Settings) -> list[tuple[str, str, str]]:
 
 
 def rich_html(text: str) -> Markup:
-    """Return a lesson's text as HTML: a line without a paragraph of its own, where it is one."""
+    """A lesson's text as HTML; a single line without <p>."""
     if "\n" in text.strip() or "$$" in text:
         return lesson_html(text)
     made = inline_html(text.strip())
@@ -192,8 +185,8 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> R
     """Report on a step.
 
     Args:
-        recorded: the run whose settings and plot are shown; None to leave them out.
-        name: of the plot, another one for each on a page.
+        recorded: run with the settings and plot to show, or None.
+        name: of the plot, unique on a page.
     """
     step = one.step
     at = StepPosition(one.lesson, step, one.index, phases_of(step)[-1], one.progress, None)
@@ -216,7 +209,7 @@ def _svg(recorded: Recorded, step: Step, name: str) -> str:
 
 
 def _made_again(one: Done) -> Recorded | None:
-    """Return a new run of a step without a stored one; None if a visitor's hand was in it."""
+    """None if a visitor moved something in the step."""
     outcome = one.progress.outcome
     if outcome is None or outcome.unlike or one.step.yours or one.step.concept:
         return None
@@ -224,7 +217,6 @@ def _made_again(one: Done) -> Recorded | None:
 
 
 def recorded_of(setup: Setup) -> Recorded | None:
-    """Return the recorded run of a lesson's setup, computed without a page."""
     simulation, log = Simulation(setup.run, 1), InputsLog()
     begin_reference_run(simulation, setup)
     person = person_of(simulation, setup)
@@ -241,13 +233,12 @@ def done_in(
     seen: Mapping[tuple[str, str], Recorded],
     only: str | None = None,
 ) -> tuple[Done, ...]:
-    """Return every step in which something was done.
+    """Every step in which something was done.
 
     Args:
-        lessons: all of them.
-        progress: gives what was done in a step, by the names of lesson and step.
+        progress: by the names of lesson and step.
         seen: (lesson, step) → the run.
-        only: name of the lesson that is meant; None for all.
+        only: name of one lesson; None for all.
     """
     return tuple(
         Done(lesson, i, progress(lesson.id, step.id), seen.get((lesson.id, step.id)))

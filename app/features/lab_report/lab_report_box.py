@@ -1,4 +1,4 @@
-"""The lab report on the page: a box for the student's own words in every step, and a button that makes the report."""
+"""The lab report on the page: note boxes, and a button that makes it."""
 
 import copy
 from collections.abc import Sequence
@@ -28,25 +28,23 @@ _REPORT: Final = ORDER["hints"] + 4.0
 
 
 class AskReport(Action, newest_by=("one",)):
-    """Make the lab report on all lessons, or on the present one alone."""
-
     one: bool
 
 
 def ask_report(exports: ExportQueue, session: Session, done: Sequence[Done]) -> None:
-    """Submit a lab report on steps of lessons; the visitor is told where there is nothing to report."""
+    """Submit a lab report; notify the visitor if there is nothing to report."""
     if not done:
         session.notify("There is nothing to report yet", "Answer a question of a lesson first.")
         return
     lessons = sorted({one.lesson.number for one in done})
     name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
-    # The job is pickled later, when the student may have gone on.
+    # The job is pickled later, when the student may have moved on.
     given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
     exports.make(N_("the lab report"), name + ".html", lab_bytes, given, spoken().language)
 
 
 class LabReportBox(PagePanel):
-    """What a student writes, and the buttons: in the folder “Keep and replay”, and in the lessons' panel."""
+    """In the folder “Keep and replay”, and in the lessons' panel."""
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
@@ -70,7 +68,7 @@ class LabReportBox(PagePanel):
         ask_report(self._exports, self._session, done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, only))
 
     def _box(self, lesson: str, step: str, tab: viser.GuiTabHandle) -> viser.GuiTextHandle:
-        # A box of its own for every step: what is typed last may arrive when the student is already in the next one.
+        # One box per step: the last typing may arrive when the student is already in the next step.
         with tab:
             box = self._gui.add_text(
                 tr("in my own words"),
@@ -83,7 +81,6 @@ class LabReportBox(PagePanel):
         return on_entry(box, lambda words: self._session.post(Write(lesson, step, words[:MOST_WORDS])))
 
     def show(self, frame: Frame) -> None:
-        """Offer box and buttons where they belong."""
         del frame
         run, tab = self._lessons, self._panel.tab
         self._of_all.visible = run.begun

@@ -1,7 +1,6 @@
-"""What all pages to take away have in common: they load and run nothing, and print well; and what a lab report says to a program.
+"""Common parts of offline pages, which load and run nothing; and a lab report's machine-readable records.
 
-That is an element that shows nothing and runs nothing, with one entry a step. It is as easy to change as the rest of the page: a report can
-be forged.
+The records are an invisible element with one entry per step. Like the rest of the page they can be forged.
 """
 
 import html
@@ -22,7 +21,7 @@ from app.theme import css_variables, symbol_rules
 from controllers.errors import LazyText
 
 LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-"""The page may load nothing and run nothing."""
+"""Content policy: the page loads and runs nothing."""
 
 LARGEST_REPORT: Final = 32 * 2**20
 """Largest report that is read [bytes]."""
@@ -40,9 +39,9 @@ class StepRecord:
 
     Attributes:
         lesson, step: by name.
-        prediction: number of the answer that was chosen, from 1; None without an answer.
-        right: whether it was right; None if the outcome was not seen.
-        passed: whether the challenge was passed; None if there is none.
+        prediction: number of the chosen answer, from 1, or None.
+        right: None if the outcome was not seen.
+        passed: None without a challenge.
         attempts: at the challenge.
     """
 
@@ -58,16 +57,15 @@ _NAMES: Final = [one.name for one in fields(StepRecord)]
 
 
 SHEET: Final = Path(__file__).with_name("report.css")
-"""The style sheet of reports."""
 
 
 def locked_page(template: str, title: str, styles: Sequence[Path], **values: object) -> str:
-    """Return an HTML page that loads and runs nothing, in the reader's language.
+    """HTML page that loads and runs nothing, in the reader's language.
 
     Args:
         template: that extends "features/lab_report/page.html".
-        styles: files with style sheets.
-        values: that the template names.
+        styles: style sheets.
+        values: of the template's names.
     """
     files = "".join(file.read_text(encoding="utf-8") for file in styles)
     sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
@@ -78,7 +76,7 @@ _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", 
 
 
 def plain_svg(svg: str) -> Markup:
-    """Return an <svg> element as it is, which holds shapes and text alone.
+    """An <svg> element unchanged, if it holds only shapes and text.
 
     Raises:
         ValueError: it holds anything else.
@@ -95,7 +93,7 @@ def plain_svg(svg: str) -> Markup:
 
 
 def records_html(records: Sequence[StepRecord]) -> Markup:
-    """Return the element; "" for no records."""
+    """ "" without records."""
     if not records:
         return Markup()
     data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}
@@ -103,7 +101,7 @@ def records_html(records: Sequence[StepRecord]) -> Markup:
 
 
 def read_records(page: bytes) -> tuple[StepRecord, ...]:
-    """Return the records of a report.
+    """Records of a report.
 
     Raises:
         ValueError: it has none, or they are not as `records_html` writes them.

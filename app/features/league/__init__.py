@@ -1,4 +1,4 @@
-"""The league of laws: every law in the same runs, as tables, pictures and one page."""
+"""The league of laws: every law in the same runs."""
 
 from collections.abc import Mapping
 from pathlib import Path

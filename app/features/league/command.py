@@ -1,4 +1,4 @@
-"""`lwr-duet league`: every law in the same runs, as tables, pictures and one page."""
+"""`lwr-duet league`."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ class League:
 
 
 def league(command: League) -> int:
-    """Play what is missing, and write the tables and the page; return the exit code.
+    """Play missing runs, and write tables and page; return the exit code.
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
-        DuetError: workers have been ended from outside; the outcomes so far are kept.
+        DuetError: workers were ended from outside; the outcomes so far are kept.
     """
     with ending_at_once():
         from app.features.league.entrants import entrants, played
@@ -68,7 +68,7 @@ def league(command: League) -> int:
             calls = [(entrant, schedule, event, limits) for entrant, event in missing]
             with place as compute, files.recording() as add, progress(len(missing), "scene") as bar:
                 if any(entrant.text is not None for entrant, _ in missing):
-                    # Where they are played, which may be another computer.
+                    # Where the runs are played, perhaps on another computer.
                     for _, level in compute(isolation_of, [(limits,)]):
                         if level in ISOLATION:
                             print(f"lwr-duet: {ISOLATION[level]}", file=sys.stderr)
@@ -96,7 +96,7 @@ def league(command: League) -> int:
 
 
 def _files(given: tuple[Path, ...]) -> list[Path]:
-    """Return the files that are given, those of a folder sorted.
+    """Files, those of a folder sorted.
 
     Raises:
         BadSetting: a folder holds no law.

@@ -1,4 +1,4 @@
-"""Who takes part in the league: a built-in law, or a file; its runs are made behind a fence, for nothing in it is trusted."""
+"""Entrants of the league. A file's runs are made behind a fence, as nothing in it is trusted."""
 
 import hashlib
 import os
@@ -20,33 +20,27 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings
 
 OFFSETS: Final = (-0.12, 0.30)
-"""By how much the distances that a file's law is shown may be smaller than they are [m]: its knob, for it has no settings."""
+"""Range by which the distances shown to a file's law may be reduced [m]: its knob, as it has no settings."""
 
 
 class Entrant(msgspec.Struct, frozen=True):
-    """Who takes part.
-
-    Attributes:
-        name: of a built-in law, or of a file.
-        text: of the file; None for a built-in law.
-    """
+    """`text`: of the file; None for a built-in law."""
 
     name: str
     text: bytes | None = None
 
     @property
     def label(self) -> str:
-        """What a reader calls it."""
         return LAWS[self.name].label if self.text is None else self.name
 
     @property
     def sha256(self) -> str:
-        """Hash of the law's file, in hexadecimal digits; "" for a built-in law."""
+        """Hexadecimal hash of the law's file; "" for a built-in law."""
         return "" if self.text is None else hashlib.sha256(self.text).hexdigest()
 
     @property
     def knob(self) -> str:
-        """Key of the setting by which its distance is chosen, "offset" for a file; "" if none does."""
+        """Setting that determines its distance, "offset" for a file; "" if none does."""
         if self.text is not None:
             return "offset"
         knob = LAWS[self.name].distance_knob
@@ -54,10 +48,10 @@ class Entrant(msgspec.Struct, frozen=True):
 
 
 def entrants(paths: list[Path]) -> list[Entrant]:
-    """Return all built-in laws, and the laws of files, each file once and under a name of its own.
+    """All built-in laws, and each file's law once, with a unique name.
 
     Raises:
-        BadInputFile: a file cannot be read, or it has no name of its own.
+        BadInputFile: a file cannot be read, or has no unique name.
     """
     found = [Entrant(name) for name, law in LAWS.items() if law.in_league]
     taken, files = set(LAWS), set[str]()
@@ -76,7 +70,7 @@ def entrants(paths: list[Path]) -> list[Entrant]:
 
 
 def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimits) -> Outcome:
-    """Return the outcome of an event; whatever is wrong with a file is a problem of its outcome."""
+    """Outcome of an event; errors of a file become its problem."""
     if entrant.text is None:
         return law_held(entrant.name, schedule, event)
     outcomes: list[Outcome] = []
@@ -91,16 +85,11 @@ def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimi
     return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}", limits.seconds)
 
 
-class _Failed(DuetError):
-    """The law of a file failed; the message says why."""
+class _Failed(DuetError): ...
 
 
 class _ShiftedLaw(CustomLaw):
-    """A law that is shown distances that are smaller by an offset than they are, so that it keeps so much more.
-
-    Attributes:
-        offset: [m].
-    """
+    """Law that is shown distances reduced by `offset` [m], so that it keeps more."""
 
     offset = 0.0
 
@@ -117,7 +106,6 @@ class _ShiftedLaw(CustomLaw):
 
 
 def main() -> None:
-    """Make the runs of an event with the law of a file."""
     limits, (name,), given = fenced_input()
     load_if_compiled()
     asked, _, text = given.partition(b"\n")

@@ -1,4 +1,4 @@
-"""What the league keeps in a folder: every outcome at once while it plays, and at the end a table of all runs and one of settings."""
+"""Files of the league: every outcome at once while it plays, and tables at the end."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
@@ -26,11 +26,11 @@ from scenes.files import csv_text, input_content, writable, written
 from scenes.settings import values
 
 PART: Final = "league.part.jsonl"
-"""The outcomes so far, a line each."""
+"""Outcomes so far, one per line."""
 
 
 class Played(msgspec.Struct, frozen=True):
-    """An outcome of an entrant. `sha256`: of a file, "" for a built-in law."""
+    """Outcome of an entrant. `sha256`: of a file, "" for a built-in law."""
 
     name: str
     sha256: str
@@ -39,27 +39,25 @@ class Played(msgspec.Struct, frozen=True):
 
     @property
     def key(self) -> tuple[str, str, Event]:
-        """By which it is found again."""
         return self.name, self.sha256, self.event
 
 
 class LeagueFiles:
-    """The outcomes of the league in a folder.
+    """Outcomes of the league in a folder.
 
     Args:
-        folder: made by `recording` if it is not there.
-        schedule: see there.
-        entrants: see there; outcomes of others that are in the folder stay there.
+        folder: created by `recording`.
+        entrants: outcomes of others in the folder stay there.
 
     Raises:
         BadSetting: it holds another league.
-        BadInputFile: what it holds cannot be read.
+        BadInputFile: its content cannot be read.
     """
 
     def __init__(self, folder: Path, schedule: Schedule, entrants: Sequence[Entrant]) -> None:
         self.folder, self.schedule, self.entrants = folder, schedule, entrants
         self._part = folder / PART
-        # The word cannot be read in the files.
+        # The files must not reveal the word.
         word = hashlib.sha256(schedule.word.encode()).hexdigest()[:16] if schedule.word else ""
         plain = msgspec.to_builtins(schedule) | {"word": word}
         self._head = {"edition": EDITION, "schedule": plain, "versions": environment()}
@@ -67,21 +65,22 @@ class LeagueFiles:
 
     @property
     def outcomes(self) -> list[Played]:
-        """Those of the present entrants, in their order and that of the events, as far as they are known."""
+        """Known outcomes, in the order of the present entrants and the events."""
         keys = [(entrant.name, entrant.sha256, event) for entrant in self.entrants for event in events()]
         return [self._known[key] for key in keys if key in self._known]
 
     def missing(self, seconds: float) -> list[tuple[Entrant, Event]]:
-        """Runs still to be played, and those given up that have more time now. `seconds`: allowed for a file [s]."""
+        """Runs still to be played, and those given up that have more time now. `seconds`: allowed for a file
+        [s]."""
         done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
         return [(one, event) for one in self.entrants for event in events() if (one.name, one.sha256, event) not in done]
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
-        """Yield a function that writes an outcome to disk at once.
+        """Function that writes an outcome to disk at once.
 
         Raises:
-            BadSetting: the folder cannot be made, or not be written to.
+            BadSetting: the folder cannot be made or written to.
         """
         with writable(self.folder, "out"):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -100,7 +99,7 @@ class LeagueFiles:
             yield add
 
     def finish(self) -> list[Path]:
-        """Write `league.csv`, `league.json` and `times.csv`, and return them. Only the last one has wall times."""
+        """Write and return `league.csv`, `league.json` and `times.csv`; only the last has wall times."""
         names = ("league.csv", "league.json", "times.csv")
         times = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in self.outcomes]
         times_table = csv_text([("law", "scene", "robot", "level", "step_us"), *times]).encode()
@@ -130,7 +129,7 @@ class LeagueFiles:
         try:
             lines = input_content(self._part, 100_000_000).split(b"\n")
             head: dict[str, Any] = msgspec.json.decode(lines[0])
-            # What follows the last line break was being written.
+            # After the last line break a write was interrupted.
             found = [msgspec.json.decode(line, type=Played) for line in lines[1:-1]]
         except msgspec.MsgspecError:
             raise BadInputFile(f"{self._part}: is not what a league has written; remove it, or give another --out.") from None
@@ -144,7 +143,7 @@ class LeagueFiles:
 
 
 _CALLED: Final = {"edition": "runs (another edition)", "schedule": "persons (--quick or --seed-word)", "versions": "versions"}
-"""Part of the head → what is said of it."""
+"""Part of the head → its name in messages."""
 
 
 def _line(one: object) -> bytes:

@@ -1,5 +1,4 @@
-"""The outcomes of the league, summed up: one row an entrant, against the paper's law in the same runs. As Markdown, and as one page that
-opens from a file: tables, pictures, and what they depend on."""
+"""Summary of the league, as Markdown, and as one offline page."""
 
 import io
 import math
@@ -40,11 +39,11 @@ COLUMNS: Final = (
     *("Law", "Lost while w ≤ v [mm]", "Smallest d [mm]", "e², the paper's law = 1", "Step of q̇ [rad/s]", "At bounds [%]"),
     *("Step [µs]", "Knob"),
 )
-"""Heads of a table."""
 
 
 class LeagueRow(NamedTuple):
-    """An entrant at one level, on one kind of robots; worst of all runs unless it says otherwise. None or () where there is no run.
+    """An entrant at one level, on one kind of robots; worst of all runs unless stated. None or () without a
+    run.
 
     Attributes:
         lost, d_min: [m].
@@ -52,7 +51,7 @@ class LeagueRow(NamedTuple):
         dq_step: [rad/s].
         at_bounds: share of the time.
         step_us: median of the scenes [µs].
-        values: of the knob, a scene each; SI.
+        values: of the knob, one per scene; SI.
         notes: why runs are missing.
     """
 
@@ -67,7 +66,7 @@ class LeagueRow(NamedTuple):
     notes: tuple[str, ...]
 
     def cells(self) -> tuple[str, ...]:
-        """Return the row as text, in the order of `COLUMNS`."""
+        """Texts in the order of `COLUMNS`."""
         numbers = (
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
@@ -95,7 +94,7 @@ def league_rows(
     robot: RobotKind,
     half: str = "public",
 ) -> list[LeagueRow]:
-    """Return the rows of a table, the best first: with their own settings by what they lose, at equal safety by their error."""
+    """Rows, the best first: with their own settings by their loss, at equal safety by their error."""
     known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
@@ -133,7 +132,7 @@ def _row(entrant: Entrant, known: dict[tuple[str, str], Played], schedule: Sched
 
 
 def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: str) -> float | None:
-    """Return an entrant's mean e² in a scene over that of the paper's law; None if either has no run there."""
+    """Mean e² in a scene over that of the paper's law; None if either has no run there."""
     means: list[float] = []
     for one in (name, DEFAULT_LAW):
         played = known.get((one, scene))
@@ -147,7 +146,6 @@ def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: st
 def league_tables(
     entrants: Sequence[Entrant], outcomes: Sequence[Played], schedule: Schedule
 ) -> list[tuple[str, list[LeagueRow]]]:
-    """Return all tables with their titles."""
     halves = {"public": "", "hidden": ", hidden half"} if schedule.word else {"public": ""}
     return [
         (f"{title}, {robot} robots{more}", league_rows(entrants, outcomes, schedule, level, robot, half))
@@ -158,7 +156,6 @@ def league_tables(
 
 
 def markdown(tables: Sequence[tuple[str, list[LeagueRow]]]) -> str:
-    """Return the tables as Markdown."""
     lines: list[str] = []
     for title, rows in tables:
         lines += [f"### {title}", "", f"| {' | '.join(COLUMNS)} |", f"|{'---|' * len(COLUMNS)}"]
@@ -172,7 +169,6 @@ CITE: Final = (
     "on a kinematic control level: Application to self collision avoidance for two Kuka LWR robots, Proc. IEEE Int. Conf. on Robotics and "
     "Biomimetics (ROBIO), 2011."
 )
-"""How to cite."""
 
 _STYLE: Final = Path(__file__).with_name("league.css")
 
@@ -184,7 +180,6 @@ def league_page(
     schedule: Schedule,
     versions: Mapping[str, str],
 ) -> str:
-    """Return the page."""
     pictures = [(title, Markup(_picture(entrants, outcomes, level))) for level, title in LEVELS.items()]
     return page_of_template(
         "features/league/league.html",
@@ -205,13 +200,13 @@ def league_page(
 
 
 def _kind(entrant: Entrant) -> str:
-    """Return the class of an entrant's rows: on the projector, a class sees its own laws and the paper's."""
+    """CSS class of an entrant's rows: on the projector, a class sees its own laws and the paper's."""
     return "own" if entrant.text is not None else "paper" if entrant.name == DEFAULT_LAW else "other"
 
 
 def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Level) -> str:
-    """Return error over smallest distance, or at equal safety over the largest step of q̇, means of the persons, as SVG: a column a scene,
-    a row a kind of robots, a mark an entrant."""
+    """SVG of error over smallest distance, or at equal safety over the largest step of q̇, means of the
+    persons: columns are scenes, rows kinds of robots, marks entrants."""
     name, scale, label = (
         ("d_min", 1e3, "smallest $d$ [mm]") if level == "default" else ("dq_step", 1.0, r"step of $\dot q$ [rad/s]")
     )
@@ -243,7 +238,7 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
 
 
 def _look(place: int) -> dict[str, Any]:
-    """Return colour and marker of an entrant; the first one is the paper's law, and larger."""
+    """Colour and marker of an entrant; the first one is the paper's law, and larger."""
     colour, marker = SERIES[place % len(SERIES)], MARKERS[(place + place // len(SERIES)) % len(MARKERS)]
     return {"color": colour, "marker": marker, "markersize": 10.0 if place == 0 else 7.0, "markeredgecolor": "white"}
 
@@ -252,5 +247,5 @@ def _svg(figure: Figure) -> str:
     out = io.StringIO()
     figure.savefig(out, format="svg", metadata={"Date": None, "Creator": "lwr-duet"})
     text = out.getvalue()
-    # Names stand in them, as they are.
+    # Comments contain unescaped names.
     return re.sub(r"<!--.*?-->\n?", "", text[text.index("<svg") :], flags=re.DOTALL)

@@ -1,4 +1,4 @@
-"""The league: every law in the same runs, with its own settings, and where all laws keep the same distance on average."""
+"""The league's runs, with a law's own settings, and at equal mean distance."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -19,7 +19,8 @@ from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
 
 EDITION: Final = "2026"
-"""Edition of the runs; it changes with anything below, or a default, so that figures of two editions are not compared."""
+"""Edition of the runs; changes with anything below, or a default, so that figures of two editions are not
+compared."""
 
 SCENES: Final = (HOLD, BALL, MASTER_SLAVE)
 RobotKind = Literal["ideal", "delayed"]
@@ -28,28 +29,29 @@ ROBOTS: Final[dict[RobotKind, HardwareSettings]] = {
     "delayed": HardwareSettings(dead_time=0.02, lag=0.03),
 }
 NATURAL_SPEED: Final = 0.2
-"""About the top speed of the experiments' own persons [m/s]."""
+"""Approximate top speed of the experiments' own persons [m/s]."""
 
 Level = Literal["default", "equal"]
 LEVELS: Final[dict[Level, str]] = {"default": "With its own settings", "equal": "At equal safety"}
-"""At which settings a law runs: its defaults, or those with which its smallest distance is d_m on average over the public persons."""
+"""Settings of a law: its defaults, or those with which its smallest distance is d_m on average over the
+public persons."""
 
 CRITICAL_DISTANCE: Final = 0.15
 NOMINAL_VELOCITY: Final = 0.30
-"""d_m [m] and v [m/s] of all figures, whatever a law's own are."""
+"""d_m [m] and v [m/s] of all figures, instead of a law's own."""
 
 
 Half = Literal["public", "hidden"]
 
 
 class Person(NamedTuple):
-    """Who moves.
+    """A moving person.
 
     Attributes:
-        half: "public", or "hidden" where the seed is in no file.
+        half: "public", or "hidden" if the seed is in no file.
         number: in that half, from 1.
         seed: of the motion.
-        speed: at most [m/s]; the experiment's own person, faster or slower.
+        speed: largest [m/s]; the experiment's own person, faster or slower.
     """
 
     half: Half
@@ -60,13 +62,14 @@ class Person(NamedTuple):
 
 @dataclass(frozen=True)
 class Schedule:
-    """Who takes part, and how long a run is.
+    """Persons and length of the runs.
 
     Attributes:
-        seconds: length of a run with a person of `NATURAL_SPEED`; a slower one takes longer for the same way [s].
+        seconds: length of a run with a person of `NATURAL_SPEED`; slower ones take longer for the same path
+            [s].
         speeds: of the persons [m/s]; every seed at every speed.
         seeds: of the public half.
-        word: the seeds of the hidden half follow from it; "" for no such half.
+        word: source of the hidden half's seeds; "" for no such half.
     """
 
     seconds: float
@@ -75,7 +78,6 @@ class Schedule:
     word: str = ""
 
     def persons(self) -> list[Person]:
-        """Return everyone, the public half first."""
         hidden = [int.from_bytes(hashlib.sha256(f"{self.word} {i}".encode()).digest()[:4]) % 10_000 for i in self.seeds]
         halves: tuple[tuple[Half, list[int]], ...] = (("public", list(self.seeds)), ("hidden", hidden if self.word else []))
         return [
@@ -99,16 +101,14 @@ class Event(NamedTuple):
     level: Level
 
     def settings(self, person: Person) -> RunSettings:
-        """Return the settings of a run, with the default law."""
         law = LawSettings(critical_distance=CRITICAL_DISTANCE, nominal_velocity=NOMINAL_VELOCITY)
         hardware = ROBOTS[self.robot]
-        # The ball crosses the way of the hand by itself, and the whole arm keeps clear of it.
+        # The ball crosses the path of the hand by itself, and the whole arm avoids it.
         own = RunSettings(scene=self.scene, ball="cross", point="arm")
         return replace(own, seed=person.seed, hand_speed=person.speed, law=law, hardware=hardware)
 
 
 def events() -> Iterator[Event]:
-    """Yield the events of every entrant."""
     for level in LEVELS:
         for robot in ROBOTS:
             for scene in SCENES:
@@ -116,15 +116,15 @@ def events() -> Iterator[Event]:
 
 
 class LeagueRun(NamedTuple):
-    """What one run came to; SI units.
+    """Result of one run; SI units.
 
     Attributes:
         half, number, speed: of the person.
         lost: how far d fell from d_m or above to below it while w ≤ v [m].
         d_min: smallest distance [m].
         e2_max: largest squared error, m² or rad².
-        dq_step: largest change of one joint's velocity from one step to the next [rad/s].
-        at_bounds: time during which joint bounds, or a row that was too short, took part of q̇ away [s].
+        dq_step: largest change of one joint's velocity in one step [rad/s].
+        at_bounds: time during which joint bounds, or a row that was too short, reduced q̇ [s].
     """
 
     half: Half
@@ -143,11 +143,12 @@ class Outcome:
 
     Attributes:
         value: of its knob, SI; None if it ran with its own settings, or if no value keeps the distance.
-        reached: average smallest distance of the public persons that is nearest to the wanted one [m]; None with its own settings.
-        runs: one a person; () if no value keeps the distance, or there is no knob.
-        step_us: median wall time of a step of both arms [µs]; None if there was no run.
-        problem: why there is no run; "" if there are.
-        given_up: how long a file that did not come to its end had [s]; 0 for all others.
+        reached: mean smallest distance of the public persons that is nearest to the wanted one [m]; None with
+            its own settings.
+        runs: one per person; () if no value keeps the distance, or there is no knob.
+        step_us: median wall time of a step of both arms [µs], or None without a run.
+        problem: why there is no run, or "".
+        given_up: time allowed for a file that did not finish [s]; 0 for all others.
     """
 
     value: float | None
@@ -159,7 +160,8 @@ class Outcome:
 
 
 Applied = Callable[[RunSettings, float | None], tuple[RunSettings, Law | None]]
-"""Puts a law with a value of its knob, None for its own settings, into settings, or beside them where they do not know it."""
+"""Puts a law with a knob value (None for its own settings) into settings, or returns it beside them if they
+do not know it."""
 
 
 NO_KNOB: Final = "no setting of it chooses a distance"
@@ -167,11 +169,7 @@ OUT_OF_REACH: Final = "no value of its knob keeps d_m on average"
 
 
 def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, float] | None) -> Outcome:
-    """Return the outcome of an event.
-
-    Args:
-        ends: of the knob's range, SI; None if there is no knob.
-    """
+    """Outcome of an event. `ends`: of the knob's range, SI; None without a knob."""
 
     def simulated(person: Person, value: float | None) -> Run:
         settings, law = applied(event.settings(person), value)
@@ -203,7 +201,7 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
 
 
 def law_held(law: str, schedule: Schedule, event: Event) -> Outcome:
-    """Return the outcome of an event for a built-in law. `law`: its name."""
+    """Outcome of an event for a built-in law. `law`: its name."""
     knob = LAWS[law].distance_knob
 
     def applied(settings: RunSettings, value: float | None) -> tuple[RunSettings, None]:

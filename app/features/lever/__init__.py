@@ -1,4 +1,4 @@
-"""The lever: in a lesson, or under the law `lever`, a visitor is λ by hand."""
+"""The lever: in a lesson, or under the law `lever`, a visitor sets λ by hand."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path

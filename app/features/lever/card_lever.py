@@ -1,4 +1,4 @@
-"""The lever beside the card of the contact: what the script `contact_lever.js` shows of it."""
+"""The lever beside the contact card, as shown by `contact_lever.js`."""
 
 from app.i18n.speaking import tr
 from app.page.view import View
@@ -8,10 +8,10 @@ from scenes.settings import LawSettings
 
 
 class CardLever:
-    """The lever on a page that shows a session; without a box it cannot be moved there.
+    """The lever on a page that shows a session; it cannot be moved there without a box.
 
     Attributes:
-        box: id of the box that takes where the lever stands, on the page of an operator; "" elsewhere.
+        box: id of the box that receives the lever's position, on an operator's page; "" elsewhere.
     """
 
     def __init__(self, view: View) -> None:
@@ -21,11 +21,10 @@ class CardLever:
         view.card_attributes.append(self._attributes)
 
     def show(self, frame: Frame) -> None:
-        """Note the law of the run that is shown."""
         self._law, self._replayed = frame.settings.run.law, frame.replayed
 
     def _attributes(self) -> dict[str, object]:
-        """What the card shows of the lever, with its place in percent; {} under another law."""
+        """Attributes of the lever with its position [%]; {} under another law."""
         law = self._law
         if law is None or law.law != LEVER_LAW:
             return {}

@@ -1,4 +1,4 @@
-"""The lever of a visitor who is λ: what the script `contact_lever.js` and the keys do with it."""
+"""The lever of a visitor who sets λ, moved by `contact_lever.js` and keys."""
 
 from typing import Final
 
@@ -12,11 +12,11 @@ from app.web.viser_internals import uuid_of
 from scenes.laws import LEVER_LAW
 
 NOTCH: Final = 0.1
-"""By how much a key moves it."""
+"""Change by a key."""
 
 
 class LeverPanel(PagePanel):
-    """A hidden box that the script writes to; ↑ and ↓ move the lever, too, as long as the law is the lever."""
+    """Hidden box that the script writes to; ↑ and ↓ move the lever, too, while its law runs."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -27,7 +27,7 @@ class LeverPanel(PagePanel):
         handlers.add_first(Nudge, self._move)
 
     def _move(self, nudge: Nudge) -> bool:
-        """Move the lever by a notch; ← and → wait while a part of the session moves the hand."""
+        """Move by a notch; ignore ← and → while a part of the session moves the hand."""
         law = self._session.settings.run.law
         if law.law != LEVER_LAW:
             return False
@@ -37,5 +37,5 @@ class LeverPanel(PagePanel):
         return self._session.parts.hands_off and not self._session.paused
 
     def show(self, frame: Frame) -> None:
-        """Write into the box what was changed elsewhere; an entry of what stands there already would count for nothing."""
+        """Write changes from elsewhere into the box; entering its present value would not count."""
         self._box.value = frame.live.settings.run.law.hand_lever

@@ -1,4 +1,4 @@
-"""Marks for what a class hands in: points of laws and lab reports, tables for other systems, and a page of feedback for every student."""
+"""Marks and feedback for hand-ins."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -28,18 +28,17 @@ if TYPE_CHECKING:
 
 
 ENDINGS: Final = (".py", ".html", ".htm")
-"""Endings of the files that are graded."""
 
 MOST_PARTS: Final = 2000
 MOST_BYTES: Final = 2**29
-"""Files that are read of a ZIP file, and their size together [bytes]."""
+"""Most files of a ZIP file, and their total size [bytes]."""
 
 ISOLATION: Final = {
     "network": "only the network is closed to these files: they can read and write what you can. Use a container or a virtual machine.",
     "none": "nothing but time, memory and number of processes is limited: these files can do what you can do. Use a container or a "
     "virtual machine.",
 }
-"""What to say where the system does not allow all of it."""
+"""Warning if the system does not allow full isolation."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +73,12 @@ class Grade:
 
 
 def grade(command: Grade) -> int:
-    """Grade the files and write the table; return the exit code. After Ctrl+C the table has what was graded by then, and is all that is
-    written.
+    """Grade the files and write the table; return the exit code. After Ctrl+C only the table of the rows so
+    far is written.
 
     Raises:
         KeyboardInterrupt: before the first file was graded.
-        BadSetting: there is nothing to grade, an option is not possible, or the table cannot be written.
+        BadSetting: nothing to grade, an option is not possible, or the table cannot be written.
     """
     with ending_at_once():
         from app.features.marks import mark_files
@@ -125,10 +124,10 @@ def grade(command: Grade) -> int:
 
 @contextmanager
 def unpacked(given: Path) -> Iterator[Path]:
-    """Give a folder, or one with the content of a ZIP file while open.
+    """The folder, or the content of a ZIP file while open.
 
     Raises:
-        BadSetting: it is neither, or what it holds is too much.
+        BadSetting: it is neither, or its content is too large.
     """
     if os.path.isdir(given):
         yield given
@@ -148,7 +147,7 @@ def unpacked(given: Path) -> Iterator[Path]:
 
 
 def handed_in(folder: Path) -> list[Path]:
-    """Files to grade in a folder and below, sorted; links are named, and not followed."""
+    """Files in a folder and below, sorted; links are named, and not followed."""
     found: list[Path] = []
     for where, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name != "__pycache__"]
@@ -158,7 +157,7 @@ def handed_in(folder: Path) -> list[Path]:
 
 
 def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]) -> "list[GradedFile]":
-    """Return the rows in the order of the files, and say on stderr how far it is; after Ctrl+C the rows so far.
+    """Rows in the order of the files; after Ctrl+C the rows so far.
 
     Raises:
         KeyboardInterrupt: there is no row yet.
@@ -177,7 +176,7 @@ def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: d
                     said.add(row.isolation)
                     print(f"lwr-duet: {ISOLATION[row.isolation]}", file=sys.stderr)
         except BaseException as error:
-            # What is under way is given up, and has no marks.
+            # Unfinished files are given up, without marks.
             so_far = [done for done in work if done.done()]
             stopped.set()
             pool.shutdown(cancel_futures=True)

@@ -1,4 +1,4 @@
-"""A file of which nothing is trusted, run in a process that is watched, and killed with all that it started."""
+"""An untrusted file, run in a watched process, and killed with all that it started."""
 
 import contextlib
 import json
@@ -27,24 +27,24 @@ from controllers.own_packages import FOLDER, PACKAGES, own_command
 from scenes.children import ONE_THREAD
 
 _LOOK: Final = 0.05
-"""Time between two looks at what a file has started [s]."""
+"""Time between two checks of the processes [s]."""
 _MOST: Final = 2**20
-"""Characters that the work on a file may say."""
+"""Most characters of output."""
 _TOKEN: Final = "DUET_FENCE"
-"""Name in the environment by which everything that a file has started is found."""
+"""Environment variable of everything that a file has started."""
 _KEPT: Final = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
-"""Variables of the environment that a fenced process keeps."""
+"""Environment variables that are kept."""
 
 
 @dataclass(frozen=True)
 class FenceLimits:
-    """What the work on one file may take.
+    """Limits for one file.
 
     Attributes:
-        seconds: wall time of all together [s].
+        seconds: wall time [s].
         memory: of all processes together [bytes].
         law: of each call.
-        isolated: whether to run it in namespaces of its own, where the system allows it.
+        isolated: whether to use new namespaces, if the system allows it.
     """
 
     seconds: float = 120.0
@@ -61,13 +61,15 @@ def fenced(
     limits: FenceLimits = FenceLimits(),
     stopped: Callable[[], bool] = lambda: False,
 ) -> str:
-    """Run a module on the text of a file; return why it ended, as a `LazyText`; of interest only where answers are missing.
+    """Run a module on the text of a file. Returns why it ended, as a `LazyText`; relevant only if answers are
+    missing.
 
     Args:
-        module: of which `main` reads what it needs by `fenced_input`, and answers by `say`.
+        module: its `main` reads by `fenced_input`, and answers by `say`.
         arguments: of the module, after the limits.
-        take: gets each answer; what it raises of `ValueError`, `KeyError` and `TypeError` passes, for the file may have written it.
-        stopped: asked now and then whether to give up.
+        take: gets each answer; its `ValueError`, `KeyError` and `TypeError` are ignored, as the file may have
+            written the answer.
+        stopped: polled; True gives up.
     """
     with TemporaryFolder("fence") as folder:
         token = secrets.token_hex(8)
@@ -83,14 +85,14 @@ def fenced(
 
 
 def isolation_of(limits: FenceLimits) -> str:
-    """Level of isolation that a file would get here: "full", "network" or "none"; "" if no process can be started for it."""
+    """ "full", "network" or "none"; "" if no process can be started."""
     levels: list[str] = []
     fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
     return levels[0] if levels else ""
 
 
 def fenced_input() -> tuple[LawLimits, list[str], bytes]:
-    """In that process: return the limits of a law, the arguments and the text of the file; say how well the process is fenced."""
+    """In the fenced process: limits of a law, arguments and file text; reports the isolation."""
     limits, *arguments, level = sys.argv[1:]
     guard_memory()
     text = sys.stdin.buffer.read()
@@ -99,7 +101,7 @@ def fenced_input() -> tuple[LawLimits, list[str], bytes]:
 
 
 def say(answer: Mapping[str, object]) -> None:
-    """In that process: answer."""
+    """In the fenced process: answer."""
     print(json.dumps(answer), flush=True)
 
 
@@ -122,7 +124,7 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
 
 
 def _seen() -> str:
-    """Folders that the work reads in addition to the system's: Python, its packages, and our own."""
+    """Folders read in addition to the system's: Python, its packages, and our own."""
     pythons = {Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)}
     libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
     paths = [
@@ -136,7 +138,7 @@ def _seen() -> str:
 
 
 def _machine_code() -> list[Path]:
-    """The folder of the loops' machine code; empty if it cannot be had, and the loops are run in Python."""
+    """Compiled loops; empty if unavailable, so that the loops run in Python."""
     try:
         return [loops_folder()]
     except (ImportError, OSError):
@@ -149,7 +151,7 @@ def _feed(stream: IO[bytes], text: bytes) -> None:
 
 
 def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
-    """Put each line into a queue, then None; more than `_MOST` is not read."""
+    """Queue each line, then None; at most `_MOST` characters."""
     left = _MOST
     with contextlib.suppress(OSError, ValueError):
         while left > 0 and (line := stream.readline(left)):
@@ -165,7 +167,7 @@ def _followed(
     limits: FenceLimits,
     stopped: Callable[[], bool],
 ) -> str:
-    """Take in the answers until there are no more; return why they were given up, "" if they were not."""
+    """Process all answers. Returns why they were given up, or ""."""
     end = time.monotonic() + limits.seconds
     while time.monotonic() < end:
         with contextlib.suppress(queue.Empty):
@@ -185,11 +187,11 @@ def _followed(
 
 
 def _members(token: str, first: int | None = None) -> list[int]:
-    """Return the processes that a file has started; on Linux, elsewhere none.
+    """Processes that a file has started; on Linux only.
 
     Args:
         token: in the environment that they inherit, unless they start another with a new one.
-        first: process of which they descend, whatever their environment; None to look at that alone.
+        first: ancestor that counts regardless of the environment, or None.
     """
     found: list[int] = []
     children: defaultdict[int, list[int]] = defaultdict(list)
@@ -197,7 +199,7 @@ def _members(token: str, first: int | None = None) -> list[int]:
     for name in os.listdir("/proc") if sys.platform == "linux" else ():
         if name.isdecimal():
             with contextlib.suppress(OSError, ValueError, IndexError):
-                # Its name, in parentheses, may hold any sign.
+                # Its name, in parentheses, may contain any character.
                 state, parent, *_ = Path("/proc", name, "stat").read_bytes().rpartition(b")")[2].split()
                 if state != b"Z":
                     children[int(parent)].append(int(name))
@@ -212,13 +214,13 @@ def _members(token: str, first: int | None = None) -> list[int]:
 
 
 def _memory(process: int) -> int:
-    """Return the memory of a process that it does not share with files, and that of its files without a name [bytes]."""
+    """Memory not shared with files, and that of unnamed files [bytes]."""
     memory = 0
     with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/status", encoding="utf-8") as file:
         for line in file:
             if line.startswith(("RssAnon:", "RssShmem:")):
                 memory += int(line.split()[1]) * 1024
-    # Of a process that is guarded only root may look at these; of all others they need not be mapped to take memory.
+    # Only root may read these of a guarded process; other processes' files use memory even if unmapped.
     with contextlib.suppress(OSError):
         for name in os.listdir(f"/proc/{process}/fd"):
             with contextlib.suppress(OSError):
@@ -228,7 +230,6 @@ def _memory(process: int) -> int:
 
 
 def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
-    """Kill a process and everything that it started."""
     members = _members(token, process.pid)
     kill_group(process)
     _kill(members)
@@ -244,11 +245,10 @@ def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
 
 def _kill(members: list[int]) -> None:
     for member in members:
-        # Its whole group at once: what forks and forks is killed one by one too slowly.
+        # Its whole group at once: killing one by one is too slow for a process that keeps forking.
         with contextlib.suppress(OSError):
             os.killpg(os.getpgid(member), signal.SIGKILL)
 
 
 def main() -> None:
-    """Say how well the process is fenced, and no more."""
     fenced_input()

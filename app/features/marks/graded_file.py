@@ -1,4 +1,4 @@
-"""One file that was handed in, and what it is worth: a law by its tests, a lab report by its record."""
+"""One hand-in and its points."""
 
 import ast
 import re
@@ -24,36 +24,30 @@ from controllers.errors import BadSetting, DuetError
 from scenes.files import read_file, readable
 
 KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
-"""Ending of a file → what it holds."""
 
 REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attempts")
-"""Columns of a report."""
 
 _MOODLE: Final = re.compile(r"(?P<name>.+)_(?P<id>\d+)_assignsubmission_file_?.*")
 _CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_.+")
-"""What Moodle and Canvas name a folder, or a file, of a student in the ZIP file of an assignment."""
+"""Names of a student's folder or file in an assignment's ZIP file, as Moodle and Canvas write them."""
 
 
 class Student(NamedTuple):
-    """Who handed a file in, as far as its name says.
-
-    Attributes:
-        id: in Moodle or Canvas; "" where the name has none.
-    """
+    """Student from a file's name. `id`: in Moodle or Canvas, or ""."""
 
     name: str
     id: str
 
 
 class Remark(NamedTuple):
-    """What a student reads about one test, question or challenge.
+    """Feedback on one test, question or challenge.
 
     Attributes:
-        passed: None for what is said of the whole file.
+        passed: None for a remark on the whole file.
         text: the reason.
-        maximum: that it is worth.
+        maximum: points that it is worth.
         more: what to try, and which lesson to read.
-        curve: of the run that failed, if there is one.
+        curve: of the failed run, or None.
     """
 
     name: str
@@ -72,7 +66,7 @@ class GradedFile:
     Attributes:
         isolation: see `app.features.marks.marked.LawMarks`.
         records: of a report.
-        full_marks: what is said where nothing failed; "" where something did.
+        full_marks: text if nothing failed, else "".
     """
 
     name: str
@@ -89,7 +83,7 @@ class GradedFile:
 
     @property
     def feedback(self) -> str:
-        """What failed and what to do about it, or that nothing did, as one line."""
+        """What failed and what to do about it, or that nothing failed, in one line."""
         failed: dict[str, list[str]] = {}
         for one in self.remarks:
             if not one.passed:
@@ -102,10 +96,10 @@ class GradedFile:
 
 
 def weights_of(points: Sequence[float]) -> dict[str, float]:
-    """Points of each test. `points`: in the order of the tests; () for a point each.
+    """Points of each test. `points`: in the order of the tests; () for one point each.
 
     Raises:
-        BadSetting: these are no six numbers from 0, or all of them are 0.
+        BadSetting: not six numbers ≥ 0, or all are 0.
     """
     values = tuple(points) or (1.0,) * len(TRIALS)
     if len(values) != len(TRIALS) or not all(0.0 <= value <= 1e6 for value in values) or not any(values):
@@ -114,7 +108,7 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
 
 
 def student_of(path: Path) -> Student:
-    """Student who handed a file in. `path`: below the folder that is graded; its first folder is the student's, or else the file."""
+    """`path`: below the graded folder; its first folder is the student's, or else the file."""
     first = readable(path.parts[0] if len(path.parts) > 1 else path.name)
     if found := _MOODLE.fullmatch(first) or _CANVAS.fullmatch(first):
         return Student(found["name"], found["id"])
@@ -129,7 +123,7 @@ def graded(
     weights: Mapping[str, float],
     language: Language = "en",
 ) -> GradedFile:
-    """Return the row of a file, whatever that holds.
+    """Grade a file. A bad file gives a row with a reason, never an exception.
 
     Raises:
         DuetError: this computer cannot grade it.
@@ -156,7 +150,7 @@ def graded(
         # Not the file's fault, such as a full disk.
         raise DuetError(f"{row.name}: grading it failed ({error.strerror or error}); mend this, and grade again.") from None
     except Exception as error:
-        # It costs its own row, and not the others'.
+        # Only this file's row is lost.
         row.reason = tr(str(error)) or type(error).__name__
     return row
 
@@ -196,7 +190,7 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
 
 
 def returned_line(text: bytes) -> tuple[str, ...]:
-    """Return a sentence with the line on which a file's `law` gives its last result; () where it has none."""
+    """Sentence with the line of the last return of a file's `law`; () if it has none."""
     try:
         body = ast.parse(text).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -231,7 +225,7 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
 
 
 def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
-    """Return the points of records and what they may be; a question or challenge in several of them counts once, the best."""
+    """Points and their maximum; a question or challenge in several records counts once, the best."""
     predicted = [(record.lesson, record.step, record.right is True) for record in records if record.prediction is not None]
     challenges = [(record.lesson, record.step, record.passed is True) for record in records if record.passed is not None]
     points = sum(len({one for one in kind if one[2]}) for kind in (predicted, challenges))
@@ -242,7 +236,6 @@ def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
 
 @cache
 def _lessons() -> dict[str, int]:
-    """Return name of a lesson → how many questions and challenges it has."""
     return {
         lesson.id: len([asked for step in lesson.steps for asked in (step.question, step.challenge) if asked is not None])
         for lesson in load_lessons().lessons

@@ -1,9 +1,9 @@
-"""A process of its own for an untrusted file. Its arguments are all|none FOLDER SEEN COMMAND …: it runs a command with limits, and with
-`all` on Linux, where the system allows it, in namespaces of its own.
+"""Process for an untrusted file. Arguments all|none FOLDER SEEN COMMAND …: runs a command with limits, and
+with `all` on Linux, if the system allows it, in new namespaces.
 
-There it sees no process but its own, has no network, and reads no file but the system's programs and libraries and what SEEN names
-(paths with os.pathsep between them). It can write to nothing but FOLDER, which is empty, in memory, and gone with it. When its first
-process ends, all others do. Where the system does not allow it, only the limits are left.
+There it sees only its own processes, has no network, reads only the system's programs and libraries and the
+paths in SEEN (separated by os.pathsep), and writes only to FOLDER, which is empty, in memory, and temporary.
+All processes end with the first. If the system does not allow this, only the limits remain.
 """
 
 import contextlib
@@ -15,21 +15,21 @@ from collections.abc import Callable
 from typing import Any, Final
 
 PROCESSES: Final = 48
-"""That may run at a time."""
+"""Most simultaneous processes."""
 FILE: Final = 16 * 2**20
 """Largest file [bytes]."""
 ROOM: Final = 64 * 2**20
 """Size of the folder in memory [bytes]."""
 DESCRIPTORS: Final = 64
-"""Each may be a file in memory."""
+"""Most file descriptors; each may be a file in memory."""
 SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
     *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
 )
-"""Folders of the system that Python and its libraries may need."""
+"""Folders that Python and its libraries may need."""
 
 UNAVAILABLE: Final = 96
-"""Exit code of a try for which the system gives no permission."""
+"""Exit code of an attempt that the system does not permit."""
 
 _USER, _MOUNTS, _PROCESSES = 0x10000000, 0x00020000, 0x20000000
 _NETWORK, _MESSAGES = 0x40000000, 0x08000000
@@ -45,13 +45,13 @@ _DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
 
 
 def main() -> None:
-    """Run the command in the best isolation that there is; its last argument becomes the name of that."""
+    """Run the command in the best available isolation, and add the name of that as its last argument."""
     wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: None)]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
-        # A process without a parent comes below this one, where it is counted.
+        # An orphaned process becomes a child of this one, where it is counted.
         _prctl(_ADOPTING, 1)
         if wanted == "all":
             full = ("full", lambda: _own_world(folder, seen.split(os.pathsep)))
@@ -76,7 +76,7 @@ def main() -> None:
 
 
 def limit_resources() -> None:
-    """Limit what this process and each of its descendants may take, where the system supports it."""
+    """Limit this process and its descendants, as far as the system supports it."""
     try:
         import resource
     except ImportError:
@@ -89,13 +89,14 @@ def limit_resources() -> None:
 
 
 def guard_memory() -> None:
-    """Keep other processes of the same user from reading and changing the memory of this one, and from reading its descriptors."""
+    """Keep other processes of the same user from this one's memory and descriptors."""
     if sys.platform == "linux":
         _prctl(_DUMPABLE, 0)
 
 
 def _own_world(folder: str, seen: list[str]) -> None:
-    """Enter all namespaces, with a root of its own; returns in the first process of the new one, which its parent waits for."""
+    """Enter all namespaces, with a new root; returns in the first process of the new one, which its parent
+    waits for."""
     import resource
 
     _enter(_USER | _MOUNTS | _PROCESSES | _NETWORK | _MESSAGES)
@@ -114,11 +115,11 @@ def _own_world(folder: str, seen: list[str]) -> None:
     _mount(b"tmpfs", folder + folder, f"size={ROOM}")
     _mount(b"proc", folder + "/proc")
     os.chdir(folder)
-    # The old root lies on top of the new one, until it is taken away.
+    # The old root covers the new one until it is detached.
     _call("pivot_root", b".", b".")
     _call("umount2", b".", _DETACH)
     with contextlib.suppress(OSError), open("/proc/sys/kernel/pid_max", "w", encoding="ascii") as file:
-        # Since Linux 6.14 each of these namespaces has a number of its own; 301 is the least.
+        # Since Linux 6.14 each of these namespaces has its own number; 301 is the least.
         file.write(str(300 + PROCESSES))
     # Of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user.
     resource.setrlimit(resource.RLIMIT_NPROC, (PROCESSES, PROCESSES))
@@ -129,7 +130,7 @@ def _mount(kind: bytes, place: str, options: str = "") -> None:
 
 
 def _show(path: str, place: str) -> None:
-    """Show a file or a folder, if there is one, at a place; a link at the top level stays a link."""
+    """Bind a file or a folder, if it exists; a link at the top level stays a link."""
     if not os.path.exists(path) or (os.path.exists(place) and os.path.samefile(path, place)):
         return
     os.makedirs(os.path.dirname(place), exist_ok=True)
@@ -144,7 +145,8 @@ def _show(path: str, place: str) -> None:
 
 
 def _enter(namespaces: int) -> None:
-    """Enter new namespaces as the same user; root becomes another number, so that it has no rights after the next `exec`."""
+    """Enter new namespaces as the same user; root becomes another number, so that it has no rights after the
+    next `exec`."""
     user, group = os.getuid(), os.getgid()
     _call("unshare", namespaces)
     for name, text in (("setgroups", "deny"), ("uid_map", f"{user or 1000} {user} 1"), ("gid_map", f"{group or 1000} {group} 1")):
@@ -162,11 +164,7 @@ def _prctl(option: int, value: int) -> None:
 
 
 def _call(name: str, *arguments: Any) -> None:
-    """Call a function of the C library.
-
-    Raises:
-        OSError: it fails.
-    """
+    """Raises `OSError`."""
     if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments) < 0:
         number = ctypes.get_errno()
         raise OSError(number, f"{name}: {os.strerror(number)}")

@@ -1,5 +1,4 @@
-"""The marks as files: a table of all that was handed in, one row a student for Moodle or Canvas, the result of one at Gradescope; and a
-page of feedback for each student: every test with its reason, what to try, and the run that failed as a picture."""
+"""Marks as tables, also for Moodle, Canvas and Gradescope, and as feedback pages."""
 
 import json
 import re
@@ -21,7 +20,7 @@ from scenes.files import csv_text, replacing
 
 
 class StudentMarks(NamedTuple):
-    """All that one student handed in; of several laws the best one counts, and a step in several reports counts once, the best."""
+    """Hand-ins of one student; the best law counts, and a step in several reports counts once, the best."""
 
     student: Student
     files: tuple[GradedFile, ...]
@@ -48,13 +47,11 @@ class StudentMarks(NamedTuple):
 
 
 def by_student(rows: Sequence[GradedFile]) -> list[StudentMarks]:
-    """Return the files of each student, sorted by name."""
     ordered = sorted(rows, key=lambda row: row.student)
     return [StudentMarks(student, tuple(files)) for student, files in groupby(ordered, key=lambda row: row.student)]
 
 
 def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
-    """Write the table with one row a file."""
     head = ("name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback")
     values = [
         (
@@ -67,7 +64,7 @@ def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
 
 
 def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a grading worksheet of Moodle's: the columns that its assignment reads, and finds a student by."""
+    """Write Moodle's grading worksheet: the columns that its assignment reads, and identifies a student by."""
     head = ("Identifier", "Full name", "Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
     rows = [
         (
@@ -80,14 +77,14 @@ def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a table for Canvas' gradebook, which finds a student by ID, and takes numbers alone."""
+    """Write a table for Canvas, which identifies a student by ID, and takes only numbers."""
     most = max((one.maximum for one in students), default=0.0)
     rows = [(one.student.name, one.student.id, "", _number(one.points)) for one in students]
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])
 
 
 def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write the `results.json` of one submission, all files together: a test for each of a law's, and one for each other file."""
+    """`results.json` of one submission: a test for each of a law's, and one for each other file."""
     rows = [row for one in students for row in one.files]
     tests: list[dict[str, object]] = []
     for row in rows:
@@ -104,7 +101,7 @@ def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 WRITERS: Final = {"moodle": write_moodle, "canvas": write_canvas, "gradescope": write_gradescope}
-"""Option → what writes its file, from all that was handed in."""
+"""Option → writer of its file."""
 
 
 def _number(value: float) -> str:
@@ -116,16 +113,12 @@ def _write(path: Path, rows: Sequence[Sequence[object]]) -> None:
 
 
 def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Language) -> None:
-    """Write a page for each student into a folder, which is made if there is none.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write a page for each student; creates the folder. Raises `OSError`."""
     set_language(language)
     folder.mkdir(parents=True, exist_ok=True)
     taken: set[str] = set()
     for marks in students:
-        # Names come from files: they may hold any sign, and differ only in those that a system does not take.
+        # Names from files may hold any character, and may differ only in those that a system does not allow.
         name = re.sub(r"[^\w -]+", "-", "-".join(filter(None, (marks.student.name[:80], marks.student.id))))
         while name.casefold() in taken:
             name += "+"
@@ -135,7 +128,7 @@ def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Lan
 
 
 def feedback_page(marks: StudentMarks) -> str:
-    """Return the page, which loads and runs nothing, in the language that is spoken here."""
+    """Page that loads and runs nothing, in the current language."""
     title = tr("What {name} handed in", name=marks.student.name)
     return locked_page("features/marks/feedback.html", title, (SHEET,), marks=marks, chart=_chart)
 

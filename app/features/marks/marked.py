@@ -1,4 +1,4 @@
-"""A file of which nothing is trusted, put through the six tests."""
+"""The six tests of an untrusted file."""
 
 import math
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from app.settings import Language
 
 @dataclass
 class LawMarks:
-    """What came out for one file.
+    """Result for one file.
 
     Attributes:
-        verdicts: of the tests, by name, with reasons for what failed; a test that was not made is missing. Written by the file's
-            process, like everything here.
-        ended: why the tests were not all made; "" if they were.
+        verdicts: of the tests made, by name, with reasons for failures. Written by the file's process, like
+            everything here.
+        ended: why not all tests were made, or "".
         isolation: "full", "network" or "none"; "" if nothing was run.
     """
 
@@ -34,7 +34,7 @@ class LawMarks:
 
     @property
     def as_template(self) -> bool:
-        """Whether all its answers are those of the template's law."""
+        """True if it answers like the template's law."""
         return bool(self.verdicts) and all(verdict.as_template for verdict in self.verdicts.values())
 
 
@@ -45,12 +45,12 @@ def marked(
     stopped: Callable[[], bool] = lambda: False,
     language: Language = "en",
 ) -> LawMarks:
-    """Return the marks of a file.
+    """Marks of a file.
 
     Args:
         name: of the file, for its messages.
-        text: what it holds.
-        stopped: asked now and then whether to give up.
+        text: content of the file.
+        stopped: polled; True gives up.
         language: of the reasons.
     """
     marks = LawMarks()
@@ -72,11 +72,7 @@ def take(marks: LawMarks, said: dict[str, Any]) -> None:
 
 
 def _read_curve(said: object) -> TrialCurve:
-    """Return a curve as it was said.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """Raises `ValueError` if it is not a curve."""
     curve = msgspec.convert(said, TrialCurve)
     numbers = [value for line in curve.lines.values() for value in line if value is not None]
     small = len(curve.lines) <= 2 and all(len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items())
@@ -86,7 +82,6 @@ def _read_curve(said: object) -> TrialCurve:
 
 
 def main() -> None:
-    """Make the tests."""
     limits, (name, language), text = fenced_input()
     set_language(language)  # pyright: ignore[reportArgumentType]
     for verdict in examine(Path(name), limits, text=text):

@@ -1,4 +1,4 @@
-"""What is measured of a run: distances, errors of the hand, joint speeds, the line of contact, stability."""
+"""Measurements of a run."""
 
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""A run, finished or still going on, as it can be measured. Nothing here touches the simulation's own kinematics."""
+"""A run, finished or not, for measurements; leaves the simulation's own kinematics alone."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -14,20 +14,20 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 SAMPLES: Final = 600
-"""Rows of a run at which a place that has to be computed from the joints is looked at, at most."""
+"""Most rows at which a position is computed from the joints."""
 
 
 class Evidence:
-    """What a run has left behind.
+    """Record of a run.
 
     Args:
-        until: rows from this time on do not count [s].
-        newest: number of the newest rows; None for all.
+        until: later rows do not count [s].
+        newest: number of newest rows; None for all.
 
     Attributes:
-        settings, room: with which the run ended, and where it is.
-        table: its rows (rows, columns of `scenes.history`), oldest first; the history may have forgotten the first of them.
-        arm: the arm with the shown task.
+        settings, room: at the end of the run.
+        table: rows (rows, columns of `scenes.history`), oldest first; the history may have dropped the first.
+        arm: with the shown task.
     """
 
     def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
@@ -44,16 +44,16 @@ class Evidence:
 
     @property
     def whole(self) -> bool:
-        """True if the run is here from its first step on."""
+        """True if the table has the run's first step."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
     @property
     def has_obstacle(self) -> bool:
-        """True if there is something to keep clear of, and a step was made."""
+        """False before the first step."""
         return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
 
     def column(self, name: str) -> Array:
-        """Return one column (rows,), see `scenes.history.SCALARS`."""
+        """Column (rows,), see `scenes.history.SCALARS`."""
         return self.table[:, COLUMN[name]]
 
     @property
@@ -73,11 +73,11 @@ class Evidence:
 
     @property
     def desired(self) -> Array:
-        """q_d of the arm (rows, n) [rad], nan where it follows nothing."""
+        """q_d of the arm (rows, n) [rad], or nan."""
         return self._simulation.history.desired(self.table)[:, self.arm.joints]
 
     def row_at(self, time: float) -> int | None:
-        """Return the row nearest to a time [s]; None if the run does not reach it, or has forgotten it."""
+        """Row nearest to a time [s]; None if the run does not reach it, or has dropped it."""
         times, half = self.times, self.settings.dt * 0.75
         if not len(times):
             return None
@@ -93,28 +93,27 @@ class Evidence:
         return ProximityDetector(self.kinematics, self.room.geometry)
 
     def kinematics_at(self, row: int) -> Kinematics:
-        """Return the kinematics with the arms as they were in a row."""
         self.kinematics.update(np.ascontiguousarray(self.positions[row]))
         return self.kinematics
 
     def lever(self, row: int) -> Array:
-        """Return J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
+        """J_d (n,), as the law saw it [m/rad]."""
         self.kinematics_at(row)
         law = self.settings.law
         return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
-        """Place of the arm's hand (3,) [m]."""
+        """Position of the hand (3,) [m]."""
         return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
-        """Place of the arm's elbow (3,) [m]."""
+        """Position of the elbow (3,) [m]."""
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:
-        """Return evenly spaced rows of the whole run, which has some: at most `SAMPLES`, the last one among them."""
+        """At most `SAMPLES` evenly spaced rows of a non-empty run, including the last."""
         return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
 
     def along(self, what: Callable[[int], Array]) -> Array:
-        """Return something at the rows of `sampled_rows` (k, …)."""
+        """Values at `sampled_rows` (k, …)."""
         return np.array([what(row) for row in self.sampled_rows()])

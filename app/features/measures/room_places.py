@@ -1,4 +1,4 @@
-"""Places in a room as a lesson describes them: where the ball lies, where a run begins, which marks the elbow is to touch."""
+"""Positions in a room as lessons describe them: ball, start, and the elbow's marks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,18 +14,17 @@ from scenes.room import Room
 from scenes.solo import swing
 
 Anchor = Literal["hand", "goal", "middle", "elbow"]
-"""Origin of a place: the hand at the start, the end of its way past the ball, the middle of that way, the elbow."""
+"""The hand at the start, the end or the middle of its path past the ball, or the elbow."""
 
 
 @dataclass(frozen=True)
 class RoomPlace:
-    """Where the ball lies, by the gap between its surface and that of the arm's point.
+    """Position of the ball, by the gap between its surface and the arm's point.
 
     Attributes:
-        origin: from where.
         toward: direction (3,), world, any length; or along the upper arm, from shoulder to elbow.
-        gap: free space that would be left if what keeps clear were at the origin [m].
-        tilt: by how much the direction is turned away from the upper arm, upwards [rad].
+        gap: free space if the avoiding point were at the origin [m].
+        tilt: of the direction, from the upper arm upwards [rad].
     """
 
     origin: Anchor
@@ -36,7 +35,7 @@ class RoomPlace:
 
 @dataclass(frozen=True)
 class Start:
-    """How a run begins where it is not the room's start: with the ball elsewhere, or in another posture (n,) of all arms [rad]."""
+    """Another ball position, or another posture (n,) of all arms [rad]."""
 
     ball: RoomPlace | None = None
     posture: tuple[float, ...] | None = None
@@ -49,10 +48,10 @@ def _standing(room: Room) -> Kinematics:
 
 
 def ball_centre(room: Room, place: RoomPlace) -> Array:
-    """Return the middle of the ball (3,) at a place [m].
+    """Centre of the ball (3,) [m].
 
     Raises:
-        BadSetting: the room has no ball, the direction has no length, or the place is out of the ball's reach.
+        BadSetting: no ball, no direction, or out of the ball's reach.
     """
     if room.ball is None:
         raise BadSetting("A place of the ball needs a room with a ball; set scene = ball.")
@@ -79,10 +78,10 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
 
 
 def start_positions(room: Room, start: Start | None) -> Array | None:
-    """Start q (nv,) of a run [rad, m]; None for the room's own start.
+    """Start posture q (nv,) [rad, m]; None for the room's own start.
 
     Raises:
-        BadSetting: the room has no such place, or no such posture.
+        BadSetting: the room has no such place or posture.
     """
     if start is None:
         return None
@@ -105,6 +104,6 @@ def start_positions(room: Room, start: Start | None) -> Array | None:
 
 
 def mark_places(room: Room, angles: Sequence[float]) -> Array:
-    """Return the elbow's place at the start, turned about the line from shoulder to wrist by each angle (k, 3) [m]."""
+    """Elbow at the start, turned about the line from shoulder to wrist by each angle (k, 3) [m]."""
     turned = swing(_standing(room), room.arms[0])
     return np.array([turned(angle).elbow for angle in angles])

@@ -1,6 +1,6 @@
 """A person from a BVH file, with any of the usual names of joints.
 
-Only directions between joints matter, seen from the torso that they span: unit, vertical axis and place make no difference.
+Only directions between joints relative to the torso matter, not unit, vertical axis or position.
 """
 
 from collections.abc import Iterator
@@ -39,18 +39,18 @@ _MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
     ("left", "wrist"): LazyText("left wrist, which should hang from the left elbow"),
     ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
-"""What may be missing, each in whole words: another language turns the side with the noun."""
+"""Whole words: in another language the side is inflected with the noun."""
 
 
 def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
-    """Return the motion of both arms in a BVH file, which starts at time 0.
+    """Motion of both arms, from time 0.
 
     Args:
         source: a path, or the file's content.
         name: of the file in messages, if its content is given.
 
     Raises:
-        BadInputFile: no such file, or not such a file; names the line, or the joints that were not found, and the remedy.
+        BadInputFile: unreadable or unsuitable file; names the line, or the missing joints, and the remedy.
     """
     file = load_bvh(source, name)
     skeleton = _Skeleton(file)
@@ -78,12 +78,12 @@ def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
 class _Skeleton:
     """Finds arms and hips among the joints of a file.
 
-    The elbow is found by its name, and the wrist by its name below it. The shoulder is the joint farthest up that is called an
-    upper arm. Whatever is between them, such as twists and pieces of a bone that is cut, only moves them.
+    The elbow is found by its name, and the wrist by its name below it. The shoulder is the farthest joint up
+    with the name of an upper arm. Joints between them, such as twists and pieces of a bone, only move them.
 
     Attributes:
         arm: indices of shoulder, elbow and wrist of a side.
-        hips: indices of the joints between which the middle of the hips is.
+        hips: joints with the middle of the hips between them.
     """
 
     def __init__(self, file: BvhFile) -> None:
@@ -94,14 +94,14 @@ class _Skeleton:
         self.hips = self._find_hips()
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
-        """Return shoulder, elbow and wrist of the first arm that is whole.
+        """Shoulder, elbow and wrist of the first complete arm.
 
         Raises:
-            BadInputFile: there is no such arm, or there are those of several people.
+            BadInputFile: no complete arm, or arms of several people.
         """
         called = [i for i, (s, part) in enumerate(self._parts) if s == side and part in ELBOWS]
         named = [i for i in called if not self._twists[i]] or called
-        # Of a forearm in several pieces the first one begins at the elbow.
+        # The first of several pieces of a forearm begins at the elbow.
         elbows = [i for i in named if not any(other in named for other in self._above(i))]
         if not elbows:
             raise self._missing(_MISSING[side, "elbow"])
@@ -120,11 +120,10 @@ class _Skeleton:
         return whole[0]
 
     def _shoulder(self, side: ArmName, elbow: int) -> int | None:
-        """Return the joint where the upper arm of an elbow begins; None if there is no upper arm."""
         above = [i for i in self._above(elbow) if self._parts[i][0] == side]
         for names in UPPER_ARMS:
             if called := [i for i in above if self._parts[i][1] in names]:
-                # Of an upper arm in several pieces the first one begins at the shoulder.
+                # The first of several pieces of an upper arm begins at the shoulder.
                 return next((i for i in reversed(called) if not self._twists[i]), called[-1])
         collars = [i for i in above if self._parts[i][1] in COLLARS]
         if called := [i for i in above if self._parts[i][1] in SHOULDERS]:
@@ -132,7 +131,7 @@ class _Skeleton:
             has_collar = any(collar in self._above(shoulder) for collar in collars)
             if has_collar or (self._parts[elbow][1] in ELBOWS_BELOW_SHOULDERS and self._are_pieces(shoulder, elbow)):
                 return shoulder
-        # By its place: what the elbow hangs on, whatever it is called.
+        # By its position: the elbow's parent, whatever its name.
         joint = self._file.joints[elbow].parent
         while joint >= 0 and self._twists[joint]:
             joint = self._file.joints[joint].parent
@@ -143,13 +142,13 @@ class _Skeleton:
         return joint
 
     def _are_pieces(self, shoulder: int, elbow: int) -> bool:
-        """True if all joints between shoulder and elbow are twists, or called as the shoulder is, with more behind it."""
+        """True if all joints between are twists, or have the shoulder's name with a suffix."""
         side, part = self._parts[shoulder]
         between = self._above(elbow)[: self._above(elbow).index(shoulder)]
         return all(self._twists[i] or (self._parts[i][0] == side and self._parts[i][1].startswith(part)) for i in between)
 
     def _wrist(self, elbow: int) -> int | None:
-        """Return the joint, or the End Site, where the forearm of an elbow ends; None if it does not end."""
+        """Joint, or End Site, where the forearm of an elbow ends."""
         part = self._parts[elbow][1]
         below = [i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)]
         called = [i for i in below if self._parts[i][1] in WRISTS]
@@ -169,14 +168,12 @@ class _Skeleton:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
 
     def _above(self, joint: int) -> list[int]:
-        """Return all that a joint hangs on, the nearest first."""
         found: list[int] = []
         while (joint := self._file.joints[joint].parent) >= 0:
             found.append(joint)
         return found
 
     def _below(self, joint: int) -> Iterator[int]:
-        """Yield all that hangs on a joint, parents first."""
         found = {joint}
         for i, other in enumerate(self._file.joints):
             if other.parent in found:
@@ -196,5 +193,5 @@ class _Skeleton:
 
 
 def from_bvh(motion: SampledAngles) -> PersonTarget:
-    """The person of a BVH file, who starts again at the end of the motion."""
+    """Person that repeats a motion."""
     return PersonTarget(motion, max(motion.duration, 1e-3))

@@ -1,4 +1,4 @@
-"""The file format BVH: a skeleton as a tree of joints, then one line of numbers for every frame. Read with suspicion."""
+"""The file format BVH: a tree of joints, then one line of numbers per frame. Nothing in the file is trusted."""
 
 import math
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ MOST_JOINTS: Final = 500
 MOST_FRAMES: Final = 100_000
 MOST_LINES: Final = 2 * MOST_FRAMES + 20 * MOST_JOINTS
 LARGEST: Final = 1e6
-"""No number of a believable file is larger, in whatever unit."""
+"""Largest believable number, in any unit."""
 
 CHANNELS: Final = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
 
@@ -27,7 +27,7 @@ class BvhJoint:
 
     Attributes:
         name: as in the file; "" for an end.
-        parent: its index among the joints; −1 for a root. Parents come before their children.
+        parent: index among the joints; −1 for a root. Parents come before their children.
         offset: from the parent (3,), file units.
         channels: indices into `CHANNELS`, in the file's order.
         column: of the first of its channels in a frame.
@@ -42,7 +42,7 @@ class BvhJoint:
 
 @dataclass(frozen=True)
 class BvhFile:
-    """What a BVH file holds. `name`: of the file, for messages; `frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
+    """`frame_time`: [s]; `frames`: (k, channels), file units and degrees."""
 
     name: str
     joints: tuple[BvhJoint, ...]
@@ -50,7 +50,7 @@ class BvhFile:
     frames: Array
 
     def positions(self, wanted: set[int]) -> dict[int, Array]:
-        """Return joint → its positions (k, 3), in the file's frame and unit, for the wanted joints and their forebears."""
+        """Joint → positions (k, 3), in the file's frame and unit, for the wanted joints and their ancestors."""
         needed: set[int] = set()
         for joint in wanted:
             while joint >= 0:
@@ -69,7 +69,8 @@ class BvhFile:
         return places
 
     def _translations(self, joint: BvhJoint) -> Array:
-        """Return the way from the parent (k, 3): the offset, or the position channels unless all are zero, as some exporters write."""
+        """From the parent (k, 3): the offset, or the position channels unless all are zero, as some exporters
+        write."""
         place = np.tile(joint.offset, (len(self.frames), 1))
         moved = [(c, joint.column + i) for i, c in enumerate(joint.channels) if c < 3]
         if any(self.frames[:, column].any() for _, column in moved):
@@ -78,7 +79,7 @@ class BvhFile:
         return place
 
     def _rotations(self, joint: BvhJoint) -> Array:
-        """Return the turn against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
+        """Against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
         turn = np.tile(np.eye(3), (len(self.frames), 1, 1))
         for i, channel in enumerate(joint.channels):
             if channel >= 3:
@@ -93,7 +94,7 @@ class BvhFile:
 
 
 def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
-    """Return the content of a BVH file; raises and takes arguments as `app.features.person_files.bvh.read_bvh`."""
+    """Arguments and errors as `app.features.person_files.bvh.read_bvh`."""
     if isinstance(source, Path):
         name = str(source)
         missing = BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
@@ -101,7 +102,7 @@ def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
     name = name or LazyText("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)
-    # Of the separators that `splitlines` knows, only these end a line for a person who looks the number up.
+    # Of the separators that `splitlines` knows, only these end a line for a person who looks up its number.
     text = source.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > MOST_LINES:
         raise _too_large(name)
@@ -118,11 +119,9 @@ def _too_large(name: str) -> BadInputFile:
 
 
 class _Reader:
-    """Goes through the lines once."""
-
     def __init__(self, name: str, text: str) -> None:
         self.name = name
-        # A brace may stand at the end of a line or on its own.
+        # A brace may be at the end of a line or on its own.
         self.lines: list[tuple[int, str]] = []
         for number, line in enumerate(text.split("\n"), 1):
             line = line.strip()
@@ -148,7 +147,7 @@ class _Reader:
         return BvhFile(self.name, tuple(self.joints), frame_time, self._read_frames(count))
 
     def _read_tree(self, root: str) -> None:
-        """Read a root and all below it, without recursion, since a file may be as deep as it likes."""
+        """Without recursion, as a file may be arbitrarily deep."""
         open_joints = [self._read_joint(root, -1)]
         while open_joints:
             line = self._next(LazyText("JOINT, End Site or }"))
@@ -204,7 +203,7 @@ class _Reader:
                 there=len(rows),
                 count=count,
             )
-        # A promise of many numbers is believed only once a line shows that it is kept.
+        # Memory for many numbers is reserved only once a line has the promised length.
         table = np.empty((count, self.columns)) if len(rows[0][1].split()) == self.columns else np.empty((0, 0))
         for i, (self.number, line) in enumerate(rows):
             words = line.split()
@@ -225,7 +224,7 @@ class _Reader:
         return line
 
     def _words(self, first: str, count: int | None) -> list[str]:
-        """Return the words after the first one of the next line, which must be `first`."""
+        """Words after `first` in the next line."""
         words = self._next(first).split()
         if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
             if count is None:

@@ -1,4 +1,4 @@
-"""A person in front of a camera, or in a video, as a source: a thread of its own looks, and the newest angles count."""
+"""A person before a camera, or in a video, as a source: the newest angles count."""
 
 import math
 import threading
@@ -15,17 +15,17 @@ from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.source import SampledAngles
 
 STALE: Final = 0.5
-"""A person seen longer ago than this is lost [s]."""
+"""Age at which a person counts as lost [s]."""
 
 LONGEST_VIDEO: Final = 1800.0
 """Longest video that is read as a whole [s]."""
 
 
 class CameraSource:
-    """The person in a film, as last seen; a `PersonSource` that does not look at the time it is asked for.
+    """Person in a film, as last seen; a `PersonSource` that ignores the time it is asked for.
 
     Args:
-        film: live pictures are taken as they come, those of a file at the file's own speed. Closed when the thread ends.
+        film: live pictures, or those of a file at its own speed. Closed when the thread ends.
         detector: closed when the thread ends.
         clock: a steady time [s].
     """
@@ -39,12 +39,12 @@ class CameraSource:
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
     def start(self) -> Self:
-        """Begin to look; once."""
+        """Start the thread, once."""
         self._thread.start()
         return self
 
     def stop(self, patience: float = 5.0) -> None:
-        """Stop looking, and wait for the thread to let go of camera and model, at most so long [s]. May be called again."""
+        """Wait at most `patience` until the thread has released camera and model [s]. May be called again."""
         self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join(patience)
@@ -55,7 +55,7 @@ class CameraSource:
 
     @property
     def message(self) -> str:
-        """Why no person is seen, in one line; "" while one is seen."""
+        """Why no person is seen, or ""."""
         if self._end:
             return self._end
         if not self.running:
@@ -65,7 +65,7 @@ class CameraSource:
         return LazyText("No person is seen: step back until shoulders, elbows and wrists are in the picture.")
 
     def angles(self, time: float) -> Array | None:
-        """Return the angles (2, 4) last seen [rad], or None if that is too long ago or no person was there."""
+        """Last seen angles (2, 4) [rad]; None if too long ago."""
         seen, angles = self._latest
         return None if angles is None or self._clock() - seen > STALE else angles.copy()
 
@@ -102,7 +102,7 @@ class CameraSource:
 
 
 def read_film(film: Film, detector: Detector) -> SampledAngles:
-    """Return the person in a whole film, picture by picture, and close both: the same film gives the same angles each time.
+    """Person in a whole film; closes both. The same film always gives the same angles.
 
     Raises:
         BadInputFile: no pictures, no person in any of them, or a film too long.
@@ -140,21 +140,21 @@ HIPS: Final = (23, 24)
 ARMS: Final = (*SHOULDERS, *ELBOWS, *WRISTS)
 
 LEAST_VISIBILITY: Final = 0.5
-"""A landmark less visible than this is not looked at; 0 … 1."""
+"""Least visibility of a used landmark; 0 … 1."""
 
 SHORTEST_BONE: Final = 0.03
-"""No bone of a tracked person is shorter [m]; a shorter one is a mistake of the tracking."""
+"""Shortest possible bone [m]; a shorter one is a tracking error."""
 
 
 def landmarks_to_angles(landmarks: Array, visibility: Array, previous: Array | None = None) -> Array | None:
-    """Return the angles (2, 4) of both arms [rad], left first; None unless shoulders, elbows and wrists are visible.
+    """Angles (2, 4) of both arms [rad], left first; None unless shoulders, elbows and wrists are visible.
 
-    Without hips, as of a person at a desk, the body is taken to be upright in the picture.
+    Without hips, as of a person at a desk, the body is assumed upright in the picture.
 
     Args:
         landmarks: "world landmarks" (33, 3): x right in the picture, y down, z away from the camera [m].
         visibility: of each (33,), 0 … 1.
-        previous: the angles of the sample before (2, 4) [rad]; None for the first one.
+        previous: angles of the sample before (2, 4) [rad], or None.
     """
     arms = landmarks[list(ARMS)]
     if not (visibility[list(ARMS)] >= LEAST_VISIBILITY).all() or not np.isfinite(arms).all():

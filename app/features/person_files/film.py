@@ -1,4 +1,4 @@
-"""Frames of a camera or a video by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
+"""Frames by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
 
 import importlib
 import time
@@ -19,20 +19,18 @@ COUNT: Final = 33
 
 
 class VideoFrame(NamedTuple):
-    """One frame of a film. `time`: since the film began [s]; `image`: RGB (height, width, 3)."""
+    """`time`: since the film began [s]; `image`: RGB (height, width, 3)."""
 
     time: float
     image: NDArray[np.uint8]
 
 
 class Film(Protocol):
-    """A sequence of frames."""
-
     live: bool
-    """Whether frames come in real time instead of on request."""
+    """Whether frames come in real time."""
 
     def next(self) -> VideoFrame | None:
-        """Return the next frame, or None at the end."""
+        """None at the end."""
         ...
 
     def close(self) -> None:
@@ -40,18 +38,17 @@ class Film(Protocol):
 
 
 class Detector(Protocol):
-    """Finds a person in frames; their times must increase."""
+    """Finds a person in frames with increasing times."""
 
     def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
-        """Return world landmarks (33, 3) [m] and their visibility (33,), or None if no person is seen."""
+        """World landmarks (33, 3) [m] and their visibility (33,), or None."""
         ...
 
-    def close(self) -> None:
-        """Release the model."""
+    def close(self) -> None: ...
 
 
 def open_camera(index: int) -> Film:
-    """Return the pictures of a camera at this machine.
+    """Camera of this machine.
 
     Raises:
         MissingPackage: OpenCV is not installed.
@@ -60,7 +57,7 @@ def open_camera(index: int) -> Film:
     cv2 = _package("cv2", "opencv-contrib-python")
     if not 0 <= index < 100:
         raise BadSetting(f"Camera {index} is not possible; give 0 for the first camera, 1 for the next.")
-    # OpenCV tells of missing cameras on standard error, in its own words, on top of ours.
+    # OpenCV reports missing cameras on standard error, in addition to our message.
     level = cv2.utils.logging.getLogLevel()
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
@@ -72,18 +69,13 @@ def open_camera(index: int) -> Film:
         raise BadSetting(
             f"Camera {index} cannot be opened: is it plugged in, and does no other program use it? Or give another number."
         )
-    # One picture in stock: the newest counts, not the oldest.
+    # A buffer of one picture: the newest counts, not the oldest.
     capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
     return _Capture(cv2, capture, 0.0)
 
 
 def open_video(path: Path) -> Film:
-    """Return the pictures of a video file.
-
-    Raises:
-        MissingPackage: OpenCV is not installed.
-        BadInputFile: no such file, or not a video.
-    """
+    """Raises `MissingPackage` without OpenCV, and `BadInputFile` without a video."""
     _must_exist(path, "video")
     cv2 = _package("cv2", "opencv-contrib-python")
     capture = cv2.VideoCapture(str(path))
@@ -95,7 +87,7 @@ def open_video(path: Path) -> Film:
 
 
 def open_detector(model: Path) -> Detector:
-    """Return MediaPipe's pose landmarker with a model file.
+    """MediaPipe's pose landmarker.
 
     Raises:
         MissingPackage: MediaPipe is not installed.
@@ -116,7 +108,7 @@ def open_detector(model: Path) -> Detector:
 
 
 class _Capture:
-    """A film by OpenCV; `rate` is 0 for a camera."""
+    """Film by OpenCV; `rate` is 0 for a camera."""
 
     def __init__(self, cv2: ModuleType, capture: Any, rate: float) -> None:
         self._cv2, self._capture, self._rate = cv2, capture, rate
@@ -141,7 +133,7 @@ class _Landmarker:
         self._milliseconds = -1
 
     def find(self, picture: VideoFrame) -> tuple[Array, Array] | None:
-        # MediaPipe insists on times that grow.
+        # MediaPipe requires increasing times.
         self._milliseconds = max(self._milliseconds + 1, round(1000.0 * picture.time))
         image = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=picture.image)
         people = self._landmarker.detect_for_video(image, self._milliseconds).pose_world_landmarks

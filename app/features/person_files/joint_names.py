@@ -1,4 +1,4 @@
-"""Names that programs give to a person's joints, and what they call by them: a convention is one entry of a table."""
+"""Names of a person's joints in various programs."""
 
 import re
 from collections.abc import Iterator
@@ -8,9 +8,8 @@ from scenes.settings import ArmName
 
 
 class Convention(NamedTuple):
-    """Names of joints in the skeletons of some programs: lower case, without side, digits and signs, "bend" and "twist".
-
-    Blanks separate several names.
+    """Blank-separated names of joints in some programs: lower case, without side, digits and signs, "bend"
+    and "twist".
 
     Attributes:
         thigh, collar, upper_arm, forearm, hand: of the joint where it begins.
@@ -37,10 +36,10 @@ CONVENTIONS: Final = {
     "Advanced Skeleton": Convention("hip", "scapula", "shoulder", "elbow", "wrist"),
     "others": Convention("leg", "collarbone shoulderblade", "upperarm", "foarm", "palm"),
 }
-"""Programs → their names. Two conventions may use one word for two joints: "shoulder" is a collar or an upper arm."""
+"""Programs → their names. A word may mean two joints: "shoulder" is a collar or an upper arm."""
 
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
-"""Names of the middle of the hips, where there are no thighs; the first one that is found counts."""
+"""Names of the middle of the hips, without thighs; the first one found counts."""
 
 
 def _all(field: str) -> frozenset[str]:
@@ -53,15 +52,15 @@ COLLARS: Final = _all("collar") - _all("upper_arm")
 """Names of collars alone."""
 
 SHOULDERS: Final = _all("collar") & _all("upper_arm")
-"""Names of a collar in one convention and of an upper arm in another one."""
+"""Names of a collar in one convention and of an upper arm in another."""
 
 UPPER_ARMS: Final = (_all("upper_arm") - SHOULDERS - {"arm"}, frozenset({"arm"}))
-"""Names of upper arms alone, the surest first: "arm" may also be the name of all of it."""
+"""Names of upper arms alone, the most certain first: "arm" may also name the whole arm."""
 
 ELBOWS_BELOW_SHOULDERS: Final = frozenset(
     name for one in CONVENTIONS.values() if SHOULDERS & set(one.upper_arm.split()) for name in one.forearm.split()
 )
-"""Names of elbows in the conventions in which an upper arm is called a shoulder."""
+"""Names of elbows in conventions that call an upper arm a shoulder."""
 
 _PARTS: Final = frozenset().union(THIGHS, ELBOWS, WRISTS, COLLARS, SHOULDERS, *UPPER_ARMS)
 
@@ -70,7 +69,7 @@ _SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "righ
 _DECORATION: Final = frozenset(
     {"bip", "biped", "bone", "b", "def", "org", "mch", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel", "bend"}
 )
-"""Words that say nothing of a joint's part."""
+"""Words without meaning for a joint's part."""
 
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 _TWIST: Final = re.compile(r"twist|roll", re.IGNORECASE)
@@ -82,9 +81,9 @@ def is_twist(name: str) -> bool:
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:
-    """Return side and part of the body that a joint's name tells, the part in lower case without decoration.
+    """Side and part in a joint's name, in lower case without decoration.
 
-    A part that no convention knows is what is left of the name. A twist has the part that it turns.
+    An unknown part is the rest of the name. A twist has the part that it turns.
     """
     words = [w.lower() for w in _WORD.findall(name.rsplit(":", 1)[-1])]
     words = [w for w in words if w not in _DECORATION] or words
@@ -101,6 +100,6 @@ def joint_part(name: str) -> tuple[ArmName | None, str]:
 
 
 def _stems(words: list[str]) -> Iterator[str]:
-    """Yield a name without twist and bend, whole first, then without its first words, which may be a skeleton's."""
+    """The name without twist and bend, whole first, then without its first words, which may be a skeleton's."""
     for i in range(len(words)):
         yield _TWIST.split("".join(words[i:]))[0].removesuffix("bend")

@@ -1,4 +1,4 @@
-"""The persons that a server was started with, shared by its sessions."""
+"""A server's persons, shared by its sessions."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -16,12 +16,7 @@ from scenes.person.source import PersonTarget
 
 
 class OpenedPersons(OpenedFeature):
-    """The server's person from a file, and its camera.
-
-    Args:
-        bvh: the person of the file; None if no file was named.
-        camera: the person in front of the camera or in the video; None if there is no camera.
-    """
+    """The server's person from a file, and its camera or video."""
 
     def __init__(self, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
         self.bvh, self.camera = bvh, camera

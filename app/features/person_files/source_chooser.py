@@ -1,4 +1,4 @@
-"""Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
+"""A visitor's choice of the imitated person, also from a file or a camera."""
 
 from dataclasses import field
 
@@ -21,14 +21,12 @@ from scenes.person.source import PersonTarget
 
 
 class TakePerson(Action):
-    """Take a person's recorded motion in, from a BVH file."""
-
     name: str
     content: bytes = field(repr=False)
 
 
 class UploadedPerson(SessionPart):
-    """The person of the file that the visitor took in; it outlives a page that is built again, but is not saved."""
+    """Survives a rebuilt page, but is not saved."""
 
     name = "uploaded_person"
     person: PersonTarget | None = None
@@ -41,19 +39,14 @@ class UploadedPerson(SessionPart):
 
 
 class SourceChooser(PagePanel):
-    """Keeps the session's guest in step with the chosen source.
-
-    Args:
-        bvh: the person of the file that the server was started with; None without one.
-        camera: of the server; None without one.
-    """
+    """Keeps the session's guest in step with the chosen source. `bvh`, `camera`: of the server, or None."""
 
     def __init__(self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
         self._session, self._bvh, self._camera = page.session, bvh, camera
         self._shown: Source | None = None
         gui, session = page.client.gui, page.session
         with page.controls.arms_tab:
-            # viser's page shows an upload button though it is not visible; a folder takes it along.
+            # viser shows an upload button even when it is not visible; hiding its folder hides it.
             self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
             with self._folder:
                 upload = gui.add_upload_button(
@@ -68,7 +61,7 @@ class SourceChooser(PagePanel):
         page.handlers.add(TakePerson, self._take_person)
 
     def _take_person(self, action: TakePerson) -> None:
-        """Imitate the person of a file from now on, if it can be read; the session keeps it, as a page may be built again."""
+        """Kept by the session, as a page may be built again."""
         try:
             person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
@@ -80,7 +73,6 @@ class SourceChooser(PagePanel):
             self._session.hand.set_source(person)
 
     def show(self, frame: Frame) -> None:
-        """Bring in the person that the settings ask for, where they have changed."""
         settings = frame.live.settings
         source = settings.page.source if settings.run.experiment.moves == "person" else None
         if source != self._shown:

@@ -1,4 +1,4 @@
-"""Robots from URDF files, which the command line names, and the list of those that can be taken."""
+"""Robots from URDF files on the command line, and the list of suitable ones."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ def _commands() -> Mapping[str, Command]:
 
 
 def _read_robot(path: Path, hand: str) -> str:
-    # Robots take a while to load.
+    # Robots are slow to import.
     from app.features.robot_files.file_robot import register
 
     return register(path, hand)

@@ -1,4 +1,4 @@
-"""`lwr-duet robots`: which arms there are."""
+"""`lwr-duet robots`: list of available arms."""
 
 from dataclasses import dataclass
 from typing import get_args
@@ -16,7 +16,6 @@ class Robots:
 
 
 def robots(command: Robots) -> int:
-    """Print one line for each; return the exit code."""
     del command
     with ending_at_once():
         from app.features.robot_files.robot_file import robot_file

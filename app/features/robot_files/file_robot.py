@@ -1,4 +1,4 @@
-"""A robot from a URDF file as the scenes take it."""
+"""A robot from a URDF file for the scenes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,13 +18,11 @@ from scenes.robots.description import Capsule, Robot
 SOURCES: Final = tuple(sorted(Path(__file__).parent.glob("*.py")))
 
 DARK: Final = 70.0
-"""Mean of red, green and blue below which a part of a robot from a file is dark, 0 … 255."""
+"""Mean of red, green and blue below which a part is dark, 0 … 255."""
 
 
 @dataclass(frozen=True)
 class FileRobot(GivenRobot):
-    """The robot of a file that was given at the start."""
-
     file: RobotFile
 
     @property
@@ -56,12 +54,12 @@ class FileRobot(GivenRobot):
         return load_arm(self.file).robot(capsules)
 
     def shapes(self) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-        """As in `GivenRobot`; of the colours in the file only light and dark count."""
+        """Of the colours in the file only light and dark count."""
         arm = load_arm(self.file)
         shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
         lights = np.array([float(np.mean(one.colour)) for one in shapes])
         areas = np.array([float(one.mesh.area) for one in shapes])
-        # An arm that is dark all over has the colour of its side all the same.
+        # A completely dark arm gets the colour of its side, too.
         darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
         for one, light in zip(shapes, lights.tolist(), strict=True):
             yield one.joint, "dark" if light < darkest else "body", np.asarray(one.mesh.vertices), np.asarray(one.mesh.faces)
@@ -75,5 +73,6 @@ class FileRobot(GivenRobot):
 
 
 def register(path: Path, hand: str = "") -> str:
-    """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
+    """Add a URDF file to the setting `robot` in this process and return its name there; errors as
+    `robot_file`."""
     return give(FileRobot(robot_file(path, hand)))

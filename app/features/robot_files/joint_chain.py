@@ -1,4 +1,4 @@
-"""Which joints of a URDF file are the arm."""
+"""The arm among the joints of a URDF file."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ FEWEST, MOST = 5, 7
 """Joints of an arm."""
 
 GRIPPER: Final = ("gripper", "finger", "jaw")
-"""Parts of the name of a joint that is no longer of the arm; it is held still."""
+"""Parts of the names of joints beyond the arm; held still."""
 
 TURNING: Final = ("revolute", "continuous")
 """Types of the joints of an arm."""
 
 MOST_NAMES: Final = 60
-"""Links that a message lists at most."""
+"""Most links listed in a message."""
 
 FARTHEST: Final = 50.0
-"""Greatest bound of a joint [rad]: beyond it the file is in degrees, or means a joint without stops."""
+"""Greatest bound of a joint [rad]: a larger one is in degrees, or means no stops."""
 
 SLOWEST: Final = 0.01
 """Least top speed of a joint [rad/s]."""
@@ -34,9 +34,9 @@ class Chain:
     """The arm in a tree of joints.
 
     Attributes:
-        joints: names of its joints, base first.
-        hand: name of the hand's link, if a person has named it; "" leaves the choice to `hand_frame`.
-        still: names of all other joints that could move.
+        joints: names, base first.
+        hand: named link of the hand; "" leaves the choice to `hand_frame`.
+        still: names of all other movable joints.
     """
 
     joints: tuple[str, ...]
@@ -45,14 +45,15 @@ class Chain:
 
 
 def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
-    """Return the arm: the revolute joints from the root to the hand, or up to a fork, a gripper or the end where no hand is named.
+    """The revolute joints from the root to the hand; without a named hand, up to a fork, a gripper or the
+    end.
 
     Args:
         name: of the file, for messages.
         hand: name of the hand's link.
 
     Raises:
-        BadInputFile: there is no chain of 5 to 7 revolute joints, or no link of that name.
+        BadInputFile: no chain of 5 to 7 revolute joints, or no link of that name.
     """
     joints = _joints_to(tree, hand, name) if hand else _joints_from_root(tree, name)
     _check_joints(joints, name)
@@ -62,7 +63,6 @@ def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
 
 
 def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[UrdfJoint]:
-    """The joints that lead from the root to a link."""
     links = [link.name for link in tree.links]
     if hand not in links:
         known = ", ".join(map(short, links[:MOST_NAMES])) + ("" if len(links) <= MOST_NAMES else ", …")
@@ -89,7 +89,6 @@ def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[UrdfJoint]:
 
 
 def _joints_from_root(tree: UrdfTree, name: str) -> list[UrdfJoint]:
-    """The joints up to a fork, a gripper or the end."""
     children: dict[str, list[UrdfJoint]] = {}
     for joint in tree.joints:
         children.setdefault(joint.parent, []).append(joint)
@@ -139,7 +138,7 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
     for joint in joints:
         low, high, speed, called = joint.lower, joint.upper, joint.velocity, short(joint.name)
         if joint.kind == "revolute":
-            # The format takes 0 for a bound that is left out, which is hardly ever meant.
+            # The format takes 0 for a missing bound, which is hardly ever meant.
             missing = [key for key, bound in (("lower", low), ("upper", high)) if bound is None]
             if len(missing) == 1:
                 raise BadInputFile(f"{name}: the limit of its joint {called} has no {missing[0]}; give lower and upper [rad].")
@@ -163,7 +162,6 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
 
 
 def _movable(children: dict[str, list[UrdfJoint]], link: str) -> list[UrdfJoint]:
-    """Return the next joints that are not fixed."""
     found: list[UrdfJoint] = []
     waiting = [link]
     while waiting:

@@ -1,4 +1,4 @@
-"""Whether the shapes of an arm can be its own: their sizes beside its length tell millimetres and plates of the world."""
+"""Check of an arm's shapes: sizes relative to its length reveal millimetres and plates."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
 ShapeKind = Literal["visuals", "collisions"]
 
 LARGEST: Final = 2.0
-"""Size of a link beside the length of its arm from which it cannot be one."""
+"""Least impossible size of a link [arm lengths]."""
 
 LARGEST_FOOT: Final = 4.0
-"""The same for what the arm stands on; a plate may be as wide as its arm is long."""
+"""Least impossible size of the arm's foot [arm lengths]; a plate may be as wide as its arm is long."""
 
 SMALLEST: Final = 0.005
-"""Size of a link beside the length of its arm up to which it cannot be one."""
+"""Greatest impossibly small size of a link [arm lengths]."""
 
 FAR: Final = 4.0
-"""Distance of a shape from its joint, beside the length of the arm, from which it is misplaced."""
+"""Distance from its joint at which a shape is misplaced [arm lengths]."""
 
 FLAT: Final = 0.05
-"""Thickness beside the size up to which a shape is a plate."""
+"""Greatest thickness of a plate [its size]."""
 
 UNITS: Final = (("millimetres", 0.001), ("inches", 0.0254), ("centimetres", 0.01), ("feet", 0.3048))
-"""Units in which drawings are made, and their size [m]."""
+"""Units of drawings, and their size [m]."""
 
 USUAL: Final = 0.15
-"""Size of a link beside the length of its arm: the unit that comes nearest to it is likely."""
+"""Usual size of a link [arm lengths]: the unit that comes nearest is likely."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,6 @@ class Solid:
     """A shape of an arm.
 
     Attributes:
-        link: name of its link.
         joint: index of the joint that carries it.
         form: as in the file.
         mesh: in the frame of that joint [m].
@@ -63,20 +62,17 @@ class Solid:
 
 
 def arm_length(model: pin.Model) -> float:
-    """The way along all joints [m]."""
+    """Along all joints [m]."""
     data = model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     return float(sum(np.linalg.norm(b.translation - a.translation) for a, b in pairwise(data.oMi[1:])))
 
 
 def check_sizes(solids: Iterable[Solid], model: pin.Model, kind: ShapeKind, name: str) -> None:
-    """Refuse shapes that are much too large, too small or too far away for the arm.
-
-    Args:
-        name: of the file, for messages.
+    """Refuse shapes that are much too large, too small or too far away. `name`: of the file, for messages.
 
     Raises:
-        BadInputFile: it names the link, its size and what is likely wrong.
+        BadInputFile: names the link, its size and the likely cause.
     """
     length = arm_length(model)
     largest: dict[int, tuple[float, Solid]] = {}
@@ -103,7 +99,7 @@ def check_sizes(solids: Iterable[Solid], model: pin.Model, kind: ShapeKind, name
             )
         if size > largest.get(one.joint, (-1.0, one))[0]:
             largest[one.joint] = size, one
-    # A small mark beside a link of usual size is right, and so is one that alone is drawn of a link.
+    # A small mark is allowed beside a link of usual size, and as the only drawing of a link.
     if kind == "visuals" and any(size > SMALLEST * length for size, _ in largest.values()):
         return
     for size, one in largest.values():
@@ -118,7 +114,6 @@ def _fault(name: str, link: str, word: str, size: float, length: float, cause: s
 
 
 def _cause(solid: Solid, length: float) -> str:
-    """What is likely wrong with a size."""
     sides = np.sort(np.ptp(solid.mesh.bounds, axis=0))
     size, form = float(sides[-1]), solid.form
     if not isinstance(form, MeshFile):
@@ -140,7 +135,6 @@ def _cause(solid: Solid, length: float) -> str:
 
 
 def _unit(size: float, length: float) -> str | None:
-    """Unit in which a size would be usual; None if no unit fits."""
     share = size / length
     usual = [(abs(np.log(share * factor / USUAL)), unit) for unit, factor in UNITS if SMALLEST < share * factor < LARGEST / 2.0]
     return min(usual)[1] if share > 1.0 and usual else None

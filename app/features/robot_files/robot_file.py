@@ -1,4 +1,4 @@
-"""A URDF file with the files that it refers to, named by file name and content."""
+"""A URDF file with the files that it refers to."""
 
 import hashlib
 import os
@@ -15,14 +15,14 @@ from controllers.errors import BadInputFile
 from scenes.files import input_content
 
 LARGEST_URDF: Final = 10_000_000
-"""[B]"""
+"""Largest URDF file [B]."""
 
 LARGEST_MESHES: Final = 64_000_000
 """All mesh files of a robot together [B]."""
 
 
 MOST_NAMES: Final = 8
-"""Joints that a line names at most."""
+"""Most joints in a line."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,10 @@ class RobotFile:
     """A URDF file and what it refers to.
 
     Attributes:
-        key: name of the robot in the setting `robot`: the file's name and a hash of the content of the file and its meshes, and of the
-            hand if it was named.
-        path: of the file.
-        text: its content.
-        chain: its arm.
+        key: of the setting `robot`: file name, and a hash of file, meshes and a named hand.
+        text: content of the file.
         meshes: name of a mesh, as in the URDF → its file.
-        guesses: a line that says what was taken by guess.
+        guesses: line that names what was guessed.
     """
 
     key: str
@@ -48,14 +45,14 @@ class RobotFile:
 
 
 def robot_file(path: Path, hand: str = "") -> RobotFile:
-    """Return a URDF file with the places of its meshes.
+    """URDF file with the paths of its meshes.
 
     Args:
-        hand: name of the link that is the hand; "" for the one that is likely.
+        hand: name of the hand's link; "" for the likely one.
 
     Raises:
-        BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, one of its meshes is missing, or it has
-            no link of that name.
+        BadInputFile: unreadable, not a URDF file, too large, without a suitable chain of joints, with a
+            missing mesh, or without a link of that name.
     """
     text = input_content(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     tree = read_urdf(text, str(path))
@@ -78,7 +75,7 @@ def robot_file(path: Path, hand: str = "") -> RobotFile:
 
 
 def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
-    """What a person may want to know of an arm that was found in a file. `hand`, `part`: as `hand_frame` has them."""
+    """`hand`, `part`: as in `hand_frame`."""
     link = chain.hand or next(name for name, frame in frame_names(tree).items() if frame == hand)
     if chain.hand:
         how = ""
@@ -109,10 +106,10 @@ def _too_large(name: Path | str, limit: int) -> BadInputFile:
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:
-    """Return the file of a mesh: relative to the URDF file, or of a ROS package that is one of the folders around it or in one.
+    """Relative to the URDF file, or of a ROS package that is a folder around it or in one.
 
     Raises:
-        BadInputFile: there is none.
+        BadInputFile: there is no such file.
     """
     rest = name.removeprefix("file://")
     folders = [urdf.absolute().parent]
@@ -120,7 +117,7 @@ def _mesh_file(urdf: Path, name: str) -> Path:
         rest = name.removeprefix("package://")
         folders = list(urdf.absolute().parents)
     for folder in folders:
-        # Unlike `Path.is_file` it takes a text that is too long for a name.
+        # Unlike `Path.is_file` it accepts a text that is too long for a name.
         if os.path.isfile(file := folder / rest):
             return file
     raise BadInputFile(

@@ -1,4 +1,4 @@
-"""The arm in a URDF file as a Pinocchio model, and the landmarks on it."""
+"""The arm in a URDF file as a Pinocchio model, with landmarks."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 
 HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
-"""Parts of the name of a hand frame; the first counts most."""
+"""Parts of the name of a hand frame, in order of preference."""
 
 COMPARED: Final = 3
 """Random postures in which two readers must agree."""
 
 FASTEST: Final = 10.0
-"""Greatest top speed that is taken as it is [rad/s]."""
+"""Greatest top speed that is believed [rad/s]."""
 
 USUAL_SPEED: Final = 2.0
 """Speed limit of a joint without one in its file [rad/s]."""
 
 TURN: Final = 2.0 * np.pi
-"""How far a joint without stops may turn to either side [rad]."""
+"""Bound of a joint without stops, to either side [rad]."""
 
 SHOULDER_HEIGHT: Final = 0.31
-"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column under its foot."""
+"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column."""
 
 SHORTEST: Final = 0.1
 LONGEST: Final = 10.0
-"""Least and greatest length of an arm, from joint to joint [m]: beyond these its file is in other units."""
+"""Least and greatest length from joint to joint [m]: others mean other units."""
 
 ROLL: Final = 0.8
-"""Cosine of the angle between axis and link from which a joint only turns the link about itself."""
+"""Least cosine between axis and link of a joint that only turns the link about itself."""
 
 
 def frame_names(tree: UrdfTree) -> dict[str, str]:
-    """Return link → name of its frame in the model: its own, unless the model needs that for itself."""
+    """Link → name of its frame in the model: its own, unless the model uses that."""
     taken = {"universe", *(f"arm_joint_{i}" for i in range(1, MOST + 1)), *(f"fixed joint {joint.name}" for joint in tree.joints)}
     names: dict[str, str] = {}
     for link in tree.links:
@@ -54,12 +54,12 @@ def frame_names(tree: UrdfTree) -> dict[str, str]:
 
 
 def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
-    """Return the model of the chain, all other joints held still, and the height of the column under its foot [m].
+    """Model of the chain, other joints held still, and height of the column under its foot [m].
 
     Raises:
-        BadInputFile: Pinocchio cannot read it, or reads another arm in it.
+        BadInputFile: Pinocchio cannot read it, or finds a different arm.
     """
-    # Pinocchio gets nothing that it could complain about: no shapes, no masses, names of our own.
+    # Pinocchio gets nothing that it could reject: no shapes, no masses, our own names.
     robot = ElementTree.Element("robot", name="arm", version=tree.version)
     frames = frame_names(tree)
     for link in tree.links:
@@ -90,24 +90,21 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
 
 
 def _stops(joint: UrdfJoint) -> tuple[float, float]:
-    """The bounds of a joint of the chain [rad]."""
+    """[rad]"""
     if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
         return -TURN, TURN
     return joint.lower, joint.upper
 
 
 def top_speed(joint: UrdfJoint) -> float:
-    """The top speed of a joint, a usual one where the file has none or one that no arm has [rad/s]."""
+    """A usual one if missing or unbelievable in the file [rad/s]."""
     speed = joint.velocity or 0.0
     return speed if 0.0 < speed <= FASTEST else USUAL_SPEED
 
 
 def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict[str, Array]:
-    """Return link → pose (4, 4) in the frame of the root, straight from the tree; all joints but those of the chain are at 0.
-
-    Args:
-        positions: q (n,) of the chain [rad].
-    """
+    """Link → pose (4, 4) in the frame of the root, from the tree; other joints are at 0. `positions`: q (n,)
+    of the chain [rad]."""
     from trimesh import transformations
 
     poses = {tree.root: np.eye(4)}
@@ -127,7 +124,6 @@ def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict
 
 
 def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], name: str) -> None:
-    """Refuse a file in which Pinocchio finds another arm than the tree that the shapes come from."""
     data, random, frames = model.createData(), np.random.default_rng(3), frame_names(tree)
     for q in random.uniform(-np.pi, np.pi, (COMPARED, len(chain))):
         if model.nq != len(chain):
@@ -135,7 +131,7 @@ def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], 
         pin.framesForwardKinematics(model, data, q)
         for link, pose in link_poses(tree, chain, q).items():
             found = data.oMf[model.getFrameId(frames[link], pin.FrameType.BODY)].homogeneous
-            # Relative to the place, for arms that are refused only afterwards as far too large.
+            # Relative to the position, for arms that are refused only later as far too large.
             if not np.allclose(found, pose, rtol=1e-6, atol=1e-6):
                 raise BadInputFile(
                     f"{name}: two readers of URDF place its link {short(link)} differently; give its joints another way."
@@ -148,7 +144,7 @@ def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], 
 
 
 def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
-    """Refuse an arm in other units than metres, and one that can only move in a plane. `axes`: of the joints (3, n), as `data` has them."""
+    """Refuse an arm in other units than metres, and one that moves only in a plane. `axes`: (3, n)."""
     places = [placement.translation for placement in data.oMi[1:]]
     length = float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
     if not SHORTEST <= length <= LONGEST:
@@ -164,10 +160,10 @@ def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
 
 
 def landmarks(model: pin.Model) -> tuple[int, int, int]:
-    """Return the joints at shoulder, elbow and wrist.
+    """Joints at shoulder, elbow and wrist.
 
-    The shoulder is the first joint across the first axis; the elbow is the one that changes the distance from there to the last joint
-    most; the wrist is the next one that bends.
+    The shoulder is the first joint across the first axis; the elbow changes the distance from there to the
+    last joint most; the wrist is the next one that bends.
     """
     data, random = model.createData(), np.random.default_rng(2)
     stretch = np.zeros(model.njoints)
@@ -195,8 +191,8 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
 
 
 def hand_frame(model: pin.Model) -> tuple[str, str]:
-    """Return the name of the hand's frame, and the part of the name by which it was found: one that is called so, else ("") the farthest
-    from the last joint."""
+    """Name of the hand's frame, and the part of it that identified it; "" for the frame farthest from the
+    last joint."""
     last = model.njoints - 1
     frames = [frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY]
     for part in HANDS:

@@ -1,4 +1,4 @@
-"""A robot from a URDF file: model, landmarks, and capsules around its shapes."""
+"""A robot from a URDF file, with capsules around its shapes."""
 
 from __future__ import annotations
 
@@ -19,18 +19,16 @@ from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 
 MOST_TRIANGLES: Final = 1_500_000
-"""Largest number of triangles in all meshes of a robot together."""
+"""Most triangles in all meshes together."""
 
 
 @dataclass(frozen=True)
 class FileArm:
-    """The arm in a URDF file, without what takes long.
+    """The arm without its slow parts.
 
     Attributes:
-        file: where it is from.
-        tree: what is in the file.
         model: of the arm on its column.
-        column: height of the column [m].
+        column: height [m].
     """
 
     file: RobotFile
@@ -39,7 +37,6 @@ class FileArm:
     column: float
 
     def robot(self, capsules: tuple[Capsule, ...]) -> Robot:
-        """Return the robot with its capsules."""
         labels = tuple(f"joint {i}" for i in range(1, self.model.njoints))
         name = self.file.key.rpartition("-")[0]
         named = self.file.chain.hand
@@ -48,21 +45,17 @@ class FileArm:
 
 
 def load_arm(file: RobotFile) -> FileArm:
-    """Return the arm of a file.
-
-    Raises:
-        BadInputFile: it cannot be read.
-    """
+    """Raises `BadInputFile` if it cannot be read."""
     tree = read_urdf(file.text, str(file.path))
     model, column = chain_model(tree, file.chain.joints, str(file.path))
     return FileArm(file, tree, model, column)
 
 
 def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
-    """Yield every shape, as one or more meshes.
+    """Every shape, as one or more meshes.
 
     Raises:
-        BadInputFile: a mesh cannot be read, or there are too many triangles.
+        BadInputFile: unreadable mesh, or too many triangles.
     """
     frames = frame_names(arm.tree)
     left = MOST_TRIANGLES
@@ -84,9 +77,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
 
 
 def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
-    """Return a capsule around the collision shapes of every link, of a link without any around what is drawn of it.
-
-    The first link shares one with the base that it turns on.
+    """A capsule around each link's collision shapes, or else around its visible ones. The first link shares
+    one with its base.
 
     Raises:
         BadInputFile: as `solids`; or nothing has a shape.
@@ -124,7 +116,7 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
 
 
 def _own_capsule(shapes: list[Solid]) -> tuple[Array, Array, float] | None:
-    """The capsule (centres (3,), radius [m]) that is the only shape of a joint in the file; None if it has others, or is a ball."""
+    """Capsule (centres (3,), radius [m]) that is a joint's only shape; None with others, or for a ball."""
     from scenes.robots.fitting import SHORTEST
 
     (first, *more) = shapes

@@ -1,4 +1,4 @@
-"""The shapes in a URDF file as triangles: of solid shapes, in metres, with their normals outwards."""
+"""Solid shapes in a URDF file as triangles, in metres, with outward normals."""
 
 from __future__ import annotations
 
@@ -17,23 +17,21 @@ if TYPE_CHECKING:
     import trimesh
 
 ROUND: Final = 24
-"""Sections of a cylinder in a URDF file."""
+"""Sections of a cylinder."""
 
 THIN: Final = 0.001
-"""Thickness of a shape that its file makes flat [m]."""
+"""Thickness of a flat shape [m]."""
 
 MENDED: Final = 20_000
-"""Triangles of a mesh up to which its faces are turned to one side, if some are turned otherwise."""
+"""Most triangles of a mesh with inconsistent faces that is mended."""
 
 GREY: Final = np.full(3, 200.0)
-"""Colour of what has none, 0 … 255."""
+"""Default colour, 0 … 255."""
 
 
 def form_meshes(form: ShapeForm, files: Mapping[str, Path]) -> Iterator[tuple[trimesh.Trimesh, Array]]:
-    """Yield the meshes of a shape in its own frame [m] with their colours (3,) in 0 … 255.
-
-    Args:
-        files: name of a mesh, as in the URDF → its file.
+    """Meshes in the shape's own frame [m] with their colours (3,) in 0 … 255. `files`: name of a mesh, as in
+    the URDF → its file.
 
     Raises:
         BadInputFile: a mesh cannot be read, or has nothing solid in it.
@@ -61,7 +59,7 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
     area = 0.0
     try:
         for vertices, faces, colour in mesh_pieces(path, checked=True):
-            # A scale below zero turns the mesh inside out.
+            # A negative scale turns the mesh inside out.
             turned = faces[:, ::-1] if np.prod(scale) < 0.0 else faces
             mesh = trimesh.Trimesh(vertices * scale, turned, process=False)
             area += float(mesh.area)
@@ -70,13 +68,13 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
         if not area > 0.0:
             raise ValueError("no triangles in it")
     except Exception as error:
-        # trimesh's readers raise nearly every kind there is.
+        # trimesh's readers raise nearly every kind of exception.
         raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=first_line(error)) from None
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """The mesh with its faces to the outside: a file may have it inside out."""
-    # Of an open shell only its writer knows which side is the outer one.
+    """Mesh with outward faces: a file may have it inside out."""
+    # For an open shell only its author knows which side is outside.
     if len(mesh.faces) <= MENDED and mesh.is_watertight and not mesh.is_winding_consistent:
         mesh.fix_normals(multibody=True)
     corners = np.asarray(mesh.triangles) - np.asarray(mesh.vertices).mean(axis=0)

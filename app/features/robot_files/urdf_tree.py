@@ -1,6 +1,6 @@
-"""The one strict reader of URDF files (versions 1.0 to 1.2): the joints and the shapes of an arm both come from what it returns.
+"""The one strict reader of URDF files (versions 1.0 to 1.2), for joints and shapes of an arm.
 
-A number, an attribute or a shape that it does not know is refused by name: two lenient readers would make two different arms of it.
+It refuses unknown numbers, attributes and shapes: two lenient readers would find two different arms.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SHAPES: Final = {
 """Shapes and their attributes."""
 
 GREATEST: Final = 1e6
-"""Greatest number in a place or a size [m, rad]."""
+"""Greatest number in a position or a size [m, rad]."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ANY_NUMBER: Final = re.compile(rf"{_NUMBER.pattern}|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
@@ -62,7 +62,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Pill:
-    """A capsule about z; its length is that between the centres of its two half spheres [m]."""
+    """A capsule about z; length between the centres of its half spheres [m]."""
 
     radius: float
     length: float
@@ -70,7 +70,7 @@ class Pill:
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh. `scale`: along x, y and z."""
+    """`scale`: along x, y and z."""
 
     filename: str
     scale: tuple[float, ...]
@@ -81,7 +81,7 @@ ShapeForm = Box | Cylinder | Sphere | Pill | MeshFile
 
 @dataclass(frozen=True)
 class Shape:
-    """One shape of a link. `pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1; None if not given."""
+    """`pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1, or None."""
 
     form: ShapeForm
     pose: Array
@@ -90,8 +90,6 @@ class Shape:
 
 @dataclass(frozen=True)
 class Link:
-    """A link with what is drawn of it and what collides."""
-
     name: str
     visuals: tuple[Shape, ...]
     collisions: tuple[Shape, ...]
@@ -105,11 +103,10 @@ class UrdfJoint:
         kind: one of `KINDS`.
         parent, child: names of links.
         pose: (4, 4) of the child in the frame of the parent at angle 0 [m].
-        axis: (3,), not yet of unit length.
-        lower, upper, velocity: as the file has them [rad, rad/s]; None if it has none.
+        axis: (3,), not normalised.
+        lower, upper, velocity: as in the file [rad, rad/s], or None.
         mimic: whether it only follows another joint.
-        origin: the attributes of its <origin>, as the file has them.
-        direction: its axis, as the file has it.
+        origin, direction: <origin> and axis, as in the file.
     """
 
     name: str
@@ -132,8 +129,8 @@ class UrdfTree:
 
     Attributes:
         version: of the format.
-        links, joints: in the order of the file; their names are unique.
-        root: name of the link that hangs on no joint.
+        links, joints: in the order of the file, with unique names.
+        root: name of the link without a parent.
     """
 
     version: str
@@ -143,21 +140,20 @@ class UrdfTree:
 
 
 def short(name: str) -> str:
-    """A name in a file as a message may show it."""
     return "".join(c if c.isprintable() else "?" for c in name)[:40]
 
 
 def read_urdf(text: bytes, name: str) -> UrdfTree:
-    """Return the robot in a URDF file. `name`: of the file, for messages.
+    """`name`: of the file, for messages.
 
     Raises:
-        BadInputFile: damaged, not a URDF, or with something in it that could be understood in two ways.
+        BadInputFile: damaged, not a URDF file, or ambiguous.
     """
     return _UrdfReader(name).robot(_root(text, name))
 
 
 def _root(text: bytes, name: str) -> Element:
-    """The <robot> of a file. Refuses damaged XML, other XML, and what has to be expanded by xacro."""
+    """Refuses damaged XML, other XML, and xacro that is not expanded."""
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
@@ -181,8 +177,6 @@ def _root(text: bytes, name: str) -> Element:
 
 
 class _UrdfReader:
-    """Reads the parts of one file. `name`: of the file, for messages."""
-
     def __init__(self, name: str) -> None:
         self._name = name
         self._version = VERSIONS[0]
@@ -206,7 +200,6 @@ class _UrdfReader:
         return UrdfTree(self._version, links, joints, self._tree_root(links, joints))
 
     def _tree_root(self, links: Sequence[Link], joints: Sequence[UrdfJoint]) -> str:
-        """The link on which all others hang."""
         names = {link.name for link in links}
         for joint in joints:
             for end in (joint.parent, joint.child):
@@ -318,7 +311,6 @@ class _UrdfReader:
         return float(text)
 
     def _pose(self, origin: Element | None, place: str) -> Array:
-        """The pose (4, 4) of an <origin>."""
         if origin is None:
             return np.eye(4)
         # Slow to import.
@@ -353,7 +345,7 @@ class _UrdfReader:
         return name
 
     def _only(self, part: Element, tag: str, place: str) -> Element | None:
-        """The child of that tag, which may not be there twice."""
+        """Child with that tag, at most one."""
         found = part.findall(tag)
         if len(found) > 1:
             raise self._fault(f"{place}: it has {len(found)} <{tag}>; give one")
@@ -369,7 +361,7 @@ class _UrdfReader:
     def _numbers(
         self, part: Element, key: str, counts: Sequence[int], place: str, usual: tuple[float, ...] | None = None
     ) -> tuple[float, ...]:
-        """The finite numbers of an attribute. `counts`: how many there may be. `usual`: where the attribute is left out."""
+        """Finite numbers of an attribute. `counts`: allowed lengths. `usual`: default."""
         text = part.get(key)
         if text is None:
             if usual is None:

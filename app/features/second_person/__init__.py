@@ -1,4 +1,4 @@
-"""The second person: a guest who comes by an invitation's link to another visitor's session, and holds the silver arm there."""
+"""A guest who joins another visitor's session by a link, and holds the silver arm."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A guest: another visitor's session as they see it, with the handles of one arm, and nothing else."""
+"""A guest's page: another visitor's session, with the handles of one arm."""
 
 from contextlib import suppress
 from time import perf_counter
@@ -36,7 +36,7 @@ ENDED: Final = N_("Your host has ended this invitation.")
 
 
 class Guest:
-    """One guest. Belongs to the frame loop's thread. `word`: of the link."""
+    """Belongs to the frame loop's thread. `word`: of the link."""
 
     def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
         query = request_query(client)
@@ -49,7 +49,7 @@ class Guest:
         self._said, self._sent = "", False
 
     def build(self, host: Visitor | None) -> Pieces:
-        """Build the page piece by piece: the host's session, or where there is no place a line that says why; see `follow`."""
+        """The host's session, or a line that says why there is no place; see `follow`."""
         client, look = self.client, self._look
         set_language(look.language)
         with client.atomic():
@@ -77,19 +77,15 @@ class Guest:
         session.wake()
 
     def _can_take(self, host: Visitor) -> bool:
-        """True if the place is free; the same tab's earlier connection may not have been noticed to be gone."""
+        """True if the place is free, or held by the same tab's earlier connection."""
         before = place_of(host).guest
         return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
 
     def follow(self, host: Visitor | None) -> None:
-        """Stay beside a host, wait, or have the page built again.
-
-        Args:
-            host: who has invited; None while the host is away.
-        """
+        """Stay with the host, wait, or rebuild the page. `host`: None while absent."""
         mine = None if self._host is None else self._host.session
         if self._host is not None and (place_of(self._host).guest is not self or place_of(self._host).word != self.word):
-            # The same tab has connected again, or the host has ended it.
+            # The same tab has connected again, or the host has ended the invitation.
             self._say(TAKEN if place_of(self._host).word == self.word else ENDED)
             self.leave()
             self._host = self._hand = mine = None
@@ -106,7 +102,7 @@ class Guest:
             self.come_again()
 
     def _say(self, text: str) -> None:
-        """Lay a sentence over the page; "" for none."""
+        """Show a sentence over the page, or none."""
         if text != self._said:
             self._said = text
             set_language(self._look.language)
@@ -116,25 +112,24 @@ class Guest:
                 )
 
     def come_again(self) -> None:
-        """Have the page connect again, to where the host is by then."""
+        """Reconnect the page to where the host is now."""
         self.leave()
         if not self._sent:
             self._sent = True
             self._context.server.send_elsewhere(self.client)
 
     def leave(self) -> None:
-        """Let go of the arm, and leave the place to another one."""
+        """Release the arm, and free the place."""
         if self._host is not None and place_of(self._host).guest is self:
             place_of(self._host).guest = self._host.session.hand.other = None
             self._host.session.wake()
 
     def act(self) -> None:
-        """Do what the guest's browser has asked for."""
         if self._hand is not None:
             self._hand.posts.do()
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame of the host's; the host's page goes on whatever happens here."""
+        """Draw a frame; errors here never reach the host's page."""
         set_language(self._look.language)
         with self._context.apart("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():
@@ -145,12 +140,10 @@ class Guest:
 
 
 def place_of(host: Visitor) -> SecondPlace:
-    """The place that a host has for a guest."""
     return host.session.parts.of(SecondPlace)
 
 
 def guest_tip(shown: Shown) -> str:
-    """What a guest can do."""
     run = shown.settings.run
     if shown.replay.time is not None:
         return tr("Recording: your host looks at an earlier moment.")

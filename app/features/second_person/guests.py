@@ -1,4 +1,4 @@
-"""All guests of one process, who are brought to their hosts."""
+"""All guests of one process."""
 
 from collections.abc import Collection, Mapping
 
@@ -19,11 +19,9 @@ class Guests:
         self._guests: dict[int, Guest] = {}
 
     def expects(self, query: Mapping[str, str]) -> bool:
-        """True if a link is an invitation."""
         return JOIN in query
 
     def build(self, client: viser.ClientHandle, visitors: Collection[Visitor]) -> Pieces:
-        """Build a guest's page piece by piece."""
         guest = Guest(self._context, client)
         try:
             yield from guest.build(_hosts(visitors).get(guest.word))
@@ -33,27 +31,22 @@ class Guests:
         self._guests[client.client_id] = guest
 
     def leave(self, client_id: int) -> None:
-        """Take a guest who has gone out of the host's session."""
         if client_id in self._guests:
             self._guests.pop(client_id).leave()
 
     def follow(self, visitors: Collection[Visitor]) -> None:
-        """Bring every guest to their host."""
         hosts = _hosts(visitors)
         for guest in self._guests.values():
             guest.follow(hosts.get(guest.word))
 
     def words(self, visitors: Collection[Visitor]) -> Collection[str]:
-        """Words of the invitations that are open here."""
         return _hosts(visitors)
 
     def opened_elsewhere(self, word: str) -> None:
-        """Send the guests of a host away who is in another process."""
         for guest in self._guests.values():
             if guest.word == word:
                 guest.come_again()
 
 
 def _hosts(visitors: Collection[Visitor]) -> dict[str, Visitor]:
-    """The visitors who have invited a guest, by the word of the invitation."""
     return {place_of(one).word: one for one in visitors if place_of(one).word and not one.superseded}

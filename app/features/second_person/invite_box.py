@@ -1,4 +1,4 @@
-"""The host's side: a folder that invites a second person, and shows the link with a code of it."""
+"""The host's folder with the invitation: link and QR code."""
 
 import secrets
 
@@ -19,13 +19,11 @@ from app.web.control_events import on_press
 
 
 class Invite(Action):
-    """Invite a second person, or end the invitation."""
-
     on: bool
 
 
 class InviteBox(PagePanel):
-    """A folder with the invitation; visible where two people can hold an arm each, and as long as an invitation is open."""
+    """Visible while an invitation is open, and where two people can each hold an arm."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session = page.client.gui, page.session
@@ -45,10 +43,9 @@ class InviteBox(PagePanel):
         self._place.word = (self._place.word or secrets.token_hex(8)) if action.on else ""
 
     def show(self, frame: Frame) -> None:
-        """Show the link, and whether a guest has come by it."""
         word, here = self._place.word, self._place.guest is not None
         for_two = frame.live.settings.run.experiment.for_two
-        # It is offered together with “Keep and replay”.
+        # Offered together with “Keep and replay”.
         self._folder.visible = bool(word) or (self._keep.visible and for_two)
         if (word, here, for_two) != self._shown:
             self._shown = word, here, for_two
@@ -71,5 +68,5 @@ class InviteBox(PagePanel):
 
 
 def invite_box(page: PanelContext) -> InviteBox | None:
-    """The folder; None on the page of a class or a group."""
+    """None on the page of a class or a group."""
     return InviteBox(page) if page.private else None

@@ -1,4 +1,4 @@
-"""What a guest holds of a session: the arm that keeps its place."""
+"""A guest's part of a session: the arm that keeps its place."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,14 @@ from scenes.targets import HandTarget, LinkTarget, Target
 
 
 class SecondHand:
-    """A guest's hand; to its handles the same as a session, see `app.page.handles.holder.Holder`.
+    """A guest's hand, with a session's interface for its handles, see `app.page.handles.holder.Holder`.
 
     Args:
         session: of the host.
-        do: does what the guest's browser asks for.
+        do: carries out the guest's actions.
 
     Attributes:
-        posts: what waits to be done. It never comes to the session's own queue, where it could mean more than a pull.
+        posts: waiting actions, kept out of the session's own queue, where they could mean more than a pull.
     """
 
     def __init__(self, session: Session, do: Callable[[Action], object]) -> None:
@@ -42,7 +42,7 @@ class SecondHand:
         return self.session.hand.other
 
     def hold(self, target: Target | None) -> None:
-        """Take hold, or (None) let go; where the hand is to be stays where it was moved."""
+        """None lets go; the hand's desired place stays where it was moved."""
         self.session.hand.other = target if isinstance(target, (HandTarget, LinkTarget)) else None
 
     def nudge(self, way: Array) -> None:

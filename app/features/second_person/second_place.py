@@ -1,4 +1,4 @@
-"""The place of a second person in a session: the word of the link that leads to it, and who has it."""
+"""The place of a second person in a session: word of its link, and guest."""
 
 from typing import ClassVar
 
@@ -13,11 +13,11 @@ class SecondPlace(SessionPart):
 
     Attributes:
         word: of the link; "" without an invitation.
-        guest: the page of the person who has the place; None while it is free.
+        guest: their page, or None.
     """
 
     name: ClassVar[str] = "invitation"
-    """Earlier releases stored the word as a field of this name."""
+    """As the field of earlier releases."""
 
     def __init__(self, session: Session) -> None:
         super().__init__(session)
@@ -28,7 +28,7 @@ class SecondPlace(SessionPart):
         return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """Open the same link again; the part of a damaged record opens none."""
+        """Open the saved link; a damaged record opens none."""
         try:
             self.word = msgspec.msgpack.decode(saved, type=str)
         except msgspec.MsgspecError:

@@ -1,4 +1,4 @@
-"""What visitors have done, kept after they have gone: in memory, or in a file that outlives the server."""
+"""Absent visitors' work, in memory or in a file that outlives the server."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -27,6 +27,5 @@ def _store(options: "ServeOptions") -> "Parking":
 
 
 IN_MEMORY: Final = ("--store", "memory")
-"""Options of a server that keeps its visitors' work no longer than it runs."""
 
 STORE: Final = Feature("store", texts=Path(__file__).parent, options=_options, store=_store)

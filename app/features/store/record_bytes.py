@@ -1,4 +1,4 @@
-"""A visitor's record as bytes: a head, and a part for every recorded piece of a run, which is written once and stays."""
+"""A visitor's record as bytes: a head, and a part for every recorded piece of a run."""
 
 import zlib
 from collections.abc import Iterator, Mapping
@@ -24,21 +24,20 @@ _NIL: Final = msgspec.msgpack.encode(None)
 
 
 _TAB: Final = "\t"
-"""Between the words of a part's name."""
+"""Separator of the words of a part's name."""
 
 
-class DamagedRecord(ValueError):
-    """The bytes are not those of a record."""
+class DamagedRecord(ValueError): ...
 
 
 def record_to_bytes(data: object) -> bytes:
-    """Return plain data as compressed bytes with a check sum."""
+    """Plain data as compressed bytes with a check sum."""
     content = zlib.compress(msgspec.msgpack.encode(data, enc_hook=_array_out), 1)
     return zlib.crc32(content).to_bytes(4, "big") + content
 
 
 def record_from_bytes(data: bytes, kind: type[P]) -> P:
-    """Return the data of a type that was record_to_bytes.
+    """Inverse of `record_to_bytes`.
 
     Raises:
         DamagedRecord: the bytes are others.
@@ -48,9 +47,8 @@ def record_from_bytes(data: bytes, kind: type[P]) -> P:
 
 
 def visitor_from_bytes(data: bytes) -> VisitorRecord:
-    """Record of a visitor that was record_to_bytes, by this release or an earlier one.
-
-    Earlier releases stored the parts of features beside the record's own fields.
+    """`record_from_bytes` for this release and earlier ones, which stored the parts of features beside the
+    record's own fields.
 
     Raises:
         DamagedRecord: the bytes are others.
@@ -91,7 +89,7 @@ def _array_in(kind: type[Any], value: Any) -> Any:
 
 
 def split_record(record: VisitorRecord) -> tuple[VisitorRecord, dict[str, Recorded]]:
-    """Return a record without its recorded pieces, and these by name."""
+    """Record without its recorded pieces, and these by name."""
     parts, state = dict(record.recordings), record.state
     if state is not None:
         parts |= _numbered("run", state.run)
@@ -112,7 +110,7 @@ def _with_pieces(state: SessionState, run: tuple[Recorded, ...], ghost: tuple[Re
 
 
 def joined_record(record: VisitorRecord, parts: Mapping[str, Recorded]) -> VisitorRecord:
-    """Return a record with its recorded pieces, see `split_record`; a session that is not possible here is left out."""
+    """Inverse of `split_record`; drops a session that is not possible here."""
     pieces: dict[str, list[Recorded]] = {"run": [], "ghost": []}
     recordings: dict[str, Recorded] = {}
     for name, piece in sorted(parts.items()):
@@ -134,7 +132,7 @@ def joined_record(record: VisitorRecord, parts: Mapping[str, Recorded]) -> Visit
 
 
 def _leading_to(steps: int, pieces: list[Recorded]) -> tuple[Recorded, ...]:
-    """Return the newest pieces that lead to a number of steps without a gap."""
+    """Newest pieces that lead to a number of steps without a gap."""
     found: list[Recorded] = []
     for piece in reversed(pieces):
         if piece.snapshot.steps + piece.steps != steps:

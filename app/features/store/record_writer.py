@@ -1,4 +1,4 @@
-"""Writes and reads visitors' records in a thread of its own, so that no frame waits for the disk."""
+"""Writes and reads visitors' records in a thread, so that no frame waits for the disk."""
 
 import fcntl
 import logging
@@ -30,21 +30,21 @@ from scenes.inputs import Recorded
 log = logging.getLogger("duet.store")
 
 BEAT: Final = 0.5
-"""Time between two looks at what is to be written [s]."""
+"""Time between two checks for waiting records [s]."""
 
 AGAIN: Final = 5.0
-"""Time after which writing is tried again when it has failed [s]."""
+"""Time from a failed write to the next attempt [s]."""
 
 CLEANING: Final = 60.0
-"""Time between two looks for what is too old or too much [s]."""
+"""Time between two removals of old records [s]."""
 
 MOST_WAITING: Final = 32
-"""Records that wait for a disk that cannot be written; the oldest makes room."""
+"""Most records that wait for a disk; the oldest is dropped."""
 
 
 @dataclass
 class _Written:
-    """What the file holds of a tab: its head as bytes, and its parts as the objects that they were made from."""
+    """File content of a tab: head as bytes, parts as their source objects."""
 
     head: bytes = b""
     parts: Mapping[str, Recorded | None] = field(default_factory=dict)
@@ -54,18 +54,17 @@ class _Written:
 class RecordWriter:
     """Keeps records in a file. `put` and `ask` return at once, from any thread.
 
-    A file that cannot be used is set aside, and what can be read of it goes on; one that cannot be written is tried again every `AGAIN`.
+    An unusable file is set aside and its readable records are kept; writing is tried again every `AGAIN`.
 
     Args:
-        path: of the file.
-        keep: how long a record is kept after its last change [s].
+        keep: time that a record is kept after its last change [s].
         most_bytes: of the file.
         owned: whether this process takes the lock of the file, or belongs to a server that holds it.
-        clock: returns the time [s since 1970].
+        clock: time [s since 1970].
 
     Attributes:
-        problem: why records cannot be written now; "" if they can.
-        aside: name of the damaged file that was set aside last, and when [s since 1970]; "" and 0 if there is none.
+        problem: why records cannot be written now, or "".
+        aside: name and time [s since 1970] of the damaged file set aside last; "" and 0 without one.
 
     Raises:
         StoreRefused: another server or program has the file.
@@ -81,13 +80,13 @@ class RecordWriter:
         self.waiting: dict[str, VisitorRecord] = {}
         self._asked: list[tuple[str, Future[VisitorRecord | None]]] = []
         self._written: dict[str, _Written] = {}
-        # Tabs that may have a record that could not be read: it is not overwritten.
+        # Tabs that may have an unreadable record: it is not overwritten.
         self._unread: set[str] = set()
         self._guard, self._wake, self._ended = threading.Lock(), threading.Event(), False
         self._failed_at = self._cleaned_at = self._replaced_at = -inf
         self._errors = ThrottledLog(log)
         if owned:
-            # Where there can be no lock there can be no file, which is said below.
+            # Without a lock there is no file, which is reported below.
             with suppress(OSError):
                 self._lock = StoreLock(path)
         self._try(self._open)
@@ -95,12 +94,12 @@ class RecordWriter:
         self._thread.start()
 
     def put(self, tab: str, record: VisitorRecord) -> None:
-        """Queue a record, which is written instead of the tab's earlier one."""
+        """Queue a record that replaces the tab's earlier one."""
         with self._guard:
             remember(self.waiting, tab, record, MOST_WAITING if self.problem else inf)
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
-        """Queue the reading of a tab's record; its result is None if there is none, or none that can be read."""
+        """Queue the reading of a tab's record; None without a readable one."""
         answer: Future[VisitorRecord | None] = Future()
         with self._guard:
             self._asked.append((tab, answer))
@@ -108,7 +107,6 @@ class RecordWriter:
         return answer
 
     def close(self) -> None:
-        """Write everything that waits, and close the file."""
         self._ended = True
         self._wake.set()
         self._thread.join()
@@ -121,7 +119,7 @@ class RecordWriter:
             self._wake.clear()
             self._turn()
         for _ in range(2):
-            # Also into a file that is new since the first time.
+            # Also into a file that was replaced since the first time.
             self._failed_at = -inf
             self._turn()
         self._close_file()
@@ -142,7 +140,6 @@ class RecordWriter:
             answer.set_result(self._read(tab))
 
     def _try(self, work: Callable[[], None]) -> None:
-        """Do something with the file; what goes wrong is said and tried again."""
         try:
             work()
         except Exception as error:
@@ -151,7 +148,7 @@ class RecordWriter:
     def _failed(self, error: Exception) -> None:
         """Set the file aside if its content is at fault; else try again later."""
         if still_reads(error):
-            # Visitors who come back meanwhile are to find what they left.
+            # Visitors who return meanwhile must find their records.
             self._wait(error)
             return
         found_open = self.file is not None and not self.file.is_replaced()
@@ -210,7 +207,7 @@ class RecordWriter:
                 self._opened.write(change for change, _ in news.values())
         except Exception:
             with self._guard:
-                # What has come meanwhile is newer.
+                # Records that arrived meanwhile are newer.
                 self.waiting = {**waiting, **self.waiting}
             raise
         self._written |= {tab: written for tab, (_, written) in news.items()}
@@ -219,10 +216,10 @@ class RecordWriter:
             self.problem = ""
 
     def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
-        """New parts of a record, and what the file then holds of it; None if nothing can be written."""
+        """New parts of a record, and what the file then holds; None if nothing can be written."""
         before, now = self._written.get(tab), self._clock()
         if before is None:
-            # One that was not written lately: the names of its parts are known.
+            # Not written lately: the names of its parts are read.
             if tab in self._unread and self._opened.read(tab) is not None:
                 return None
             self._unread.discard(tab)
@@ -271,7 +268,7 @@ class RecordWriter:
             return None
 
     def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Content of the file for a tab; if it is damaged, the parts that could be read."""
+        """Content for a tab; if damaged, its readable parts."""
         self._unread.add(tab)
         try:
             found = self._opened.read(tab)

@@ -1,4 +1,4 @@
-"""What visitors who have gone left behind, by the id that each tab keeps: live sessions, and records in memory or in a file."""
+"""Absent visitors' work by the id of the tab: live sessions and records."""
 
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import wait
@@ -14,10 +14,10 @@ from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.i18n.speaking import N_
 
 MOST_RECORDS: Final = 300
-"""Records that are kept in memory at once, where there is no file; the oldest makes room."""
+"""Most records in memory, without a file; the oldest is dropped."""
 
 LOOK: Final = 0.002
-"""How long a frame waits at a time for a record that is being read [s]."""
+"""Time that a frame waits for the reading of a record [s]."""
 
 
 _NOT_SAVED: Final = (
@@ -31,12 +31,12 @@ _DAMAGED: Final = (
 
 
 class StoreState(NamedTuple):
-    """What becomes of the records, in words that the network may see.
+    """State of the records, in words that the network may see.
 
     Attributes:
         lasting: whether they outlive the server.
-        problem: why they cannot be written now; "" if they can.
-        set_aside: name of the damaged file that was set aside last; "" if there is none.
+        problem: why they cannot be written now, or "".
+        set_aside: damaged file set aside last, or "".
     """
 
     lasting: bool
@@ -45,13 +45,14 @@ class StoreState(NamedTuple):
 
 
 class SessionStore(Parking):
-    """Keeps a record of every visitor besides the live sessions of those who are away. Belongs to the frame loop's thread.
+    """Keeps every visitor's record besides absent ones' live sessions. Belongs to the frame loop's thread.
 
-    The same tab gets its live session back by the same link, and its record by any link. A visitor without a valid id leaves nothing.
+    The same tab gets its live session back by the same link, and its record by any link. A visitor without a
+    valid id leaves nothing.
 
     Args:
-        keep: how long a record is kept [s]; a live session is kept for `AWAY`.
-        clock: returns the time [s].
+        keep: time that a record is kept [s]; a live session is kept for `AWAY`.
+        clock: time [s].
         file: where records outlive the server; None for memory alone.
     """
 
@@ -67,7 +68,6 @@ class SessionStore(Parking):
 
     @property
     def lasting(self) -> bool:
-        """True if records outlive the server."""
         return self.file is not None
 
     @property
@@ -77,23 +77,19 @@ class SessionStore(Parking):
 
     @property
     def health(self) -> Mapping[str, object]:
-        """What `/healthz` says of it; called on the network's thread."""
         return {"store": self.state._asdict()}
 
     @property
     def trouble(self) -> tuple[str, str] | None:
-        """Title and text, in English, of what visitors have to know now; None if all is well."""
         if self.file is None:
             return None
         lately = abs(time() - self.file.aside[1]) < AWAY
         return _NOT_SAVED if self.file.problem else _DAMAGED if lately else None
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
-        """True if what a tab comes back for is in this process, and nowhere else."""
         return self.file is None and (tab_id(query) in self._records or super().alone_has(query))
 
     def save(self, record: VisitorRecord) -> None:
-        """Keep a visitor's record instead of an earlier one."""
         tab = tab_id(record.query)
         if tab is None:
             return
@@ -105,20 +101,15 @@ class SessionStore(Parking):
         self.tidy()
 
     def save_named(self, name: str, record: VisitorRecord) -> None:
-        """Keep a record of no tab, where records outlive the server. `name`: of the record, too short to be a tab's id."""
+        """Keep a record of no tab, in the file only. `name`: too short to be a tab's id."""
         if self.file is not None:
             self.file.put(name, record)
 
     def named(self, name: str) -> VisitorRecord | None:
-        """Newest record of a name, see `save_named`; None if nothing was saved. Waits for the disk."""
+        """See `save_named`; waits for the disk."""
         return None if self.file is None else self.file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
-        """Find the record of a visitor by the query of the new link; None if there is no record, or if the live session waits for this
-        visitor.
-
-        Yields while it is being read.
-        """
         tab = tab_id(query) or ""
         if self.awaits(query):
             return None
@@ -132,29 +123,26 @@ class SessionStore(Parking):
         return None if found is None else found[0]
 
     def tidy(self) -> None:
-        """Drop what is too old or too much."""
         super().tidy()
         now = self._clock()
-        # In order of age, the oldest first.
+        # The oldest first.
         for tab, (_, since) in list(self._records.items()):
             if now - since <= self.keep and len(self._records) <= MOST_RECORDS:
                 break
             del self._records[tab]
         if len(self._records) > MOST_SESSIONS:
-            # Only the newest ones hold inputs of minutes.
+            # Only the newest ones hold minutes of inputs.
             tab = list(self._records)[-MOST_SESSIONS - 1]
             record, since = self._records[tab]
             if record.state is not None:
                 self._records[tab] = replace(record, state=None), since
 
     def close(self) -> None:
-        """Close every session, and write what is not written yet."""
         super().close()
         if self.file is not None:
             self.file.close()
 
 
 def store_of(context: AppContext) -> SessionStore:
-    """The store of a server that has this feature."""
     assert isinstance(context.store, SessionStore)
     return context.store

@@ -1,6 +1,7 @@
-"""Finds what is still whole in a damaged file of SQLite, page by page, whatever has become of its head and its trees.
+"""Reads intact rows in a damaged SQLite file, page by page, regardless of its head and its trees.
 
-The format is that of https://www.sqlite.org/fileformat2.html, sections 1.6 (pages), 2.1 (rows) and 4.1 (the log). Imports nothing slow.
+Format: https://www.sqlite.org/fileformat2.html, sections 1.6 (pages), 2.1 (rows) and 4.1 (the log). Imports
+nothing slow.
 """
 
 import struct
@@ -18,7 +19,7 @@ _TABLE: Final = 13
 
 _MOST: Final = PAGE - 35
 _LEAST: Final = (PAGE - 12) * 32 // 255 - 23
-"""Bytes of a row in its own page, at most, and at least where others follow in further pages."""
+"""Most bytes of a row in its own page, and least if it continues in others."""
 
 _NUMBERS: Final = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)
 """Bytes of a number by its kind; the first has no value, the eighth is real, and the last two are 0 and 1."""
@@ -29,28 +30,24 @@ SqliteValue = float | str | bytes
 
 
 def is_whole(data: bytes) -> bool:
-    """True if packed bytes have the check sum that they begin with."""
+    """True if packed bytes match the check sum at their beginning."""
     return zlib.crc32(data[4:]) == _number(data[:4])
 
 
 class Pages:
-    """The pages of a file, and of the log beside it what was written to its end.
-
-    Raises:
-        OSError: the file cannot be read.
-    """
+    """Pages of a file, and of its log's complete transactions; raises `OSError`."""
 
     def __init__(self, path: Path) -> None:
         self._content, self._logged = path.read_bytes(), _logged(path.with_name(path.name + "-wal"))
         self._count = max([-(-len(self._content) // PAGE), *self._logged])
 
     def page(self, number: int) -> bytes:
-        """Return a page by its number, from 1; what is missing at the end of a file is missing here."""
+        """Page by its number, from 1; shorter where the end of the file is missing."""
         logged = self._logged.get(number)
         return self._content[(number - 1) * PAGE : number * PAGE] if logged is None else logged
 
     def rows(self) -> Iterator[tuple[SqliteValue, ...]]:
-        """Yield the rows of all tables that can be read; without a check sum a value may be wrong."""
+        """Readable rows of all tables; without a check sum a value may be wrong."""
         for number in range(1, self._count + 1):
             page = self.page(number)
             if page[:1] == bytes([_TABLE]):
@@ -80,7 +77,7 @@ def _number(data: bytes) -> int:
 
 
 def _varint(data: bytes, place: int) -> tuple[int, int]:
-    """Return a number of variable length, and the place after it."""
+    """Number of variable length, and the offset after it."""
     value = 0
     for end in range(place, place + 8):
         value = value << 7 | data[end] & 127
@@ -110,13 +107,12 @@ def _values(row: bytes) -> tuple[SqliteValue, ...]:
 
 
 def _logged(path: Path) -> dict[int, bytes]:
-    """Return the newest pages of the whole transactions in a log, by number."""
     done: dict[int, bytes] = {}
     begun: dict[int, bytes] = {}
     log = path.read_bytes() if path.exists() else b""
     for frame in range(32, len(log) - 23 - PAGE, 24 + PAGE):
         if log[frame + 8 : frame + 16] != log[16:24]:
-            # From here on it is of an earlier round.
+            # The rest is of an earlier round.
             break
         begun[_number(log[frame : frame + 4])] = log[frame + 24 : frame + 24 + PAGE]
         if any(log[frame + 4 : frame + 8]):

@@ -1,4 +1,4 @@
-"""Which file a server keeps its visitors in where none is named: several servers of one computer have one each."""
+"""Default store file: several servers of one computer have one each."""
 
 from pathlib import Path
 from typing import Final
@@ -6,18 +6,18 @@ from typing import Final
 from app.features.store.store_file import StoreLock, StoreTaken
 
 MOST_SERVERS: Final = 32
-"""Files that are tried; one for each server at once."""
+"""Most files that are tried, one per running server."""
 
 
 def chosen_store(usual: Path, port: int) -> tuple[Path, StoreLock]:
-    """Take a file for the server at a port, and lock it.
+    """Choose and lock a file for the server at a port.
 
-    It is the one that the last server at this port had, as browsers bring their work back to an address; else the first free one of
+    The file of the last server at this port, as browsers return to an address; else the first free one of
     `usual` and its neighbours (`visitors.sqlite`, `visitors-2.sqlite`, …).
 
     Raises:
-        StoreTaken: as many servers run as there are files.
-        StoreRefused: what is there is not a store.
+        StoreTaken: all files belong to running servers.
+        StoreRefused: an existing file is not a store.
         OSError: there can be no file.
     """
     files = [usual, *(usual.with_stem(f"{usual.stem}-{number}") for number in range(2, MOST_SERVERS + 1))]

@@ -17,7 +17,7 @@ APPLICATION: Final = 0x44754574
 """SQLite's application id of our files."""
 
 VERSION: Final = 1
-"""Version of the tables and of their content; a file of another version is set aside."""
+"""A file of another version is set aside."""
 
 _TABLES: Final = """
 CREATE TABLE tabs (tab TEXT PRIMARY KEY, saved REAL NOT NULL, head BLOB NOT NULL);
@@ -28,10 +28,10 @@ CREATE INDEX by_age ON tabs (saved);
 """
 
 _SQLITE: Final = b"SQLite format 3\0"
-"""What every file of SQLite begins with."""
+"""First bytes of every SQLite file."""
 
 _MODES: Final = (1, 2)
-"""Valid values of the bytes 18 and 19, which say how it is written and read."""
+"""Valid values of the bytes 18 and 19, the file's write and read versions."""
 
 _PASSING: Final = (
     sqlite3.SQLITE_BUSY,
@@ -42,15 +42,15 @@ _PASSING: Final = (
     sqlite3.SQLITE_READONLY,
     sqlite3.SQLITE_PROTOCOL,
 )
-"""What SQLite says of a disk or of another process, and not of the content."""
+"""Errors of the disk or of another process, not of the content."""
 
 
 _WRITING: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_WRITE)
-"""What it says where it cannot write and may read; the last one of a quota."""
+"""Errors of a connection that may still read; the last one of a quota."""
 
 
 class StoreRefused(DuetError):
-    """The file belongs to another server or another program; the message names the remedy."""
+    """Another server's or program's file; the message names the remedy."""
 
 
 class StoreTaken(StoreRefused):
@@ -58,14 +58,14 @@ class StoreTaken(StoreRefused):
 
 
 class Unusable(Exception):
-    """The file is damaged, or not one of this version; the message says which."""
+    """Damaged, or of another version; the message says which."""
 
 
 class Change(NamedTuple):
-    """What is new of one tab.
+    """Changes of one tab.
 
     Attributes:
-        saved: when it was so [s since 1970].
+        saved: [s since 1970].
         parts: new ones by name.
         gone: names of parts that are no longer needed.
     """
@@ -78,12 +78,12 @@ class Change(NamedTuple):
 
 
 def usual_path() -> Path:
-    """Path of the store if no other is chosen."""
     return platformdirs.user_state_path("lwr-duet") / "visitors.sqlite"
 
 
 class StoreLock:
-    """Holds a store for one server until it is released or its process dies. Worker processes open the file without it.
+    """Holds a store for one server until it is released or its process dies. Worker processes open the file
+    without it.
 
     Raises:
         StoreTaken: another server holds it.
@@ -108,13 +108,13 @@ class StoreLock:
             ) from None
 
     def note_port(self, port: int) -> None:
-        """Leave the port of the server in the lock's file, for the next one; see `last_port`."""
+        """Save the server's port in the lock's file, see `last_port`."""
         os.ftruncate(self._file, 0)
         os.pwrite(self._file, f"{port}\n".encode(), 0)
 
     @staticmethod
     def last_port(path: Path) -> int | None:
-        """Port of the server that has or had a store; None if it is unknown."""
+        """Port of the store's present or last server, or None."""
         try:
             return int(_lock_of(path).read_bytes()[:6])
         except (OSError, ValueError):
@@ -125,14 +125,14 @@ class StoreLock:
 
 
 class StoreFile:
-    """The records in a file. Each process opens it for itself; in a process it belongs to one thread at a time.
+    """Records in a file. Each process opens it for itself; in a process it belongs to one thread at a time.
 
     Args:
-        path: made for the user alone if it does not exist; the mode of another one stays.
+        path: made for the user alone if it does not exist; an existing file keeps its mode.
         most_bytes: beyond this the tabs that were saved longest ago are deleted.
 
     Raises:
-        Unusable: what is there is damaged, or not of this version; see `app.features.store.store_mending`.
+        Unusable: the file is damaged, or of another version; see `app.features.store.store_mending`.
         sqlite3.Error, OSError: the file cannot be opened, or is damaged, see `is_passing`.
     """
 
@@ -153,7 +153,7 @@ class StoreFile:
         with self._path.open("rb") as file:
             head = file.read(20)
         if head and not (head.startswith(_SQLITE) and head[18] in _MODES and head[19] in _MODES):
-            # With an unknown mode it could be read and never written.
+            # With an unknown mode it could be read but never written.
             raise Unusable("its head is damaged")
         (tables,) = execute("SELECT count(*) FROM sqlite_master").fetchone()
         if not tables and self._pragma("page_count") <= 1:
@@ -172,7 +172,7 @@ class StoreFile:
         if state != "ok":
             raise Unusable(str(state))
         execute("PRAGMA journal_mode = WAL")
-        # A killed server loses nothing; only a machine without power may lose the last moments.
+        # A killed server loses nothing; only a power failure may lose the last moments.
         execute("PRAGMA synchronous = NORMAL")
         execute("PRAGMA foreign_keys = ON")
         execute("PRAGMA secure_delete = ON")
@@ -185,7 +185,7 @@ class StoreFile:
             return True
 
     def write(self, changes: Iterable[Change]) -> None:
-        """Write what is new of several tabs, all of it or nothing."""
+        """Write all changes or none."""
         execute = self.connection.execute
         execute("BEGIN IMMEDIATE")
         try:
@@ -204,19 +204,18 @@ class StoreFile:
             raise
 
     def read(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Return when a tab was saved [s since 1970], its head and its parts; None if it is not there."""
+        """Time [s since 1970], head and parts, or None."""
         execute = self.connection.execute
         found = execute("SELECT saved, head FROM tabs WHERE tab = ?", (tab,)).fetchone()
         return None if found is None else (*found, dict(execute("SELECT name, content FROM parts WHERE tab = ?", (tab,))))
 
     def names(self, tab: str) -> list[str]:
-        """Return the names of a tab's parts."""
         return [name for (name,) in self.connection.execute("SELECT name FROM parts WHERE tab = ?", (tab,))]
 
     def clean(self, now: float, keep: float) -> set[str]:
-        """Delete the tabs that were saved longer ago than they are kept, and the oldest beyond the limit; return which.
+        """Delete the tabs that were saved too long ago, and the oldest beyond the limit; return which.
 
-        A tab that was saved by a clock that has been set back since counts as saved now.
+        A tab with a time in the future counts as saved now: the clock was set back.
         """
         execute, before = self.connection.execute, now - keep
         execute("UPDATE tabs SET saved = ? WHERE saved > ?", (now, now))
@@ -235,7 +234,6 @@ class StoreFile:
 
     @property
     def _used(self) -> int:
-        """Number of bytes in use."""
         pages, free, size = (self._pragma(name) for name in ("page_count", "freelist_count", "page_size"))
         return (pages - free) * size
 
@@ -251,7 +249,7 @@ def _lock_of(path: Path) -> Path:
 
 
 def is_passing(error: BaseException) -> bool:
-    """True if an error may be over at the next try, so that it says nothing about the content of the file."""
+    """True if an error may be over at the next try, so that it does not concern the content."""
     if isinstance(error, sqlite3.Error):
         code = getattr(error, "sqlite_errorcode", 0)
         return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
@@ -259,7 +257,7 @@ def is_passing(error: BaseException) -> bool:
 
 
 def still_reads(error: BaseException) -> bool:
-    """True if a connection that cannot write, for the disk is full or another process writes, still reads."""
+    """True if a connection still reads, though the disk is full or another process writes."""
     return getattr(error, "sqlite_errorcode", 0) in _WRITING
 
 

@@ -1,4 +1,4 @@
-"""A damaged file of records is set aside, and what can be read of it goes into a new one."""
+"""A damaged file of records is set aside, and its readable records go into a new one."""
 
 import fcntl
 import os
@@ -17,7 +17,7 @@ _DATE: Final = "%Y%m%d-%H%M%S"
 
 @contextmanager
 def mending(path: Path, how: int = fcntl.LOCK_EX) -> Iterator[None]:
-    """Let one process at a time replace a file that cannot be used. `how`: `LOCK_SH` for those that open it."""
+    """Let one process at a time replace an unusable file. `how`: `LOCK_SH` for those that open it."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = os.open(path.with_name(path.name + ".mending"), os.O_RDWR | os.O_CREAT, 0o600)
     try:
@@ -43,14 +43,14 @@ def is_usable(path: Path, most_bytes: int) -> bool:
 
 
 def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
-    """Put a new file with the readable records in the place of one that cannot be used.
+    """Replace an unusable file by a new one with the readable records.
 
     Args:
         most_bytes: of the new file.
         now: the time [s since 1970].
 
     Returns:
-        The new path of the old file, and how many records were readable.
+        The new path of the old file, and the number of readable records.
 
     Raises:
         sqlite3.Error, OSError: there can be no new file now; the old one stays.
@@ -74,20 +74,19 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
 
 
 def last_aside(path: Path) -> tuple[str, float]:
-    """Return the name of the file that was set aside last and still lies there, and when it was [s since 1970]; "" and 0 for none."""
-    # Left out are SQLite's own files beside one, and packed ones.
+    """Name and time [s since 1970] of the newest existing file that was set aside; "" and 0 without one."""
+    # Excludes SQLite's own files and packed ones.
     names = path.parent.glob(f"{escape(path.name)}.damaged-{8 * '[0-9]'}-{6 * '[0-9]'}")
     name = max((one.name for one in names), default="")
     return name, datetime.strptime(name.rpartition(".damaged-")[2], _DATE).timestamp() if name else 0.0
 
 
 def _sides(path: Path) -> tuple[Path, ...]:
-    """Return the files that SQLite lays beside one that it writes to."""
     return tuple(path.with_name(path.name + end) for end in ("-wal", "-shm"))
 
 
 def _readable(path: Path, now: float) -> Iterator[Change]:
-    """Yield the records in a damaged file; a time that is not possible is now."""
+    """An impossible time becomes now."""
     heads: dict[str, tuple[float, bytes]] = {}
     parts: dict[str, dict[str, bytes]] = {}
     for row in Pages(path).rows():

@@ -1,4 +1,4 @@
-"""The options of `lwr-duet serve` for what is kept of its visitors. Imports nothing slow."""
+"""Options of `lwr-duet serve` for the visitors' store. Imports nothing slow."""
 
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
@@ -11,13 +11,13 @@ from app.hosting.serve_options import FeatureOptions
 from controllers.errors import BadSetting
 
 MEMORY: Final = "memory"
-"""In place of a file: visitors' work is kept no longer than the server runs."""
+"""Option value: keep visitors' work in memory only."""
 
 LONGEST_KEEP: Final = 24.0 * 366.0
-"""[hours]"""
+"""Largest value of `--keep` [hours]."""
 
 SMALLEST_STORE: Final = 1.0
-"""[MB]"""
+"""Smallest value of `--store-size` [MB]."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class StoreOptions(FeatureOptions):
         """Choose the file, and lock it.
 
         Raises:
-            StoreRefused: another server has the file that is named, or it is not a store.
+            StoreRefused: another server has the named file, or it is not a store.
         """
         if self.store == MEMORY:
             return self
@@ -67,7 +67,7 @@ class StoreOptions(FeatureOptions):
         from app.features.store.store_file import StoreLock, usual_path
 
         file = usual_path() if self.store is None else Path(self.store)
-        # Where there can be no lock there can be no file, which the processes say.
+        # Without a lock there is no file, which the processes report.
         with suppress(OSError):
             if self.store is None:
                 file, lock = chosen_store(file, port)

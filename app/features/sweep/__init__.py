@@ -1,4 +1,4 @@
-"""Grids of settings over a scene, as one table and its maps, on all cores or on a Dask cluster."""
+"""Grids of settings over a scene, as one table and its maps."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`lwr-duet sweep`: a grid of settings over a scene, on all cores, as one table and its maps."""
+"""`lwr-duet sweep`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def sweep(command: Sweep) -> int:
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
-        DuetError: workers have been ended from outside; the rows so far are kept.
+        DuetError: workers were ended from outside; the rows so far are kept.
     """
     with ending_at_once():
         from app.features.sweep.heatmaps import draw_maps

@@ -1,4 +1,4 @@
-"""Where many runs are computed: in processes of this computer, or on a cluster."""
+"""Runs in processes of this computer, or on a cluster."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def computing(workers: int, scheduler: str | None) -> AbstractContextManager[ComputeMany[Any]]:
-    """Context that computes: processes of this computer, 0 for one a core, or the workers of a Dask scheduler.
+    """Processes of this computer (0: one per core), or a Dask scheduler's workers.
 
     Raises:
-        BadSetting: both are given, or the number cannot be; once entered, as `on_dask`.
+        BadSetting: both are given, or an impossible number; once entered, as `on_dask`.
     """
     from app.features.sweep.dask_cluster import on_dask
     from scenes.children import computed

@@ -1,4 +1,4 @@
-"""Calls on a Dask cluster: the same results as on one machine, while workers come and go."""
+"""Calls on a Dask cluster: the same results as on one machine, while workers join and leave."""
 
 import asyncio
 import hashlib
@@ -37,10 +37,10 @@ ALONE: Final = 60.0
 """Time after which runs without any worker are given up [s]."""
 
 AHEAD: Final = 2
-"""Runs that are handed out for each thread of the workers: one that runs, and the next one."""
+"""Runs per thread of the workers: one that runs, and the next one."""
 
 LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", "daqp", "example-robot-data")
-"""Distributions that have a part in the figures."""
+"""Distributions that affect the figures."""
 
 _SAME: Final = "install the same Duet there, with the extra `cluster` and requirements.lock, and start it again."
 _GONE: Final = "The scheduler is gone, or has dropped the runs. The rows so far are kept: give the same command again."
@@ -51,11 +51,12 @@ _one_at_a_time: Final = threading.Lock()
 
 @contextmanager
 def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
-    """Connect to a scheduler, and yield a function that computes on its workers; at the end all calls are cancelled.
+    """Function that computes on a scheduler's workers; at the end all calls are cancelled.
 
     Raises:
-        BadSetting: Dask is not installed, no scheduler answers, it has no workers, or one of them would find other figures.
-        DuetError: later, a worker that has joined would, or the scheduler or all workers are gone.
+        BadSetting: Dask is not installed, no scheduler answers, it has no workers, or a worker's environment
+            would give other figures.
+        DuetError: later, if that holds for a new worker, or the scheduler or all workers are gone.
     """
     client = _connected(address)
     from distributed.comm.core import CommClosedError
@@ -64,7 +65,7 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
         _check(client, address)
         yield partial(_computed, client)
     except CommClosedError:
-        # Whatever was asked of it or fetched through it.
+        # Regardless of the failed call.
         raise DuetError(_GONE) from None
     finally:
         client.close()
@@ -72,7 +73,6 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
 
 @cache
 def environment() -> Environment:
-    """Versions on which the figures of this process depend."""
     code = hashlib.sha256()
     for folder in (controllers.__path__[0], scenes.__path__[0]):
         for file in sorted(Path(folder).rglob("*.*")):
@@ -100,10 +100,10 @@ def _connected(address: str) -> Any:
     except ImportError:
         raise BadSetting("--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'.") from None
     for name in ("distributed", "distributed.client", "tornado.application"):
-        # What goes wrong is said in one line, below the progress bar.
+        # Errors are reported in one line, below the progress bar.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        # A notebook's own thread has an event loop that is at work.
+        # A notebook's own thread has a running event loop.
         with ThreadPoolExecutor(1) as thread:
             thread.submit(asyncio.run, asyncio.wait_for(_greet(address), CONNECTING)).result()
         return Client(address, timeout=CONNECTING)
@@ -115,7 +115,7 @@ def _connected(address: str) -> Any:
 
 
 async def _greet(address: str) -> None:
-    """Connect once: `Client` waits for ever for what accepts a connection and never says a word."""
+    """Connect once: `Client` waits for ever for a peer that never answers."""
     from distributed import Security
     from distributed.comm.core import connect
 
@@ -124,7 +124,6 @@ async def _greet(address: str) -> None:
 
 
 def _check(client: Any, address: str) -> None:
-    """Compare the scheduler and all workers with this process."""
     try:
         compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
     except ImportError as error:
@@ -134,7 +133,7 @@ def _check(client: Any, address: str) -> None:
     except TimeoutError:
         raise BadSetting(f"scheduler = {address}: it has no workers; start one with `dask worker {address}`.") from None
     for worker, answer in client.run(environment, on_error="return").items():
-        # That of a worker which is just leaving.
+        # An OSError is that of a worker that is just leaving.
         if not isinstance(answer, OSError):
             compare(f"worker {worker}", environment(), answer)
 
@@ -200,11 +199,11 @@ def called_there(wanted: Environment, given: GivenAtStart, function: Callable[..
 
 
 checked: Final[set[str]] = set()
-"""Keys of the robots that were found with the same files on this worker."""
+"""Keys of the robots with equal files on this worker."""
 
 
 def _check_files(robot: GivenRobot) -> None:
-    """Raise an error if a robot's files, which stay where they are, are missing or others on this worker; each robot once."""
+    """Raise an error if a robot's files are missing or different here; each robot once."""
     if robot.key not in checked:
         robot.check_files()
         checked.add(robot.key)

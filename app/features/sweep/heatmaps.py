@@ -1,4 +1,4 @@
-"""A sweep in pictures: heat maps over two settings, lines over one, side by side for the others; PNG and SVG, no display needed."""
+"""Pictures of a sweep, PNG and SVG, without a display."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -22,7 +22,7 @@ SHOWN: Final = {
     "e2_max": ("Largest squared error", r"$e^2_\mathrm{max}$", "", 1.0),
     "ddq_max": ("Largest joint acceleration", r"$\ddot q_\mathrm{max}$", "rad/s²", 1.0),
 }
-"""Figure → what it is, symbol, unit shown ("" where the scene decides), and value shown = scale · value."""
+"""Figure → name, symbol, shown unit ("" if the scene decides), and scale: shown value = scale · value."""
 
 _LIGHT: Final = PALETTES["light"]
 _COLOURS: Final = (*_LIGHT.joints, _LIGHT.resting)
@@ -31,9 +31,10 @@ _MARKERS: Final = "osD^vPX*"
 
 
 def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> list[Path]:
-    """Draw d_min, e2_max and ddq_max of a complete sweep and return the files; none if there would be too many panels.
+    """Draw d_min, e2_max and ddq_max of a complete sweep; return the files, or none if there would be too
+    many panels.
 
-    Numbers come first on the axes, choices as lines or side by side. The line on a heat map is where d_min = d_m.
+    Numbers come first on the axes, choices as lines or side by side. The line on a heat map is d_min = d_m.
     """
     plan = HeatmapPlan(grid, rows)
     if len(plan.panels) > MOST_PANELS:
@@ -42,7 +43,7 @@ def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> lis
 
     drawn: list[Path] = []
     for name in SHOWN:
-        # No date and a fixed salt: the same sweep, the same bytes.
+        # No date and a fixed salt: the same sweep gives the same bytes.
         with matplotlib.rc_context({"svg.hashsalt": "duet", "font.size": 10.0}):
             figure = heatmap_figure(plan, name)
             for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
@@ -54,12 +55,12 @@ def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> lis
 
 
 class HeatmapPlan:
-    """Which axis goes where.
+    """Use of the axes.
 
     Attributes:
         x: along the picture.
-        y: up the picture of a heat map; None for lines.
-        series: a line each; None for a heat map, or if there is but one line.
+        y: up a heat map; None for lines.
+        series: a line each; None for a heat map, or a single line.
         panels: settings of each panel, as index of a value for each of `beside`.
         critical: d_m at every point, of the grid's shape [m].
     """
@@ -77,7 +78,7 @@ class HeatmapPlan:
         self.critical = np.array([values(grid.at(point))["dm"] for point in grid.points()]).reshape(grid.shape)
 
     def figure(self, name: str) -> Array:
-        """Return a figure in the unit shown, of the grid's shape; nan where it is not finite."""
+        """A figure in the shown unit, of the grid's shape; nan where it is not finite."""
         field = self._figures[name] * SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
@@ -89,7 +90,7 @@ class HeatmapPlan:
         return f"{symbol} [{unit}]"
 
     def part(self, field: Array, panel: tuple[int, ...]) -> Array:
-        """Return a panel's part of a field of the grid's shape: (y, x), (series, x) or (1, x)."""
+        """A panel's part of a field of the grid's shape: (y, x), (series, x) or (1, x)."""
         order = (*self.beside, self.y or self.series, self.x)
         ordered = np.transpose(field, [self.grid.axes.index(axis) for axis in order if axis is not None])
         return np.atleast_2d(ordered[panel])
@@ -101,7 +102,7 @@ class HeatmapPlan:
         return self.specs[axis.key]
 
     def symbol(self, axis: Axis) -> str:
-        """Return the axis's name, as mathematics where it is a symbol."""
+        """Name of an axis, as mathematics if it is a symbol."""
         label = self.spec(axis).label
         head, _, index = label.partition("_")
         if len(head) > 1 or " " in label:
@@ -122,13 +123,12 @@ class HeatmapPlan:
         return f"{value * self.spec(axis).page_scale:g} {unit}".strip()
 
     def places(self, axis: Axis) -> Array:
-        """Places of an axis's values (k,): to scale in the page's unit, or one after the other."""
+        """Positions of values (k,): to scale in the page's unit, or one after the other."""
         if not is_scale(axis):
             return np.arange(len(axis.values), dtype=float)
         return np.array(axis.values, float) * self.spec(axis).page_scale
 
     def footnote(self) -> str:
-        """Return the shared settings that differ from the defaults."""
         usual = values(RunSettings())
         fixed = self.grid.fixed()
         parts = [f"{key} = {value}" for key, value in fixed.items() if value != usual[key] or key == "scene"]
@@ -198,7 +198,7 @@ def _draw_heat(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> No
 
 
 def _scale(plan: HeatmapPlan, name: str) -> tuple[Any, str]:
-    """Colour scale of a figure, from the palettes that are safe for colour-blind people."""
+    """Colour scale of a figure, safe for colour-blind people."""
     from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 
     whole = plan.figure(name)
@@ -209,7 +209,7 @@ def _scale(plan: HeatmapPlan, name: str) -> tuple[Any, str]:
         # Two hues meet at d_m.
         return TwoSlopeNorm(critical, low, high), "PuOr"
     if low > 0.0 and high > 30.0 * low:
-        # A linear scale would show the largest values only.
+        # A linear scale would show only the largest values.
         return LogNorm(low, high), "viridis"
     return Normalize(low, high if high > low else low + 1.0), "viridis"
 
@@ -253,7 +253,7 @@ def _draw_lines(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> N
 
 
 def _edges(places: Array) -> Array:
-    """Return the borders (k + 1,) of cells about k places."""
+    """Borders (k + 1,) of cells."""
     if len(places) == 1:
         return places[0] + np.array([-0.5, 0.5])
     middle = (places[1:] + places[:-1]) / 2.0

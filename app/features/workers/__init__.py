@@ -36,6 +36,5 @@ def _host(context: "AppContext") -> "Host | None":
 
 
 ONE_PROCESS: Final = ("--workers", "1")
-"""Options of a server in one process."""
 
 WORKERS: Final = Feature("workers", options=_options, start=_start, host=_host)

@@ -1,6 +1,7 @@
-"""The process that listens: it looks at the head of every request, and hands the connection to the worker that has the tab.
+"""The listening process, which hands connections to the workers of their tabs.
 
-What goes over a connection never passes here. Imports nothing slow, so that a single visitor pays nothing for it.
+The data of a connection never pass through it. Imports nothing slow, so that a single visitor pays nothing
+for it.
 """
 
 import asyncio
@@ -21,16 +22,16 @@ from app.web.traffic_limits import BoundedQueue
 log = logging.getLogger("duet.workers")
 
 HEAD: Final = 8192
-"""What is read of a request to find the end of its head [bytes]; the worker gets a longer one as it is."""
+"""Bytes in which the end of a head is searched; the worker gets a longer head as it is."""
 
 SLOW: Final = 10.0
 """Time in which the head has to arrive [s]."""
 
 GLANCE: Final = 0.05
-"""Time between two looks at a head that has arrived in part [s]."""
+"""Time between two reads of an incomplete head [s]."""
 
 MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
-"""Connections at once without a whole head: in all, from one address, and of one tab; the oldest makes room."""
+"""Most connections without a whole head: in all, from one address, and of one tab; the oldest is dropped."""
 
 _WORD: Final = {
     key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", JOIN)
@@ -40,19 +41,14 @@ _END: Final = re.compile(rb"\n\r?\n")
 
 
 def tab_of(line: bytes, key: str = "resume") -> str:
-    """Return the id of the tab in the first line of a request, or, with the key `JOIN`, the word of its link; "" if it has none."""
+    """Id of the tab in the first line of a request, or, with the key `JOIN`, the word of its link; "" without
+    one."""
     found = _WORD[key].match(line)
     return found[1].decode() if found else ""
 
 
 class Dispatcher:
-    """Listens for a group of workers.
-
-    Args:
-        listener: a socket that listens.
-        start: what every worker serves.
-        most: see `WorkerGroup`.
-    """
+    """Listens for a group of workers. `start`: what every worker serves; `most`: see `WorkerGroup`."""
 
     def __init__(self, listener: socket.socket, start: WorkerStart, most: int) -> None:
         listener.setblocking(False)
@@ -75,7 +71,7 @@ class Dispatcher:
         try:
             for number, handler in handlers.items():
                 if callable(handler):
-                    # Between two callbacks: an exception in the midst of a task would be kept in the task, and logged.
+                    # Between two callbacks: an exception inside a task would be kept in the task, and logged.
                     loop.add_signal_handler(number, handler, number, None)
             self._runner.run(self._serve(ready))
         finally:
@@ -85,7 +81,7 @@ class Dispatcher:
                     signal.signal(number, handler)
 
     def close(self, goes_on: bool = False) -> None:
-        """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
+        """Stop listening, and end the workers once they have saved everything. `goes_on`: see `Stop`."""
         self._runner.get_loop().remove_reader(self._listener)
         self._runner.close()
         self._listener.close()
@@ -106,7 +102,7 @@ class Dispatcher:
         except (BlockingIOError, ConnectionAbortedError):
             return
         except OSError as error:
-            # Without a free descriptor this would be tried again at once, and again.
+            # Without a free descriptor this would be retried in a tight loop.
             log.warning("a connection cannot be accepted: %s", error)
             time.sleep(GLANCE)
             return
@@ -119,7 +115,8 @@ class Dispatcher:
             oldest.cancel()
 
     async def _pass_on(self, connection: socket.socket, address: str) -> None:
-        """Give a connection to the worker of its tab once the head of its request is here; drop one that is too slow, or makes room."""
+        """Hand a connection over once the head of its request has arrived; drop it if too slow, or over a
+        limit."""
         this = asyncio.current_task()
         assert this is not None
         try:
@@ -141,7 +138,6 @@ class Dispatcher:
 
 
 async def _readable(connection: socket.socket) -> None:
-    """Return when something has arrived."""
     loop, arrived = asyncio.get_running_loop(), asyncio.Event()
     loop.add_reader(connection, arrived.set)
     try:
@@ -151,7 +147,7 @@ async def _readable(connection: socket.socket) -> None:
 
 
 def _begun(connection: socket.socket) -> tuple[bytes, bool]:
-    """Return the first line of what has arrived, which stays to be read by the worker, and whether the head is whole.
+    """First line, left for the worker to read, and whether the head is complete.
 
     Raises:
         OSError: the browser has gone.
@@ -160,5 +156,5 @@ def _begun(connection: socket.socket) -> tuple[bytes, bool]:
     if not found:
         raise ConnectionAbortedError
     line, end, _ = found.partition(b"\n")
-    # What is no request has no head; the worker refuses it.
+    # Data that are not a request have no head; the worker refuses them.
     return line, bool(_END.search(found) or (end and not _REQUEST.fullmatch(line)) or len(found) == HEAD)

@@ -1,4 +1,4 @@
-"""Connections that one process accepts and hands over to another one."""
+"""Connections that one process accepts and hands over to another."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 
 
 class HandedOverListener(socket.socket):
-    """Stands in for a listening socket in a server that does not accept connections itself.
+    """Replacement of the listening socket in a server that does not accept connections itself.
 
     Args:
-        channel: descriptor of the Unix socket from which the connections' descriptors are read.
+        channel: descriptor of the Unix socket that delivers the connections' descriptors.
         address: at which the other process listens.
     """
 
@@ -21,14 +21,13 @@ class HandedOverListener(socket.socket):
         self._address = address
 
     def getsockname(self) -> tuple[str, int]:
-        """Return the address at which browsers connect."""
         return self._address
 
     def listen(self, backlog: int = 0, /) -> None:
         """Do nothing: the other process listens."""
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """Return the next connection and where it comes from, as `socket.accept` does.
+        """As `socket.accept`.
 
         Raises:
             BlockingIOError: no connection waits now.
@@ -37,11 +36,12 @@ class HandedOverListener(socket.socket):
         """
         data, descriptors, _, _ = socket.recv_fds(self, 1, 1)
         if not data:
-            # The other process has ended; the event loop would be called for this without end.
+            # The other process has ended; otherwise the event loop would call this for ever.
             asyncio.get_running_loop().remove_reader(self.fileno())
             raise BlockingIOError
         if not descriptors:
-            # The system keeps what this process has no free descriptor for; asyncio pauses for this error.
+            # The system keeps a connection for which this process has no free descriptor; asyncio pauses for
+            # this error.
             raise OSError(errno.EMFILE, "no descriptor is free")
         connection = socket.socket(fileno=descriptors[0])
         try:
@@ -52,7 +52,7 @@ class HandedOverListener(socket.socket):
 
 
 def hand_over(connection: socket.socket, channel: socket.socket) -> None:
-    """Give a connection to the process at the other end of a Unix socket, and let go of it.
+    """Give a connection to the process at the other end of a Unix socket, and close it here.
 
     Raises:
         OSError: the other process has ended.

@@ -1,4 +1,4 @@
-"""Where processes find the pool of jobs that they share, and how it is started; imports nothing slow."""
+"""Address and start of the shared pool of jobs; imports nothing slow."""
 
 import subprocess
 from pathlib import Path
@@ -8,14 +8,14 @@ from controllers.own_packages import own_command
 
 
 class JobAddress(NamedTuple):
-    """Path of a Unix socket, and the secret that both sides know."""
+    """Path of a Unix socket, and the shared secret."""
 
     path: str
     secret: bytes
 
 
 def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
-    """Start a process that runs jobs until its standard input is closed; see `app.features.workers.shared_jobs.main`."""
+    """It ends when its standard input is closed; see `app.features.workers.shared_jobs.main`."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
     process = subprocess.Popen(own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0)

@@ -1,4 +1,4 @@
-"""A worker of `lwr-duet serve`: serves the page on connections that the dispatcher hands over. Started by the dispatcher alone."""
+"""A worker of `lwr-duet serve`, started by the dispatcher, which hands it connections."""
 
 import logging
 import signal
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class MessagePipe:
-    """What a worker and the dispatcher say to each other. `send` may be called from any thread."""
+    """Messages to and from the dispatcher. `send` may be called from any thread."""
 
     def __init__(self, control: "Connection[Any, Any]") -> None:
         self._control, self._lock = control, threading.Lock()
@@ -35,7 +35,7 @@ class MessagePipe:
                 return
 
     def receive(self, until: float = inf) -> object:
-        """Wait for the next message; `Stop` if the dispatcher has ended, None if there is none at a time [s]."""
+        """Next message; `Stop` if the dispatcher has ended, None at the time `until` [s]."""
         try:
             if until < inf and not self._control.poll(max(until - monotonic(), 0.0)):
                 return None
@@ -45,12 +45,12 @@ class MessagePipe:
 
 
 def main() -> int:
-    """Serve until the dispatcher says so, or has ended; return the exit code.
+    """Serve until the dispatcher ends it, or has ended; return the exit code.
 
-    Arguments are the descriptors from which connections and the dispatcher's messages are read.
+    Arguments are the descriptors of the connections and of the dispatcher's messages.
     """
     channel, control = map(int, sys.argv[1:])
-    # The dispatcher says when to end, also when the signal is for all processes of a service.
+    # The dispatcher decides when to end, also if all processes of a service get the signal.
     for ending in (signal.SIGINT, signal.SIGTERM):
         signal.signal(ending, signal.SIG_IGN)
     write_log()
@@ -70,14 +70,14 @@ def main() -> int:
         pipe.send(messages.Ready(app.context.workload.places))
         goes_on = _obey(app, pipe, link)
     finally:
-        # The dispatcher may not listen any more.
+        # The dispatcher may no longer listen.
         app.server.count_changed = lambda count: None
         app.close(goes_on)
     return 0
 
 
 def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
-    # Imported here, so that the dispatcher hears of a library that the system lacks.
+    # Imported here, so that the dispatcher is told of a library that the system lacks.
     from app.features.workers.shared_jobs import JobClient
     from app.start import start_app
     from scenes.given_robots import take_over
@@ -93,7 +93,7 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
-    """Do what the dispatcher says until the end; return whether a shared session goes on with the next server."""
+    """True if a shared session continues on the next server."""
     from app.features.workers.shared_load import LoadOfAll
 
     load = LoadOfAll(app)

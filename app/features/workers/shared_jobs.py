@@ -1,4 +1,4 @@
-"""One pool of background jobs for several processes: `JobServer` runs it, and each process asks by a `JobClient`."""
+"""One pool of jobs for several processes: `JobServer` runs it, and each process uses a `JobClient`."""
 
 import logging
 import os
@@ -22,10 +22,10 @@ from scenes.given_robots import given_at_start, take_over
 log = logging.getLogger("duet.background")
 
 PATIENCE: Final = 60.0
-"""How long a client tries to reach the server of its jobs [s]; on a busy machine it takes a while to start."""
+"""Longest wait for the job server [s]; on a busy machine it starts slowly."""
 
 LOST: Final = (EOFError, OSError)
-"""What the end of a connection raises."""
+"""Exceptions at the end of a connection."""
 
 
 class _Ask(NamedTuple):
@@ -50,10 +50,10 @@ class _Answer(NamedTuple):
 
 
 class JobClient(Jobs):
-    """Asks the shared pool; see `app.runtime.job_pool.Jobs`.
+    """Client of the shared pool; see `app.runtime.job_pool.Jobs`.
 
     Args:
-        start: has the server started, if it does not run; called with the first job, and again when the server has ended.
+        start: starts the server; called with the first job, and again when the server has ended.
     """
 
     def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
@@ -61,7 +61,8 @@ class JobClient(Jobs):
         self._address, self._start = address, start
         self._lock, self._closed = threading.RLock(), threading.Event()
         self._jobs: dict[int, Job] = {}
-        # The frame loop, which asks, waits for no other process. With each request the ticket of its job; None to cancel, and at the end.
+        # The asking frame loop waits for no other process. Each request has the ticket of its job; None to
+        # cancel, and at the end.
         self._unsent: SimpleQueue[tuple[int | None, bytes] | None] = SimpleQueue()
         self._connection: Connection[Any, Any] | None = None
         threading.Thread(target=self._send, name="duet-jobs", daemon=True).start()
@@ -96,7 +97,6 @@ class JobClient(Jobs):
         self._unsent.put(None)
 
     def _drop(self, owner: object, kind: str | None) -> bool:
-        """Drop an owner's jobs; return whether there were any."""
         dropped = [job for job in self._jobs.values() if job.owner == owner and kind in (None, job.kind)]
         for job in dropped:
             job.state = "dropped"
@@ -106,16 +106,16 @@ class JobClient(Jobs):
     # ---- in the threads ----------------------------------------------------------------------------------------------------
 
     def _send(self) -> None:
-        """Send what is asked, on a connection that is made for the first job, and again when one has ended."""
+        """Send requests on a connection that is made for the first job, and again after its end."""
         for ticket, message in iter(self._unsent.get, None):
             if ticket is not None and ticket not in self._jobs:
-                # Not wanted any more.
+                # No longer wanted.
                 continue
             connection = self._connection
             if connection is None and ticket is not None:
                 connection = self._connect()
             if connection is not None:
-                # Its end is noticed where it is read.
+                # Its end is noticed by the reader.
                 with suppress(*LOST):
                     connection.send_bytes(message)
         with self._lock:
@@ -129,7 +129,7 @@ class JobClient(Jobs):
                 connection = Client(self._address.path, authkey=self._address.secret)
                 connection.send(given_at_start())
             except LOST:
-                # It is just starting.
+                # The server is just starting.
                 self._closed.wait(0.05)
                 continue
             self._connection = connection
@@ -147,7 +147,7 @@ class JobClient(Jobs):
             self._end()
 
     def _hang_up(self) -> None:
-        """End the connection for both sides; to close it does not wake the thread that reads."""
+        """Shut down both sides; closing alone does not wake the reading thread."""
         if self._connection is not None:
             with suppress(OSError), socket.socket(fileno=os.dup(self._connection.fileno())) as end:
                 end.shutdown(socket.SHUT_RDWR)
@@ -163,12 +163,12 @@ class JobClient(Jobs):
         job.wake()
 
     def _end(self) -> None:
-        """Fail what is still expected; the next job begins a new connection."""
+        """Fail all pending jobs; the next job opens a new connection."""
         with self._lock:
             lost = list(self._jobs.values())
             self._jobs.clear()
             self._hang_up()
-            # Closed when the thread that sends has let go of it, too.
+            # Closed once the sending thread has released it, too.
             self._connection = None
             for job in lost:
                 job.message, job.state = ENDED, "failed"
@@ -177,11 +177,7 @@ class JobClient(Jobs):
 
 
 class JobServer:
-    """Runs the jobs of all clients in one pool.
-
-    Args:
-        workers: processes; None as in `JobPool`.
-    """
+    """Runs the jobs of all clients. `workers`: processes; None as in `JobPool`."""
 
     def __init__(self, address: JobAddress, workers: int | None = None) -> None:
         self._listener = Listener(address.path, family="AF_UNIX", backlog=64, authkey=address.secret)
@@ -225,7 +221,7 @@ class JobServer:
 
         def report() -> None:
             if not jobs:
-                # A job that is done already is reported below.
+                # A finished job is reported below.
                 return
             job = jobs[0]
             with lock, suppress(*LOST):
@@ -236,7 +232,7 @@ class JobServer:
 
 
 def main() -> None:
-    """Serve jobs until standard input ends; path and secret are its first line."""
+    """Serve until standard input ends; its first line has path and secret."""
     write_log()
     path, secret = sys.stdin.buffer.readline().split()
     server = JobServer(JobAddress(path.decode(), bytes.fromhex(secret.decode())))

@@ -1,4 +1,4 @@
-"""How busy all processes of a server are together."""
+"""Load of all processes of a server together."""
 
 from collections.abc import Sequence
 
@@ -7,24 +7,24 @@ from app.start import App
 
 
 def combined(loads: Sequence[ServerLoad]) -> ServerLoad:
-    """Several processes' load as one: the frames of the slowest, all sessions and places, the load of the busiest."""
+    """Frames of the slowest, all sessions and places, load of the busiest."""
     frames, sessions, places, load = zip(*loads, strict=True)
     return ServerLoad(min(frames), sum(sessions), sum(places), max(load))
 
 
 class LoadOfAll:
-    """Adds the load of the other processes to what this one's `/healthz` says."""
+    """Adds other processes to this one's `/healthz`."""
 
     def __init__(self, app: App) -> None:
         self._workload, self._of_this, self._elsewhere = app.context.workload, app.server.app_state, list[ServerLoad]()
         app.server.app_state = lambda: {**self._of_this(), **self.everywhere._asdict()}
 
     def note(self, reports: Sequence[tuple[int, ...]]) -> None:
-        """Take note of what the other processes have reported, see `worker_messages.Load`."""
+        """`reports`: see `worker_messages.Load`."""
         self._elsewhere = [ServerLoad(*report) for report in reports]
 
     @property
     def everywhere(self) -> ServerLoad:
-        """How busy all processes are; one that has drawn nothing yet is not the slowest."""
+        """Load of all processes; one that has drawn nothing yet does not count as the slowest."""
         reports = [self._workload.report, *self._elsewhere]
         return combined([one for one in reports if one.frames] or reports)

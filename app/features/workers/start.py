@@ -18,10 +18,9 @@ from scenes.given_robots import given_at_start
 def serve_with_workers(
     options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
 ) -> bool:
-    """Serve until Ctrl+C; return False at once if the page is to be served in this process.
+    """Serve until Ctrl+C; return False at once if the page must be served in this process.
 
     Args:
-        features: those of the server.
         announce: called once, when the first worker serves, with the number of places.
 
     Raises:
@@ -33,13 +32,13 @@ def serve_with_workers(
             # There are no workers to replace.
             signal.signal(signal.SIGUSR1, signal.SIG_IGN)
         return False
-    # The robots that were read from files are known to this process only.
+    # Only this process knows the robots from files.
     options = replace(options, loops=min(most, cores()))
     dispatcher = Dispatcher(listener, WorkerStart(options, given_at_start(), tuple(features)), most)
     try:
         dispatcher.run(announce)
     except BaseException as error:
-        # After a fault a shared session goes on with the next server, as it does after SIGTERM.
+        # After a fault a shared session continues on the next server, as after SIGTERM.
         dispatcher.close(isinstance(error, Exception) or terminated())
         raise
     return True

@@ -1,4 +1,4 @@
-"""The worker processes behind the dispatcher: which one has a tab, and how they are started, replaced and renewed. Imports nothing slow."""
+"""The workers: which has a tab, and their start, replacement and renewal. Imports nothing slow."""
 
 import asyncio
 import logging
@@ -20,44 +20,45 @@ from controllers.errors import DuetError
 log = logging.getLogger("duet.workers")
 
 FEW: Final = 2
-"""Browsers for each worker from which on another worker is started."""
+"""Browsers per worker at which another is started."""
 
 MOST_TABS: Final = 20_000
-"""Tabs that are remembered."""
+"""Most tabs that are remembered."""
 
 SHORT_LIFE: Final = 10.0
-"""A worker that ends sooner than this is not replaced at once [s]."""
+"""Lifetime below which a worker is not replaced at once [s]."""
 
 RESTART_DELAYS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
-"""How long each next replacement waits then [s]."""
+"""Delays of successive replacements of short-lived workers [s]."""
 
 LOOK: Final = 5.0
-"""Time between two looks at whether the workers are at work [s]."""
+"""Time between two checks of the workers [s]."""
 
 LATE: Final = 1.0
-"""A look that is later than this says nothing of the workers: they had no processor either [s]."""
+"""Delay from which a check says nothing of the workers: they had no processor either [s]."""
 
 MOST_SILENT, MOST_STOPPING = 3, 12
-"""Number of silent looks after which a worker is ended; one that is to stop saves everything meanwhile."""
+"""Most silent checks of a serving worker, and of one that saves everything before its end."""
 
 MOST_STARTING: Final = 60
-"""Number of looks after which a worker that has not started is given up, and the old one continues; loops may have to be compiled."""
+"""Checks after which a worker that has not started is given up, and the old one continues; loops may have to
+be compiled."""
 
 PATIENCE: Final = 10.0
-"""How long the workers may take to end [s]."""
+"""Longest wait for the end of the workers [s]."""
 
 
 class WorkerGroup:
-    """Starts workers as they are needed, and replaces those that have ended.
+    """Starts workers as needed, and replaces those that have ended.
 
     Args:
-        loop: in which the workers are heard. All methods belong to its thread.
-        start: what every worker serves; `run`, `jobs` and `index` are filled in here.
-        most: workers at once; besides the one with a session that all share.
+        loop: hears the workers. All methods belong to its thread.
+        start: what every worker serves; `run`, `jobs` and `index` are set here.
+        most: workers at once, besides the one with a shared session.
 
     Attributes:
-        workers: the first one has the session that all share, if there is one.
-        places: sessions that all have at once, once the first worker serves; a `DuetError` if it cannot start.
+        workers: the first one has the shared session, if any.
+        places: sessions of all at once, when the first worker serves; a `DuetError` if it cannot start.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, start: WorkerStart, most: int) -> None:
@@ -94,7 +95,7 @@ class WorkerGroup:
             try:
                 self._jobs.wait(max(until - monotonic(), 1.0))
             except subprocess.TimeoutExpired:
-                # A job that is under way is of no use any more.
+                # An unfinished job is no longer useful.
                 self._jobs.kill()
                 self._jobs.wait()
         self._folder.remove()
@@ -102,9 +103,13 @@ class WorkerGroup:
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
     def worker_of(self, tab: str, word: str = "") -> WorkerProcess:
-        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. With a shared session it is the first,
-        or that of the tab's own session. `tab`: "" for a request that is not a tab's; `word`: of a link, which leads to the worker
-        that has announced it."""
+        """Always the same worker for a tab; a new tab gets the one with the fewest browsers. With a shared
+        session it is the first, or that of the tab's own session.
+
+        Args:
+            tab: "" for a request that is not a tab's.
+            word: of a link, which leads to the worker that has announced it.
+        """
         if word in self._announced:
             return self.workers[self._announced[word]]
         if self._shared:
@@ -117,7 +122,6 @@ class WorkerGroup:
         return self.workers[index]
 
     def _place(self) -> int:
-        """Return the worker for a newcomer: of those that serve, the one with the fewest browsers."""
         now = monotonic()
         loads = [worker.load(now) for worker in self.workers]
         if sum(loads) >= FEW * len(loads) and len(loads) < self._most and self._begin(len(loads)):
@@ -126,7 +130,8 @@ class WorkerGroup:
         return min(serving or range(len(loads)), key=loads.__getitem__)
 
     def _place_explorer(self) -> int | None:
-        """Return the worker for one more session beside the shared one: that with the fewest, or a new one; None if none can be started."""
+        """Worker for a session beside the shared one: that with the fewest, or a new one; None if none can be
+        started."""
         counts = [0] * (len(self.workers) - 1)
         for index, _ in self._exploring.values():
             counts[index - 1] += 1
@@ -172,7 +177,7 @@ class WorkerGroup:
             case messages.ToFirst(content):
                 self.workers[0].send(content)
             case messages.ForTab(tab, group, content):
-                # Where a group has explored before, its session may be parked.
+                # A group that has explored before may have a parked session there.
                 index = self._tabs.get(group) or self._place_explorer()
                 if index is not None:
                     remember(self._tabs, group, index, MOST_TABS)
@@ -207,7 +212,7 @@ class WorkerGroup:
         return worker
 
     def _begin(self, index: int) -> bool:
-        """Start a worker, in the place of one that has ended or as one more; return whether the system could."""
+        """Start a worker, as a replacement or an additional one. False if the system could not."""
         try:
             worker = self._new(index)
         except OSError as error:
@@ -225,7 +230,7 @@ class WorkerGroup:
         return True
 
     def _put(self, index: int, worker: WorkerProcess) -> None:
-        """Give a worker the place, the connections and the students of one that has ended."""
+        """Give a worker the place, the connections and the students of an ended one."""
         worker.waiting = self.workers[index].waiting
         self.workers[index] = worker
         self._inform(index)
@@ -237,7 +242,7 @@ class WorkerGroup:
 
     def _ready(self, worker: WorkerProcess) -> None:
         if self.successor is not None and worker is self.successor[1]:
-            # Its connections wait until the one before has saved everything.
+            # Its connections wait until its predecessor has saved everything.
             worker.has_started, worker.silent = True, 0
             old = self.workers[self.successor[0]]
             old.ready = False
@@ -251,7 +256,7 @@ class WorkerGroup:
             for other in self.workers[:1] if index else self.workers[1:]:
                 other.send(messages.Replaced(index))
             if len(self.workers) == 1:
-                # Who gets a session beside the shared one does not wait for its start.
+                # A session beside the shared one need not wait for this start.
                 self._begin(1)
         else:
             serving = [worker for worker in self.workers if worker.ready]
@@ -261,7 +266,6 @@ class WorkerGroup:
         self._share_counts()
 
     def _ended(self, worker: WorkerProcess) -> None:
-        """Put another worker in the place of one that has ended; its tabs come to that one."""
         self._loop.remove_reader(worker.control)
         worker.close(1.0)
         worker.clients = 0
@@ -291,7 +295,7 @@ class WorkerGroup:
         log.warning("worker %d has ended with code %s; another one takes its place", index + 1, code)
 
     def renew(self) -> None:
-        """Replace every worker, one after the other, by one that has loaded the program as it is now."""
+        """Replace every worker, one after the other, by one that has loaded the present program."""
         begins = not self._to_renew and self.successor is None
         self._to_renew.extend(index for index in range(len(self.workers)) if index not in self._to_renew)
         if begins:
@@ -301,17 +305,17 @@ class WorkerGroup:
     def _renew_next(self) -> None:
         if not self._to_renew:
             if self._jobs is not None:
-                # The next job starts one that has loaded the program as it is now.
+                # The next job starts one that has loaded the present program.
                 self._jobs.kill()
                 self._jobs.wait()
                 self._jobs = None
             return
         index = self._to_renew.popleft()
         if self._shared and index == 0:
-            # A shared session that ends by itself is over; one that breaks off goes on.
+            # A shared session that ends by itself is over; one that breaks off continues.
             self.workers[0].process.kill()
         elif self.workers[index].process.returncode is None:
-            # What comes after one that has ended loads the program as it is now.
+            # A successor loads the present program.
             try:
                 self.successor = index, self._new(index)
             except OSError as error:
@@ -321,7 +325,6 @@ class WorkerGroup:
         self._renew_next()
 
     async def look_after(self) -> None:
-        """Look every `LOOK` whether the workers are at work."""
         while True:
             due = monotonic() + LOOK
             await asyncio.sleep(LOOK)
@@ -331,7 +334,7 @@ class WorkerGroup:
     def look(self) -> None:
         """End the workers that hang."""
         for worker in self.workers:
-            # One that is to stop must also come to its end: its successor waits for that.
+            # A stopping worker must also finish: its successor waits for that.
             worker.silent = worker.silent + 1 if worker.has_served else 0
             if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
                 log.error("a worker draws nothing any more, and is ended")

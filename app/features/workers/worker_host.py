@@ -10,11 +10,7 @@ from app.web.request import request_query
 
 
 class WorkerHost(PrivateHost):
-    """A host of private sessions that sends tabs to other workers where they belong, or have room.
-
-    Args:
-        link: to the other processes.
-    """
+    """Host that sends tabs to other workers which have them, or more room. `link`: to the other processes."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         super().__init__(context)
@@ -22,7 +18,7 @@ class WorkerHost(PrivateHost):
         self._announced: set[str] = set()
 
     def connect(self) -> None:
-        """Hear what other workers announce, and send tabs that wait for their pages to another worker, once one has more room."""
+        """Handle announcements, and send waiting tabs to workers that have more room."""
         super().connect()
         for message in self._link.received():
             if isinstance(message, Announced):
@@ -35,7 +31,6 @@ class WorkerHost(PrivateHost):
                     self.context.server.send_elsewhere(client)
 
     def join(self) -> None:
-        """Tell the other workers which visitors can be joined here."""
         super().join()
         words = {word for pages in self.joining for word in pages.words(self.visitors.values())}
         for word in words - self._announced:

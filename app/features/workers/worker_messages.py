@@ -1,5 +1,4 @@
-"""What the processes of a server say to each other: the listening one and its workers. With a shared session, through it, also the first
-worker, which has that session, and the others, which have sessions of single tabs. Imports nothing slow."""
+"""Messages between the listening process and its workers, and between workers. Imports nothing slow."""
 
 import pickle
 from collections import deque
@@ -14,20 +13,20 @@ if TYPE_CHECKING:
     from scenes.given_robots import GivenAtStart
 
 PULSE: Final = 2.0
-"""Time between two messages of a worker that say whether it is at work [s]."""
+"""Time between two reports of a worker [s]."""
 
 
 @dataclass(frozen=True)
 class WorkerStart:
-    """What a worker is to serve.
+    """What a worker serves.
 
     Attributes:
-        options: those of the server, with the address to which the dispatcher's socket is bound.
-        given: what only the command line knows of robots; None for nothing.
-        features: those of the server, each an `app.feature.Feature`.
+        options: with the address of the dispatcher's socket.
+        given: robots known only to the command line, or None.
+        features: each an `app.feature.Feature`.
         run: see `app.web.server.DuetServer`; chosen by the dispatcher.
-        jobs: the pool of jobs that all workers share; chosen by the dispatcher.
-        index: of the worker, from 0; chosen by the dispatcher.
+        jobs: shared pool; chosen by the dispatcher.
+        index: from 0; chosen by the dispatcher.
     """
 
     options: ServeOptions
@@ -39,11 +38,7 @@ class WorkerStart:
 
 
 class Ready(NamedTuple):
-    """A worker serves.
-
-    Attributes:
-        places: sessions that all workers have at once.
-    """
+    """A worker serves. `places`: sessions of all workers at once."""
 
     places: int
 
@@ -55,43 +50,39 @@ class Failed(NamedTuple):
 
 
 class ClientCount(NamedTuple):
-    """How many browsers are connected to a worker; or, to a worker, how many to all others."""
+    """Browsers of a worker; sent to a worker, of all others."""
 
     browsers: int
 
 
 class MakeRoom(NamedTuple):
-    """Another worker serves now: tabs that wait for their pages are to go there.
-
-    Attributes:
-        share: the browsers that a worker keeps.
-    """
+    """Another worker serves now: waiting tabs must go there. `share`: browsers that a worker keeps."""
 
     share: int
 
 
 class LetGo(NamedTuple):
-    """A worker has sent a tab away; it is a newcomer again."""
+    """A worker has sent a tab away, which is now a new tab."""
 
     tab: str
 
 
 class Announced(NamedTuple):
-    """A worker has the session to which the word of a link leads; to a worker, that another one has it. See `app.settings.JOIN`."""
+    """A worker has the session of a link's word; sent to a worker, another one has it. See
+    `app.settings.JOIN`."""
 
     word: str
 
 
 class Load(NamedTuple):
-    """How busy a worker is, sent every `PULSE`: the fields of its `ServerLoad`. `draws`: whether it draws its pages, however slowly."""
+    """Sent every `PULSE`: the fields of a worker's `ServerLoad`. `draws`: whether it draws its pages, however
+    slowly."""
 
     report: tuple[int, ...]
     draws: bool
 
 
 class LoadElsewhere(NamedTuple):
-    """How busy the other workers are."""
-
     reports: tuple[tuple[int, ...], ...]
 
 
@@ -100,13 +91,13 @@ class StartJobs(NamedTuple):
 
 
 class ToFirst(NamedTuple):
-    """For the first process, which has the session that all share; like the next two, opaque to the dispatcher, which passes it on."""
+    """For the process with the shared session; like the next two, passed on unread by the dispatcher."""
 
     content: bytes
 
 
 class ForTab(NamedTuple):
-    """For the process that gets a tab from now on, the same for all tabs of a group."""
+    """For the process that has a tab from now on, the same for all tabs of a group."""
 
     tab: str
     group: str
@@ -114,23 +105,25 @@ class ForTab(NamedTuple):
 
 
 class ForAll(NamedTuple):
-    """For all processes but the first, also for those that start later."""
+    """For all processes except the first, also those that start later."""
 
     content: bytes
 
 
 class ForgetTabs(NamedTuple):
-    """All tabs come to the shared session when they connect again."""
+    """All tabs return to the shared session when they reconnect."""
 
 
 class Replaced(NamedTuple):
-    """Beside a shared session another process has been replaced: the first one, to all others; another one, to the first."""
+    """With a shared session, a process was replaced: news of the first go to all others, of another to the
+    first."""
 
     worker: int
 
 
 class Stop(NamedTuple):
-    """A worker is to save everything and to end. `goes_on`: whether a shared session goes on with the next server."""
+    """A worker must save everything and end. `goes_on`: whether a shared session continues on the next
+    server."""
 
     goes_on: bool = False
 
@@ -139,11 +132,10 @@ class WorkerLink:
     """One process's end. All methods may be called from any thread, `received` from one alone.
 
     Args:
-        index: of the process; 0 has the session that all share, if there is one.
-        send: sends a message to the dispatcher.
+        index: of the process; 0 has the shared session, if any.
+        send: to the dispatcher.
 
     Attributes:
-        send: as given.
         wake: called when something has arrived.
     """
 
@@ -156,18 +148,17 @@ class WorkerLink:
         self.send(ToFirst(pickle.dumps(message)))
 
     def to_tab(self, tab: str, group: str, message: object) -> None:
-        """Send a message to the process that gets a tab from now on; see `ForTab`."""
+        """See `ForTab`."""
         self.send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
-        """Send a message to all processes but the first, also to those that start later."""
+        """See `ForAll`."""
         self.send(ForAll(pickle.dumps(message)))
 
     def put(self, message: object) -> None:
-        """Take a message for this process; content that another process has packed is unpacked."""
+        """Accept a message for this process; unpacks content from another."""
         self._arrived.append(pickle.loads(message) if isinstance(message, bytes) else message)
         self.wake()
 
     def received(self) -> list[Any]:
-        """Messages that have arrived since the last call."""
         return [self._arrived.popleft() for _ in range(len(self._arrived))]

@@ -9,7 +9,7 @@ from app.runtime.progress import cores
 from controllers.errors import BadSetting
 
 MOST_WORKERS: Final = 8
-"""Processes that `--workers auto` starts at most."""
+"""Most processes of `--workers auto`."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class WorkerOptions(FeatureOptions):
             raise BadSetting("--workers must be at least 1.")
 
     def count(self, options: ServeOptions) -> int:
-        """Number of processes that may share the visitors. `options`: all of the server.
+        """Processes that may share the visitors. `options`: of the server.
 
         Raises:
-            BadSetting: more than one is asked for, and only one is possible.
+            BadSetting: more than one is asked for, but only one is possible.
         """
         reasons = [one.one_process for one in options.features if one.one_process]
         if not hasattr(socket, "send_fds"):

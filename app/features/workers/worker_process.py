@@ -1,4 +1,4 @@
-"""A worker as the dispatcher sees it: a process that serves the connections that it is given. Imports nothing slow."""
+"""The dispatcher's view of a worker process. Imports nothing slow."""
 
 import contextlib
 import socket
@@ -13,10 +13,10 @@ from app.web.traffic_limits import BoundedQueue, remember
 from controllers.own_packages import own_command
 
 LATELY: Final = 3.0
-"""How long a tab that was handed over counts, until it is likely to have a place [s]."""
+"""Time that a handed-over tab counts before it is likely to have a place [s]."""
 
 MOST_WAITING, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 200, 8
-"""Connections that wait for a worker: in all, from one address, and of one tab; the oldest makes room."""
+"""Most waiting connections: in all, from one address, and of one tab; the oldest is dropped."""
 
 
 class WorkerProcess:
@@ -30,15 +30,14 @@ class WorkerProcess:
         OSError: no process can be started.
 
     Attributes:
-        control: its messages.
         ready: whether it serves.
         has_served: whether it lives and has served, so that it has something to save.
         has_started: whether it could serve.
-        began: when it was started [s].
+        began: its start [s].
         clients: browsers that it has counted.
-        report: how busy it is; () before it has said so.
-        silent: looks of the dispatcher in a row before which nothing was heard of its work.
-        waiting: connections that it is given as soon as it is ready.
+        report: its load; () before the first report.
+        silent: consecutive checks without a sign of work.
+        waiting: connections for when it is ready.
     """
 
     def __init__(self, start: WorkerStart, now: float) -> None:
@@ -46,7 +45,7 @@ class WorkerProcess:
             channel, theirs = map(opened.enter_context, socket.socketpair())
             control, other = map(opened.enter_context, Pipe())
             numbers = theirs.fileno(), other.fileno()
-            # In a group of its own: Ctrl+C in the terminal is for the dispatcher.
+            # In its own process group: Ctrl+C in the terminal is for the dispatcher.
             command = own_command("app.features.workers.serve_worker", *map(str, numbers))
             self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
             theirs.close()
@@ -64,16 +63,16 @@ class WorkerProcess:
         self.send(start)
 
     def load(self, now: float) -> int:
-        """Return the number of browsers that it has, or soon will have."""
+        """Browsers that it has, or soon will have."""
         self._lately = {tab: since for tab, since in self._lately.items() if now - since <= LATELY}
         return max(self.clients, len(self._lately)) + len(self.waiting)
 
     def take(self, connection: socket.socket, now: float, address: str, tab: str) -> None:
-        """Hand over a connection, as soon as the worker is ready.
+        """Hand over a connection once the worker is ready.
 
         Args:
-            address: where it comes from.
-            tab: which has a websocket from then on; "" for none.
+            address: of the browser.
+            tab: which has a websocket from then on, or "".
         """
         if tab:
             remember(self._lately, tab, now, MOST_WAITING)
@@ -83,19 +82,17 @@ class WorkerProcess:
             oldest.close()
 
     def _hand_over(self, connection: socket.socket) -> None:
-        # A worker that has just ended is noticed by its messages; the browser comes again.
+        # A worker that has just ended is noticed by its messages; the browser reconnects.
         with contextlib.suppress(OSError):
             hand_over(connection, self._channel)
 
     def serve(self) -> None:
-        """Hand over what has waited for the worker to be ready."""
         self.ready = self.has_served = True
         for connection in self.waiting:
             self.waiting.leave(connection)
             self._hand_over(connection)
 
     def count_others(self, count: int) -> None:
-        """Let the worker know how many browsers the others have."""
         if count != self._others:
             self._others = count
             self.send(ClientCount(count))
@@ -105,7 +102,7 @@ class WorkerProcess:
             self.control.send(message)
 
     def close(self, patience: float) -> None:
-        """Wait until the process has ended, and end it after so long [s]."""
+        """Wait for the end of the process, and kill it after `patience` [s]."""
         if not self.has_served:
             self.process.kill()
         try:

@@ -1,1 +1,1 @@
-"""What can be taken hold of, drawn on the `scene` of the client that has the controls; a drag moves what is theirs in their `session`."""
+"""Handles on the `scene` of the operator's client, which move things of the `session`."""

@@ -1,4 +1,4 @@
-"""What can be taken hold of on the stage: what is the visitor's, anywhere, and, where they are asked for, arrows and arcs on it."""
+"""Grip and handles of what a visitor can move."""
 
 from collections.abc import Callable
 from typing import Final, Literal
@@ -23,21 +23,20 @@ from app.web.viser_internals import uuid_of
 from controllers.kinematics import Array
 
 NUDGE: Final = 0.02
-"""Way of one key press [m]."""
+"""Step of one key press [m]."""
 
 SWING: Final = 0.07
 """Angle of one key press [rad]."""
 
 
 class Gizmos:
-    """Grip and handles of one person, on the scene of their client. The script `hand_hover.js` says when the pointer rests on the hand or
-    the ball, which then has its arrows.
+    """Grip and handles of one person, on the scene of their client. `hand_hover.js` reports when the pointer
+    rests on the hand or the ball, which then shows its arrows.
 
     Args:
-        holder: the person; for the visitor it is the session itself.
-        yours: returns what is drawn of it on the same scene; None if nothing can be held.
-        hands_off: returns whether a part of the session moves what the visitor would.
-        handlers: of the page.
+        holder: for the visitor, the session itself.
+        yours: what is drawn of it on the same scene; None if nothing can be held.
+        hands_off: whether a part of the session moves what the visitor would.
     """
 
     def __init__(
@@ -63,19 +62,19 @@ class Gizmos:
         handlers.add(SwingElbow, self._swing_elbow)
 
     def show(self, frame: Frame) -> None:
-        """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
+        """Update the undragged handles; replace them after a change of experiment."""
         holder, run = self._holder, self._holder.settings.run
-        # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
+        # A replay cannot be moved, nor a hand that draws a circle.
         offered = not (frame.replayed or self._hands_off() or run.draws_circle)
         yours = self._yours() if offered else None
         dragged = any(each.dragged for each in self._pulled_at)
         if not dragged:
-            # Arrows that come or go by the pointer alone must not end a pull that has just begun.
+            # Arrows shown or hidden by hovering must not end a pull that has just begun.
             self._arrows = "all" if holder.settings.page.gizmo else "hand" if self._hovered else "none"
         made = id(holder.simulation.room), run.scene, run.guided, offered, self._arrows
         if yours is not self._gripped or made != self._made:
             if dragged:
-                # What is no longer there cannot be dragged.
+                # What was removed cannot be dragged.
                 holder.hold(None)
             if yours is not self._gripped:
                 self._take_up(yours)
@@ -85,7 +84,7 @@ class Gizmos:
             self._handles = self._make() if yours is not None else ()
         if self._grip is not None:
             self._grip.show()
-        # Arrows that came by the pointer alone would only be in the picture of a pull.
+        # Arrows shown by hovering would only hide a pull.
         visible = self._arrows == "all" or self._grip is None or not self._grip.dragged
         for handle in self._handles:
             handle.show(visible)
@@ -107,7 +106,7 @@ class Gizmos:
                 self._grip = FigureGrip(yours, self._holder)
             case _:
                 self._grip = None
-        # On this node the arrows come.
+        # The node at which the arrows appear.
         self._watched.content = element("i", hidden="", data_duet_hover=node, data_box=self._hover_box)
 
     def _make(self) -> tuple[TransformHandle, ...]:
@@ -134,18 +133,19 @@ class Gizmos:
             swing_elbow(self._holder, action.sign * SWING)
 
     def nudge(self, action: Nudge) -> None:
-        """Move the hand or the ball by one step. The page adds this handler, as the keys mean something else at times."""
+        """Move the hand or the ball by one step. The page adds this handler, as the keys sometimes mean
+        something else."""
         if self._grip is not None:
             self._holder.nudge(_in_view(self._client.camera, action))
 
     def forget_drag(self) -> None:
-        """Behave as if everything had been let go; for a reset in mid-drag."""
+        """Let go of everything, for a reset in mid-drag."""
         for each in self._pulled_at:
             each.forget_drag()
 
 
 def _in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
-    """Return a nudge (3,) in the world [m]: across a person's view, up, and away from them, along the floor."""
+    """A nudge (3,) in the world [m]: across a person's view, up, and away from them along the floor."""
     forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
     forward[2] = 0.0
     length = float(np.linalg.norm(forward))

@@ -1,4 +1,4 @@
-"""What a mouse or a finger takes hold of and pulls across the view: the visitor's arm, the ball, or the person who is imitated."""
+"""What the pointer pulls across the view: the visitor's arm, the ball, or the imitated person."""
 
 from collections.abc import Iterable
 from typing import Any, get_args
@@ -20,11 +20,11 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 
 
 class Grip:
-    """Nodes of the stage of which one is pulled at a time.
+    """Nodes, of which one is pulled at a time.
 
     Args:
-        nodes: what can be taken hold of.
-        holder: who pulls, and to whom a pull is posted.
+        nodes: that can be pulled.
+        holder: who pulls.
     """
 
     def __init__(self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
@@ -41,12 +41,10 @@ class Grip:
 
     @property
     def dragged(self) -> bool:
-        """Whether the visitor pulls at one of the nodes."""
         return self._taken is not None
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at one of the nodes; nothing happens at a pull at anything else, or after a reset until the pointer is
-        released."""
+        """Ignores pulls at other nodes, and any after a reset until the pointer is released."""
         if action.handle not in self._nodes:
             return
         if action.phase != "start" and self._ended_elsewhere():
@@ -61,37 +59,34 @@ class Grip:
             self._pull(action.place)
 
     def _take(self, name: str, point: Array) -> None:
-        """Take hold of a node at a point (3,), world [m]."""
+        """`point`: (3,), world [m]."""
         raise NotImplementedError
 
     def _pull(self, place: Array) -> None:
-        """Pull what was taken to a place (3,), world [m]."""
+        """`place`: (3,), world [m]."""
         raise NotImplementedError
 
     def _let_go(self) -> None:
-        """Leave what was taken where it is."""
         self._holder.hold(None)
 
     def _ended_elsewhere(self) -> bool:
         """True if a reset, or what leads the session, has ended the pull."""
         return self._holder.held is None
 
-    def show(self) -> None:
-        """Bring it up to date with the session."""
+    def show(self) -> None: ...
 
     def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
         self._taken = None
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the nodes plain again. `nodes_stay`: whether they are still on the stage."""
+        """`nodes_stay`: whether the nodes remain in the scene."""
         if nodes_stay:
             for node in self._nodes.values():
                 node.remove_drag_callback()
 
 
 class ArmGrip(Grip):
-    """A pull at a link is a pull at the point of it that was taken."""
+    """Pulls a link at the point where it was taken."""
 
     def __init__(self, arm: ArmView, holder: Holder) -> None:
         super().__init__(arm.links, holder)
@@ -108,14 +103,14 @@ class ArmGrip(Grip):
 
 
 class BallGrip(Grip):
-    """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
+    """Takes the ball from the autopilot, and leaves it where it is released."""
 
     def __init__(self, view: BallView, holder: Holder) -> None:
         super().__init__((view.ball,), holder)
         self._ball, self._offset = view.ball, np.zeros(3)
 
     def _take(self, name: str, point: Array) -> None:
-        # It was taken at its surface, and must not jump by its radius.
+        # Taken at its surface, it must not jump by its radius.
         self._offset = point - np.asarray(self._ball.position, float)
 
     def _pull(self, place: Array) -> None:
@@ -123,7 +118,7 @@ class BallGrip(Grip):
 
 
 class FigureGrip(Grip):
-    """A pull makes the figure the person who is imitated; it stays as it was pulled."""
+    """A pull makes the figure the imitated person; it keeps its last posture."""
 
     def __init__(self, view: FigureView, hand: VisitorHand) -> None:
         self._limbs: dict[str, tuple[ArmName, bool]] = {
@@ -159,17 +154,15 @@ class FigureGrip(Grip):
         return self._grasp is None
 
     def _begin(self) -> None:
-        """Become the source, standing as the person stands who is drawn."""
         drawn = self._view.angles
         self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
         self._hand.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:
-        """State of the figure's arms, at any time."""
         return AnglesTarget(None if self._figure is None else self._figure.angles(time))
 
     def show(self) -> None:
-        """Begin where the settings have made it the source, and end where they have chosen another one."""
+        """Begin when the settings make the figure the source, and end when they choose another one."""
         chosen = self._hand.settings.page.source == "figure"
         if chosen and self._figure is None:
             self._begin()
@@ -177,13 +170,11 @@ class FigureGrip(Grip):
             self._figure = None
 
     def forget_drag(self) -> None:
-        """Stand as at the start, with nothing pulled."""
         super().forget_drag()
         if self._figure is not None:
             self._figure.reset()
 
     def remove(self, nodes_stay: bool) -> None:
-        """Make the figure plain again, and take it out of another experiment."""
         super().remove(nodes_stay)
         if self._figure is not None and self._hand.settings.run.experiment.moves != "person":
             self._hand.set_source(None)

@@ -1,4 +1,4 @@
-"""Who moves something on the stage by handles and keys."""
+"""Who moves something by handles and keys."""
 
 from typing import Protocol
 
@@ -13,24 +13,16 @@ class Holder(Protocol):
     """A person with a hand on an arm, a ball or a figure; see `app.session.visitor_hand.VisitorHand`."""
 
     @property
-    def settings(self) -> Settings:
-        """Settings of the run, and of the page."""
-        ...
+    def settings(self) -> Settings: ...
 
     @property
-    def simulation(self) -> Simulation:
-        """The run."""
-        ...
+    def simulation(self) -> Simulation: ...
 
     @property
-    def arm(self) -> Arm:
-        """The arm that this person may hold."""
-        ...
+    def arm(self) -> Arm: ...
 
     @property
-    def held(self) -> Target | None:
-        """What they hold, and where; None while they hold nothing."""
-        ...
+    def held(self) -> Target | None: ...
 
     def hold(self, target: Target | None) -> None:
         """Hold something from the next step on; None lets go."""
@@ -41,5 +33,5 @@ class Holder(Protocol):
         ...
 
     def post(self, action: Action) -> None:
-        """Queue what their browser asks for; from any thread."""
+        """From any thread."""
         ...

@@ -1,5 +1,4 @@
-"""Handles with arrows and arcs: on the hand to move and turn it, on the ball, and on the elbow to swivel it about the line from shoulder to
-wrist."""
+"""Arrows and arcs on the hand, the ball, and the elbow."""
 
 import math
 from typing import Any, Final
@@ -15,12 +14,12 @@ from controllers.kinematics import Array
 from scenes.targets import BallTarget, HandTarget, Target
 
 AUTOPILOT_SIZE: Final = 0.6
-"""How much smaller they are while the autopilot plays."""
+"""Factor of their size while the autopilot plays."""
 
 
 class TransformHandle:
-    """Transform controls; a subclass says where they sit and what a drag of them means. One that is dragged is left alone; a free one sits
-    on what it moves, so that it snaps back when it is let go.
+    """Transform controls; a subclass defines their place and the meaning of a drag. A free handle returns to
+    what it moves.
 
     Args:
         name: of the node under `/gizmo`, and of the handle in a `Drag`.
@@ -31,7 +30,6 @@ class TransformHandle:
     def __init__(self, scene: viser.SceneApi, holder: Holder, name: str, size: float, **look: Any) -> None:
         self._holder, self._name, self._size = holder, name, size
         self.dragged = False
-        """Whether the visitor is dragging it."""
         self._handle = fresh(
             scene.add_transform_controls(
                 f"/gizmo/{name}", scale=size, line_width=3.5, depth_test=False, disable_sliders=True, **look
@@ -43,7 +41,7 @@ class TransformHandle:
             holder.post(Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz)))
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at it; nothing happens at a pull at another handle, or after a reset until the pointer is released."""
+        """Ignores pulls at other handles, and any after a reset until the pointer is released."""
         if action.handle != self._name or action.turn is None:
             return
         if action.phase == "start":
@@ -60,7 +58,7 @@ class TransformHandle:
             self._holder.hold(None)
 
     def show(self, visible: bool) -> None:
-        """Put it where it belongs, in the size that goes with who moves, unless it is being dragged: another size would end that."""
+        """Update place and size, unless dragged: another size would end the drag."""
         if not self.dragged:
             self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
             self._handle.position, rotation = self._seat()
@@ -68,28 +66,26 @@ class TransformHandle:
         self._handle.visible = visible
 
     def _seat(self) -> tuple[Array, Array]:
-        """Place of the handle (3,) [m] and its orientation (3, 3)."""
+        """Place (3,) [m] and orientation (3, 3)."""
         raise NotImplementedError
 
     def _target(self, place: Array, turn: Array) -> Target:
-        """What is held with the handle at a place (3,) [m], turned (3, 3)."""
+        """`place`: (3,) [m]; `turn`: (3, 3)."""
         raise NotImplementedError
 
     def forget_drag(self) -> None:
-        """Behave as if it had been let go."""
         self.dragged = False
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         self._handle.remove()
 
 
 FARTHEST_SWING: Final = 0.35
-"""A key held down pulls the elbow no further ahead of where it is [rad]."""
+"""Farthest that a held key pulls the elbow ahead of its position [rad]."""
 
 
 class HandHandle(TransformHandle):
-    """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place."""
+    """On the visitor's hand, or on the desired place of a hand that is drawn there."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "hand", 0.22)
@@ -98,7 +94,6 @@ class HandHandle(TransformHandle):
         return HandTarget(place, turn if _turn_counts(self._holder) else None)
 
     def show(self, visible: bool) -> None:
-        """Offer turns where they count, and put it where it belongs, unless it is being dragged."""
         self._handle.disable_rotations = not _turn_counts(self._holder)
         super().show(visible)
 
@@ -108,7 +103,7 @@ class HandHandle(TransformHandle):
 
 
 class ElbowHandle(TransformHandle):
-    """An arc about the line from shoulder to wrist; the hand stays where it is."""
+    """Arc about the line from shoulder to wrist; the hand stays where it is."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
@@ -121,7 +116,7 @@ class ElbowHandle(TransformHandle):
             frame, centre = swivel_frame(self._holder)
             self._start = frame, centre, _elbow(self._holder) - centre, _hand_kept(self._holder)
         frame, centre, out, hand = self._start
-        # The handle turns about its own first axis, which is the line from shoulder to wrist.
+        # The handle turns about its first axis, the line from shoulder to wrist.
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
         return hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out))
 
@@ -130,7 +125,7 @@ class ElbowHandle(TransformHandle):
 
 
 def swing_elbow(holder: Holder, angle: float) -> None:
-    """Pull the elbow on by an angle [rad], or, where it is not pulled, away from where it is; the hand stays where it is."""
+    """Pull the elbow further by an angle [rad]; the hand keeps its place."""
     frame, centre = swivel_frame(holder)
     out = _elbow(holder) - centre
     held = holder.held if isinstance(holder.held, HandTarget) else None
@@ -143,7 +138,7 @@ def swing_elbow(holder: Holder, angle: float) -> None:
 
 
 def keeps_place(holder: Holder) -> bool:
-    """True if your arm is drawn to its place, so that it is the place that you move."""
+    """True if the visitor moves a desired place, to which the arm is drawn."""
     return holder.arm is holder.simulation.avoiding
 
 
@@ -157,7 +152,7 @@ def _elbow(holder: Holder) -> Array:
 
 
 def wanted_pose(holder: Holder) -> tuple[Array, Array]:
-    """Desired place of your hand while it is not moved (3,) [m], and its desired orientation (3, 3); copies."""
+    """Copies of the desired place (3,) [m] and orientation (3, 3) of the hand while it is not moved."""
     simulation = holder.simulation
     pose = simulation.kinematics.hand_pose(holder.arm)
     keeper = simulation.keeper
@@ -167,15 +162,15 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
 
 
 def _hand_kept(holder: Holder) -> HandTarget:
-    """Return the hand at its place, and turned as it is where the elbow can move all the same."""
+    """Target at the hand's place, with its orientation if the elbow can move nevertheless."""
     joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
     spare = joints.stop - joints.start > 6 and _turn_counts(holder)
     return HandTarget(place, rotation if spare else None)
 
 
 def swivel_frame(holder: Holder) -> tuple[Array, Array]:
-    """Return a frame (3, 3) with the first axis from shoulder to wrist and the other two on either side of
-    the elbow, and the elbow's foot on that line (3,) [m]; of their arm."""
+    """Frame (3, 3) with the first axis from shoulder to wrist and the others on both sides of the elbow, and
+    the elbow's foot on that line (3,) [m]."""
     kinematics, arm = holder.simulation.kinematics, holder.arm
     shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
     x = wrist - shoulder
@@ -185,19 +180,18 @@ def swivel_frame(holder: Holder) -> tuple[Array, Array]:
     y = elbow - foot
     length = float(np.linalg.norm(y))
     if length < 1e-6:
-        # A straight arm has no swivel angle: any direction across the line will do.
+        # A straight arm has no swivel angle: any direction across the line serves.
         y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
         length = float(np.linalg.norm(y))
     y = y / length
     z = np.cross(x, y)
-    # The handle's arc runs from its second to its third axis; half a right angle back, it is centred on the elbow.
+    # The handle's arc runs from its second to its third axis; turned back by half a right angle, it is
+    # centred on the elbow.
     frame: Array = np.column_stack([x, (y - z) / math.sqrt(2.0), (y + z) / math.sqrt(2.0)]).astype(np.float64)
     return frame, foot
 
 
 class BallHandle(TransformHandle):
-    """The arrows on the ball."""
-
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "ball", 0.2, disable_rotations=True)
 

@@ -1,7 +1,5 @@
-"""What the card of the line of contact is drawn from: words and a curve when they change, a few numbers ten times a second.
-
-The page's `contact_card.js` draws the card.
-"""
+"""Data of the contact card, drawn by `contact_card.js`: words and a curve when they change, numbers ten times
+a second."""
 
 import json
 import math
@@ -37,10 +35,10 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.1
-"""Wall time between two sets of numbers [s]; the page eases from one to the next."""
+"""Time between two sets of numbers [s]; the page interpolates."""
 
 WIDEST: Final = 0.36
-"""Length of the axis of d [m], or more where d_m is large."""
+"""Least length of the axis of d [m]; longer for a large d_m."""
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
 
@@ -50,11 +48,11 @@ Note = tuple[str, str]
 
 
 class ContactCard:
-    """Sends what the card is drawn from; there is nothing to see of it in the panels.
+    """Sends the data of the card.
 
     Args:
         gui: of those who see the card.
-        tab: of the plots; a folded panel is not on the page, one of several is.
+        tab: of the plots; a folded panel is not on the page, but one of several always is.
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
@@ -68,11 +66,11 @@ class ContactCard:
         self._trend = 0
 
     def show(self, frame: Frame, further: Callable[[], CardWords], asking: bool) -> None:
-        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests.
+        """Send changes: every `PERIOD`, and at once while the run is paused.
 
         Args:
-            further: gives more words.
-            asking: whether a question waits for its answer, so that the card keeps back what the law does.
+            further: returns more words.
+            asking: whether a question waits for its answer, so that the law's values are hidden.
         """
         if frame.now < self._next and not frame.pace.paused:
             return
@@ -86,7 +84,7 @@ class ContactCard:
         else:
             now = frame.contact
             terms = budget_terms(frame.simulation, frame.sample, now)
-            # Of the d that is shown, which need not change as the law distance does.
+            # Of the shown d, which may change unlike the law distance.
             self._trend = trend(now.true_change, self._trend)
             words = {**contact_words(frame, terms), **more}
             note = contact_note(frame.simulation, frame.sample, now, terms)
@@ -105,17 +103,16 @@ class ContactCard:
 
 
 def part_text(part: object) -> str:
-    """Return words, note or numbers as the page reads them: JSON, but for the numbers, which are sent at every moment."""
+    """Words or note as JSON; numbers without keys, as they are sent at every moment."""
     return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
 def _legend() -> list[tuple[str, str]]:
-    """Symbol and words of what is violet or round the obstacle in the scene."""
     return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
-    """Text of the card, and the curve λ(d) [mm, ‰], in the visitor's language."""
+    """Text of the card and the curve λ(d) [mm, ‰]."""
     simulation, run = frame.simulation, frame.settings.run
     law, two = run.law, run.both_avoid
     yours, other = ("orange", tr("orange arm")), ("silver", tr("silver arm"))
@@ -147,12 +144,12 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
 
 
 def symbol_sentences(frame: Frame) -> dict[str, str]:
-    """Symbol → the sentence that says what it means in this run, in the visitor's language."""
+    """Symbol → sentence with its meaning in this run."""
     run = frame.settings.run
     if run.both_avoid:
         arm = other = tr("each arm")
     elif frame.simulation.room.ball is not None:
-        # The arm that meets the ball is yours.
+        # The arm that meets the ball is the visitor's.
         arm, other = tr("the arm"), tr("the ball")
     elif frame.sample.pair < 0:
         arm, other = tr("the arm"), tr("the obstacle")
@@ -164,8 +161,8 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
-    """Return d, the law distance, the d at which the arm would rest, and the ghost's d [mm], λ [‰], u, w and the allowed approach
-    [mm/s], the trend, and every part of ḋ [mm/s]; None for what there is not."""
+    """Numbers of the card, or None: d, law distance, d at rest and the ghost's d [mm], λ [‰], u, w and
+    allowed approach [mm/s], trend, and every part of ḋ [mm/s]."""
     sample, run, ghost = frame.sample, frame.settings.run, frame.ghost
     rest = math.nan if isinstance(frame.simulation.law, LawOfFile) else resting_now(frame.simulation, sample)
     return [
@@ -183,7 +180,7 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
 
 
 def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note, CardNumbers]:
-    """Content of the card while a question waits for its answer: the places of the bodies, and nothing that the law makes of them."""
+    """Card while a question waits for its answer: positions of the bodies, nothing of the law."""
     if "step" in words:
         return {**words, "asks": True, "step": 0.0, "title": "", "axis": ""}, ("", ""), numbers
     distance, law_distance, _, ghost = numbers[:4]
@@ -192,7 +189,7 @@ def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note
 
 
 def solo_words(run: RunSettings) -> CardWords:
-    """Text of the card for an arm that stands alone: how its error develops, step by step."""
+    """Text of the card for a single arm: how its error develops."""
     k = run.gain * run.overdrive * run.dt
     return {
         "step": round(1.0 - k, 4),
@@ -204,13 +201,13 @@ def solo_words(run: RunSettings) -> CardWords:
 
 
 def solo_note(run: RunSettings) -> Note:
-    """Return class and words of the line below the drawing of an arm that stands alone."""
+    """Class and words of the line below a single arm."""
     k = run.gain * run.overdrive * run.dt
     return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {decimal(f'{k:.3g}')}: {error_step(run)}"
 
 
 def solo_numbers(sample: Sample) -> CardNumbers:
-    """Return |e| [µm]."""
+    """|e| [µm]."""
     return [round(1e6 * sample.error)]
 
 
@@ -225,7 +222,7 @@ def _common_words() -> CardWords:
 
 
 def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> Note:
-    """Return class and words of the line below the drawing."""
+    """Class and words of the line below the drawing."""
     run, custom = simulation.settings, isinstance(simulation.law, LawOfFile)
     words = "" if custom else consequence(simulation, sample, now)
     if any(term.kind == "lost" and term.value for term in terms):
@@ -236,13 +233,13 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
         return "", words
     kind, promise = promise_words(simulation, sample)
     if kind == "go" and nearest_is_bolted(simulation, sample):
-        # Where λ is small the promise stands, but the page has no good news while nothing gives way.
+        # For small λ the promise holds, but nothing is good news while no arm can give way.
         return "halt", tr(BOLTED)
     return kind, ", ".join(text for text in (promise, words) if text) if kind != "alarm" else promise
 
 
 def _bodies(simulation: Simulation, run: RunSettings) -> dict[str, list[str]]:
-    """Return symbol → nodes of the scene that it is about, by name, or by a part of it that begins without a slash."""
+    """Symbol → nodes of the scene, by name, or by a part of the name without a leading slash."""
     line = [f"/closest/{part}" for part in ("line", "end0", "end1")]
     guided, avoiding = (f"/arms/{arm.name}" for arm in (simulation.guided, simulation.avoiding))
     own, other = (guided, avoiding) if run.avoid == "guided" else (avoiding, guided)
@@ -258,7 +255,7 @@ def _span(run: RunSettings) -> float:
 
 @lru_cache(maxsize=64)
 def _curve(law: Law, span: float, critical: float) -> list[int]:
-    """Return places on the axis and λ there, in turn [mm, ‰]; closer together beyond d_m, where a large n bends the curve."""
+    """Positions on the axis and λ there, in turn [mm, ‰]; denser beyond d_m, where a large n bends the curve."""
     bend = critical + critical * np.linspace(0.0, 1.0, 21) ** 1.5
     jump = critical + np.array([-1e-6, 1e-6])
     places = np.unique(np.concatenate([np.linspace(0.0, span, 25), bend, jump]))

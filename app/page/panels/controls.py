@@ -1,4 +1,4 @@
-"""The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
+"""Controls made from the declarations of the settings."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
@@ -27,16 +27,15 @@ from scenes.settings import ABOVE, specs, values
 
 
 def _keys_of(tab: str) -> tuple[str, ...]:
-    """Return the keys of all settings of a tab, in its order."""
     found = [spec for spec in specs(Settings).values() if spec.tab.name == tab]
     return tuple(spec.key for spec in sorted(found, key=lambda spec: spec.tab.place))
 
 
 PICKER: Final = _keys_of(ABOVE.name)
-"""Settings above everything else: which experiment."""
+"""The experiment: above everything else."""
 
 SMALL: Final = ("scene", "law", "dm", "n", "v", "k")
-"""Settings that those see who just play."""
+"""Settings of the few controls."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, _keys_of("Law")),
@@ -45,7 +44,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Compare", viser.Icon.GHOST, _keys_of("Compare")),
     ("View", viser.Icon.EYE, _keys_of("View")),
 )
-"""Where each of the others is found; `plot` and `speed` have places of their own."""
+"""Tab of each other setting; `plot` and `speed` have their own places."""
 
 UNOFFERED: Final = ("pseudo",)
 """Choices that only a link can ask for."""
@@ -64,24 +63,21 @@ NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law
 
 
 BELOW: Final = 1e6
-"""Order of what stands below everything else in its tab."""
+"""Order at the end of a tab."""
 
 
 class Controls:
     """All controls of one session.
 
     Args:
-        handlers: of the page.
-        instead: keys that mean something else on this page.
-        phone: whether a key of its own has to be a button.
+        instead: keys with another meaning on this page.
+        phone: whether keys without a control become buttons.
         key_help: rows of features for the table of keys.
 
     Attributes:
         twins: second controls of settings, by key.
         small: True while few controls are shown.
-        below_transport: order of what comes between the clock's buttons and the settings.
-        arms_tab: the tab on the arms and who moves them.
-        compare_tab: the tab on comparisons.
+        below_transport: order between the clock's buttons and the settings.
     """
 
     def __init__(
@@ -130,7 +126,6 @@ class Controls:
 
     @property
     def below_clock(self) -> float:
-        """Order of what is to stand between the clock and the tabs."""
         return self._tabs.order - 0.5
 
     def _transport(self) -> None:
@@ -184,16 +179,16 @@ class Controls:
         return on_entry(handle, take)
 
     def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
-        """Return for every setting by which names the page knows its control, and the tab in which that stands."""
+        """Each setting's control by its names on the page, and its tab."""
         handles = [self._handles[key] for key in keys if key in self._handles]
         return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
     def add_twin(self, key: str, order: float) -> None:
-        """Add a second control of a setting in the container that the caller has opened."""
+        """Add a second control of a setting in the open container."""
         self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
     def _mark_panel(self, opens: str | None = None) -> None:
-        """Say on the page how many controls it has. `opens`: id of a drop-down that is to be opened."""
+        """`opens`: id of a drop-down to open."""
         kinds, panel = self._panel_kinds
         self._panel.content = element("i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {}))
 
@@ -204,23 +199,23 @@ class Controls:
         self._mark_panel(opens=uuid_of(self._handles["law"]))
 
     def write_again(self) -> None:
-        """Write the settings back into their controls at the next frame: a value there was refused."""
+        """Restore the controls at the next frame, after a refused value."""
         self._settings = None
 
     def fold(self, whole: bool, plays: bool) -> None:
-        """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
+        """`whole`: the visitor's choice; `plays`: whether few controls can be enough now."""
         if (whole, plays) == self._folded:
             return
         self._folded, self.small, self._settings = (whole, plays), plays and not whole, None
         kinds = f"duet-panel{' duet-small' * self.small}"
         self._panel_kinds = kinds, "all" if whole else "small"
         self._mark_panel()
-        # The few controls have a button for the view of their own.
+        # The few controls have their own button for the view.
         offered = ((int(whole),) if plays else ()) + ((2,) if self._phone and not self.small else ())
         self._further.show(offered=offered, visible=bool(offered))
 
     def show(self, frame: Frame) -> None:
-        """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
+        """Write other changes (keys, gizmo, refused values) into the controls; hide what does not matter."""
         steps = () if self.small else (2,)
         self._clock.show(offered=(int(frame.pace.paused), *steps, 3))
         settings = frame.live.settings
@@ -236,7 +231,7 @@ class Controls:
             if handle is self._curve.box:
                 continue
             handle.visible = matters(key, settings) and (key in SMALL or not self.small)
-            # What a visitor has just entered elsewhere wins, see `app/web/entries.py`.
+            # A visitor's newest entry wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
@@ -244,7 +239,6 @@ class Controls:
 
 
 def _write(handle: Any, spec: Spec, value: Any) -> None:
-    """Write a setting into its control."""
     if spec.choices:
         handle.value = tr(spec.options()[value])
     elif isinstance(value, float):
@@ -255,5 +249,5 @@ def _write(handle: Any, spec: Spec, value: Any) -> None:
 
 
 def _rounded(value: float) -> float:
-    """Return a page value without the last bits of its conversion: 150.0, not 150.00000000000003."""
+    """Value without the last bits of its conversion: 150.0, not 150.00000000000003."""
     return float(f"{value:.9g}")

@@ -1,4 +1,4 @@
-"""The control of a λ(d) that the visitor draws or types."""
+"""Control of a λ(d) that the visitor draws or types."""
 
 from typing import Final
 
@@ -22,11 +22,7 @@ _FARTHEST: Final = 0.4
 
 
 class CurveControl:
-    """A board over a box of text; a text that is no curve is said to be none below it, and changes nothing.
-
-    Attributes:
-        box: of the points.
-    """
+    """A board above a text box; an invalid text is reported below and changes nothing."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, label: str, spec: Spec, value: str) -> None:
         self._key, self._session, self._trouble, self.known = spec.key, session, "", ""
@@ -53,7 +49,6 @@ class CurveControl:
             self._session.post(SetSetting(self._key, self.known))
 
     def show(self, settings: Settings, visible: bool) -> None:
-        """Show the curve of the settings, unless it is the one that is being drawn or typed."""
         law = settings.run.law
         self.box.visible = visible
         self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None
@@ -70,7 +65,7 @@ class CurveControl:
 
 
 def _one_form(text: str) -> str:
-    """Return a text of points as the settings have it; "" if it is none."""
+    """Points in the settings' form; "" if invalid."""
     try:
         return read_curve(text)
     except BadSetting:

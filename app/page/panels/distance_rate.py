@@ -1,5 +1,4 @@
-"""What becomes of d along the line of contact: ḋ of the present law as a sum, what follows from it, and whether the promise of the paper's
-law stands, in words and as pills."""
+"""Sum ḋ along the line of contact, its consequence, and the paper's promise."""
 
 import math
 from typing import Final, NamedTuple
@@ -24,23 +23,23 @@ from scenes.settings import HardwareSettings, RunSettings
 from scenes.simulation import Simulation
 
 MISSED: Final = 0.01
-"""A distance rate that differs from the law's by more than this is worth a word [m/s]."""
+"""Difference from the law's ḋ that is reported [m/s]."""
 
 OPENING: Final = 0.008
-"""Least ḋ of a gap that opens [m/s]."""
+"""Least ḋ of an opening gap [m/s]."""
 
 HOLDING: Final = 0.003
-"""ḋ below which an opening gap holds again, so that the word does not flicker [m/s]."""
+"""ḋ below which an opening gap holds again (hysteresis) [m/s]."""
 
 
 class Term(NamedTuple):
     """A part of ḋ.
 
     Attributes:
-        kind: symbol that gives its colour, a class of the style sheet; "lost" for what the robot does not achieve, 0 below `MISSED`.
-        symbol: its formula, as HTML.
-        word: what it is.
-        value: what it adds to ḋ [m/s]; positive opens the gap.
+        kind: symbol that gives its colour (CSS class); "lost" for what the robot does not achieve, 0 below
+            `MISSED`.
+        symbol: as HTML.
+        value: contribution [m/s]; positive opens the gap.
     """
 
     kind: str
@@ -50,7 +49,7 @@ class Term(NamedTuple):
 
 
 def trend(rate: float, before: int) -> int:
-    """Return 1 if the gap opens at ḋ [m/s], −1 if it closes, 0 if it holds; `before`: what it did a moment ago."""
+    """1 if the gap opens at ḋ [m/s], −1 if it closes, 0 if it holds. `before`: the previous value."""
     if rate * before > HOLDING:
         return before
     if rate > OPENING:
@@ -59,7 +58,7 @@ def trend(rate: float, before: int) -> int:
 
 
 def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
-    """Return ḋ [m/s] as the law wants it; of a student's law, what it is."""
+    """ḋ that the law asks for; the actual ḋ of a custom law [m/s]."""
     law, second = simulation.law, sample.second
     if isinstance(law, LawOfFile):
         return now.change
@@ -70,12 +69,11 @@ def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
 
 
 def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[Term]:
-    """Return the parts of ḋ: what the obstacle does, the task, what is lost, and the law; their sum is the ḋ of this moment, but for
-    less than `MISSED`."""
+    """Parts of ḋ: obstacle, task, loss, and law; their sum is the present ḋ within `MISSED`."""
     law, second = simulation.settings.law, sample.second
     wanted, pull = wanted_rate(simulation, sample, now), now.pull + (0.0 if second is None else second.pull)
     terms: list[Term] = []
-    # What one of two arms does the other need not count as an approach.
+    # What one of two arms does need not count as an approach of the other.
     if second is None and (now.approach != 0.0 or not simulation.settings.one_row):
         terms.append(Term("w", _in("w", "w"), tr("approach"), -now.approach))
     if isinstance(simulation.law, LawOfFile):
@@ -107,13 +105,13 @@ def _lost(simulation: Simulation, now: Contact, wanted: float) -> Term:
 
 
 def allowed_rate(run: RunSettings, sample: Sample) -> float:
-    """Return the fastest approach γ (d − d_m) that a barrier allows to the closest pair [m/s], nan under another law."""
+    """Fastest approach γ (d − d_m) that a barrier allows to the closest pair [m/s]; nan under another law."""
     law = run.law
     return law.barrier_gain * (sample.distance - law.critical_distance) if law.entry.has_barrier else math.nan
 
 
 def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Outcome in a few words, as HTML; "" if the resting distance says it."""
+    """Outcome as HTML; "" if the resting distance says it."""
     run = simulation.settings
     law, texts = run.law.entry, LAW_TEXTS[run.law.law]
     if law.rests:
@@ -125,7 +123,7 @@ def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
         said = N_("may come nearer at γ(d − d<sub>m</sub>) at most: {rate} m/s")
         if sample.distance < run.law.critical_distance:
             said = N_("has to open at γ(d<sub>m</sub> − d) at least: {rate} m/s")
-        # The page fills the number in.
+        # The page fills in the number.
         return tr_html(said, rate=Markup('<span data-allowed=""></span>'))
     return tr(texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence)
 
@@ -137,7 +135,7 @@ def _no_rest(run: RunSettings, sample: Sample) -> str:
 
 
 def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
-    """Return a T and what it means for the rest of an arm with a dead time; "" without a dead time or where there is no rest."""
+    """a T and its effect on the rest of an arm with a dead time; "" without a dead time or a rest."""
     law, T = run.law, run.hardware.dead_time
     if T == 0.0 or sample.second is not None:
         return ""
@@ -153,7 +151,7 @@ def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
 
 
 def missed(simulation: Simulation, sample: Sample) -> str:
-    """Return why ḋ is another one than the law wants."""
+    """Reason why ḋ differs from the law's."""
     if simulation.bound_bites:
         return tr("a joint is at its bound")
     if reason := LAW_TEXTS[simulation.settings.law.law].missed:
@@ -164,7 +162,7 @@ def missed(simulation: Simulation, sample: Sample) -> str:
 
 
 def error_step(run: RunSettings) -> str:
-    """Effect of a step on the error of an arm that stands alone, as HTML."""
+    """Effect of a step on a single arm's error, as HTML."""
     k = run.gain * run.overdrive * run.dt
     e = _in("e", "e")
     if k == 0.0:
@@ -177,30 +175,25 @@ def error_step(run: RunSettings) -> str:
 
 
 def _in(symbol: str, text: str) -> str:
-    """Return text in the colour of a symbol; "" stays empty."""
     return f'<b class="{symbol}">{text}</b>' if text else ""
 
 
 BOUND: Final = Markup("d ≥ d<sub>m</sub>")
-"""What the paper's law promises."""
+"""The paper's promise."""
 
 BELOW: Final = 1e-3
-"""So far below d_m a distance counts as lost [m]; a time step alone makes less."""
+"""Depth below d_m at which the promise is broken [m]; a time step alone causes less."""
 
 BOLTED: Final = N_("the nearest part is bolted down")
 """Reason why an arm cannot give way though its law acts."""
 
 ACTS: Final = 0.01
-"""λ from which the law moves an arm so that it can be seen."""
+"""λ from which the law moves an arm visibly."""
 
 
 def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
-    """Pills that say if d ≥ d_m is promised now or which conditions are missing, and the lever s of every avoiding arm; empty
-    if there is nothing to meet.
-
-    Args:
-        custom: whether a student's law runs.
-    """
+    """Pills: whether d ≥ d_m is promised now or which conditions are missing, and the lever s of every
+    avoiding arm; empty without an obstacle. `custom`: whether a custom law runs."""
     if sample.pair < 0:
         return Markup()
     law = simulation.settings.law
@@ -211,15 +204,14 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     else:
         pill = promise_words(simulation, sample)
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
-    # Where λ is 0 the law moves nothing, and a short lever costs nothing.
+    # At λ = 0 the law moves nothing, and a short lever costs nothing.
     weak = least_lever(sample) < FIRM_LEVER and sample.activation >= ACTS
     lever = ("halt" if weak else "", tr("joints move this point: s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
-    # Beside a person's lever, s would be taken for it.
+    # Next to a person's lever, s would be mistaken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
 
 
 def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
-    """Return class and words of the promise of the paper's law at this moment."""
     lost, law = missing_now(simulation.settings, simulation.history), simulation.settings.law
     lowest = law.critical_distance - BELOW
     failed = sample.distance < lowest
@@ -235,12 +227,11 @@ def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
 
 
 def least_lever(sample: Sample) -> float:
-    """Return the lever s of the arm that has the shorter one."""
     return sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
 
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
-    """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
+    """True if the law asks an arm to move a fixed body, such as a pedestal."""
     if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
         return False
     body, _ = bodies_of_pair(simulation, sample.pair)
@@ -273,5 +264,4 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
 
 
 def pills_html(pills: list[tuple[str, str]]) -> Markup:
-    """Return pills, each of a class of CSS and words."""
     return macros("page/panels/pills.html").pills(pills)

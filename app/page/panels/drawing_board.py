@@ -1,4 +1,4 @@
-"""Axes to draw on, by mouse, finger or keys. The script `drawing.js` does the drawing."""
+"""Axes to draw on, by mouse, finger or keys; `drawing.js` does the drawing."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from app.text.templates import macros
 from app.web.control_events import on_entry
 
 Place = tuple[str, str]
-"""Two names that say for what a curve is drawn."""
+"""Two names that identify what a curve is drawn for."""
 
 
 def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> Markup:
-    """Return the board, with what was drawn before. `sent`: times before; what is drawn on the page meanwhile gives way to a new board."""
+    """`sent`: number of earlier boards; a new board replaces what is drawn meanwhile."""
     heights = [None if v is None else round(drawing.y.fraction(v), 3) for v in drawn]
     return macros("page/panels/drawing_board.html").board(
         svg=board_svg(drawing, drawn),
@@ -35,24 +35,23 @@ def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> M
 
 
 def _axis_data(axis: CurveAxis, digits: int) -> str:
-    """Symbol, ends and unit as they are shown, and digits, with which the script says a value."""
     return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
 
 
 class TakeDrawing(Action, newest_by=("board",)):
-    """Take what is drawn on a board. `text`: as the script sends it."""
+    """`text`: as the script sends it."""
 
     board: DrawingBoard = field(repr=False)
     text: str
 
 
 class DrawingBoard:
-    """The board on one student's page. The caller has opened its container.
+    """Board on one student's page, in the open container.
 
     Args:
-        post: has an action done on the thread to which all but the callback belongs.
+        post: queues an action for the thread to which all but the callback belongs.
         draw: takes the place, and the curve.
-        order: of the board among what stands in its container, and of the hidden box right behind it; None for the end.
+        order: in the container, also of the hidden box behind it; None for the end.
     """
 
     def __init__(
@@ -71,10 +70,10 @@ class DrawingBoard:
         on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
 
     def take(self, text: str) -> None:
-        """Hand over the curve that the script has sent, unless it was drawn for another place."""
+        """Hand over a curve, unless it was drawn for another place."""
         at, _, heights = text.partition(" ")
         if self._shown is None or at != "/".join(self._shown[0]):
-            # What is drawn last may arrive when the student is already elsewhere.
+            # The last drawing may arrive when the student is already elsewhere.
             return
         place, drawing = self._shown
         curve = curve_from_text(drawing, heights)
@@ -83,9 +82,9 @@ class DrawingBoard:
             self._draw(place, curve)
 
     def show(self, place: Place, drawing: Drawing | None, drawn: Curve) -> None:
-        """Offer the board of a place, with what was drawn there; None for no board."""
+        """None for no board."""
         shown = None if drawing is None else (place, drawing)
-        # A board that is being drawn on is left alone: it shows already what came from it.
+        # A board that is being drawn on is left alone: it already shows what came from it.
         if drawing is not None and (shown != self._shown or drawn != self._known):
             self._known = drawn
             self._sent += 1

@@ -1,4 +1,4 @@
-"""The hotkeys: one table of key bindings, help, and entries of the command palette."""
+"""One table of key bindings, for keys, help, and command palette."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,14 +36,11 @@ class Hotkey(Generic[AnyAction]):
     """One row.
 
     Attributes:
-        name: its name in the code.
-        action: what it asks for.
         shown: the key as a person knows it.
         text: what it does.
-        key: the key that viser listens to.
-        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the script
-            `hotkeys.js` turns it into `key` with Alt and Shift.
-        icon: in the palette.
+        key: to which viser listens.
+        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its
+            camera; `hotkeys.js` turns it into `key` with Alt and Shift.
     """
 
     name: str
@@ -56,17 +53,16 @@ class Hotkey(Generic[AnyAction]):
 
     @property
     def title(self) -> str:
-        """The name of its command, in the visitor's language."""
         text = tr(self.text)
         return text[:1].upper() + text[1:]
 
     def add_to(self, gui: viser.GuiApi, act: Callable[[AnyAction], None]) -> viser.CommandHandle:
-        """Add its command to a page. `act`: called with the action when the key is pressed, on the network's thread."""
+        """Add its command to a page. `act`: called with the action on the network's thread."""
         command = gui.add_command(
             self.title,
             description=tr("Key: {key}", key=self.shown) if self.relayed else None,
             hotkey=self.key,
-            # Not pressed by chance, where the page presses it for another key.
+            # Not pressed by chance: the page presses it for another key.
             modifier="alt+shift" if self.relayed else None,
             icon=self.icon,
         )
@@ -103,7 +99,7 @@ _TABLE: Final[tuple[Hotkey[Action], ...]] = (
 
 
 def hotkeys() -> tuple[Hotkey[Action], ...]:
-    """Return the keys of the page: the table, and a digit for each of the first nine experiments."""
+    """The table, and a digit for each of the first nine experiments."""
     digits = (
         Hotkey[Action](one.name, Digit(i), str(i), one.short, cast(HotkeyKey, str(i)), icon=getattr(viser.Icon, f"NUMBER_{i}"))
         for i, one in zip(range(1, 10), EXPERIMENTS.values(), strict=False)
@@ -112,7 +108,6 @@ def hotkeys() -> tuple[Hotkey[Action], ...]:
 
 
 def keys_of(table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]) -> tuple[Hotkey[AnyAction], ...]:
-    """Rows of a table without the keys that mean something else. `instead`: those keys."""
     taken = {hotkey.key for hotkey in instead}
     return tuple(hotkey for hotkey in table if hotkey.key not in taken)
 
@@ -123,12 +118,7 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 
 @dataclass(frozen=True)
 class KeyRange:
-    """Keys that do much the same, as one row of the help.
-
-    Attributes:
-        first, last: of the keys, as a person knows them.
-        text: what they do.
-    """
+    """Similar keys as one row of the help, `first` to `last`."""
 
     first: str
     last: str
@@ -136,15 +126,15 @@ class KeyRange:
 
 
 KeyHelp = Hotkey[Any] | KeyRange
-"""A row of the help for keys that a feature has at times."""
+"""Row of the help for keys of a feature."""
 
 
 def help_html(instead: tuple[Hotkey[Any], ...] = (), further: Sequence[KeyHelp] = ()) -> Markup:
-    """Return the table as HTML.
+    """The table as HTML.
 
     Args:
-        instead: keys that mean something else on this page.
-        further: those of features.
+        instead: keys with another meaning on this page.
+        further: rows of features.
     """
     theirs = tuple(row for row in further if isinstance(row, Hotkey))
     ranges = [row for row in further if isinstance(row, KeyRange)]

@@ -1,4 +1,4 @@
-"""Sliders that lead the master by its joints."""
+"""Sliders that move the master's joints."""
 
 import math
 from functools import partial
@@ -16,13 +16,13 @@ from scenes.simulation import Simulation
 from scenes.targets import JointTarget
 
 PERIOD: Final = 0.5
-"""Wall time between two looks at where the arm is [s]."""
+"""Time between two updates from the arm [s]."""
 
 
 class JointSliders:
-    """One slider a joint of the guided arm, in degrees; in view where a slave follows its joints.
+    """One slider [°] per joint of the guided arm, if a slave follows its joints.
 
-    They follow the arm while none is moved; moving one holds the arm at the angles of all of them.
+    They follow the arm; moving one holds the arm at the angles of all.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
@@ -33,7 +33,6 @@ class JointSliders:
         self._container = gui.add_folder(tr("your arm's joints [°]"), expand_by_default=False, visible=False)
 
     def _make(self, simulation: Simulation) -> None:
-        """Make as many sliders as the guided arm has joints, with its limits."""
         for slider in self._sliders:
             slider.remove()
         arm, model = simulation.guided, simulation.room.model
@@ -50,7 +49,6 @@ class JointSliders:
         self._session.post(MoveJoint(joint, math.radians(degrees)))
 
     def show(self, frame: Frame) -> None:
-        """Follow the experiment and the arm."""
         simulation = frame.live.simulation
         shown = simulation.settings.experiment.follows == "arm"
         self._container.visible = shown

@@ -1,4 +1,4 @@
-"""The choice of the law: a few laws and an entry that adds the others, for visitors who see few controls."""
+"""Choice of the law; few controls have a short list with an entry for the rest."""
 
 from typing import Any, Final
 
@@ -8,7 +8,7 @@ from scenes.laws import LAWS
 from scenes.setting_spec import Spec
 
 MORE: Final = N_("More laws …")
-"""The last entry of a short list."""
+"""Last entry of a short list."""
 
 
 class MoreLaws(Action):
@@ -19,7 +19,6 @@ class LawChoice:
     """Entries of the drop-down that chooses the law.
 
     Args:
-        handle: the drop-down.
         spec: of the setting, with all laws.
         unoffered: laws that only a link can ask for.
 
@@ -32,11 +31,11 @@ class LawChoice:
         self.all = False
 
     def show(self, present: str, few: bool) -> None:
-        """Offer the laws that can be chosen now.
+        """Offer laws.
 
         Args:
             present: the running law, which is always offered.
-            few: True where the visitor sees few controls.
+            few: whether few controls are shown.
         """
         short = few and not self.all
         offered = [law for law in self._spec.choices if law == present or self._offers(law, short)]

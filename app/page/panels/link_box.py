@@ -1,4 +1,4 @@
-"""The link to the page as it is now, which a visitor passes on."""
+"""The link to the page as it is now."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -13,11 +13,10 @@ from app.text.templates import macros
 from app.web.request import frames_of, request_address
 
 PERIOD: Final = 0.5
-"""Time between two writes of the link [s]; while a slider is dragged it need not follow."""
+"""Time between two updates of the link [s]."""
 
 
 def link_query(session: Session) -> dict[str, str]:
-    """Query of a link to the present page."""
     query = to_query(session.settings)
     for part in session.parts:
         query = part.link(query)
@@ -25,18 +24,12 @@ def link_query(session: Session) -> dict[str, str]:
 
 
 def link_to(address: str, query: Mapping[str, str]) -> str:
-    """Return the link: address of the page, such as http://localhost:8080, and what it says."""
+    """`address`: such as http://localhost:8080."""
     return f"{address}/?{urlencode(query)}"
 
 
 class PageLink:
-    """Writes the link to a page as it is now.
-
-    Args:
-        client: that shows the page.
-        session: what the link opens again.
-        links: of features, see `PanelContext.links`.
-    """
+    """`links`: of features, see `PanelContext.links`."""
 
     def __init__(
         self,
@@ -59,13 +52,8 @@ class PageLink:
 
 
 class LinkBox:
-    """A line with the link, and a button that copies it.
-
-    Args:
-        client: who gets it; its container is open.
-        session: what the link opens again.
-        links: of features, see `PanelContext.links`.
-    """
+    """A line with the link, and a button that copies it, in the open container. `links`: see
+    `PanelContext.links`."""
 
     def __init__(
         self,
@@ -78,7 +66,7 @@ class LinkBox:
         self.show(freeze(session, 0.0))
 
     def show(self, frame: Frame, seen: bool = True) -> None:
-        """Bring the link up to date, every `PERIOD`. `seen`: False while the box is not on the page."""
+        """`seen`: False while the box is not on the page."""
         link = self._link.due(frame) if seen else None
         if link is not None:
             self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -1,4 +1,4 @@
-"""The controls of the plots: which are shown beside the first two, and which moment."""
+"""Choice of the plots, and of a moment."""
 
 import re
 from typing import Final
@@ -19,17 +19,13 @@ from app.web.viser_internals import uuid_of
 from scenes.settings import specs
 
 
-class MorePlots(Action):
-    """Offer the further plots."""
+class MorePlots(Action): ...
 
 
 class DetailsChooser(PagePanel):
-    """The row of buttons; not seen while a part of the session leads, which chooses the plots.
+    """Row of buttons; hidden while a part of the session leads, which chooses the plots.
 
     While few controls are shown, one button stands for all until it is pressed or a further plot is chosen.
-
-    Args:
-        view: with the panel of plots.
     """
 
     def __init__(self, page: PanelContext) -> None:
@@ -54,10 +50,9 @@ class DetailsChooser(PagePanel):
         self._opened = True
 
     def show(self, frame: Frame) -> None:
-        """Offer the choices of this experiment, and mark the present one."""
         possible, details = possible_details(frame.settings.run), frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
-        # A plot that is chosen stays the one that is marked.
+        # A chosen plot stays marked.
         self._opened = self._opened or marked != self._choices.index("none")
         folded = self._controls.small and not self._opened
         self._buttons.show(marked, tuple(map(self._choices.index, possible)), not (folded or self._session.parts.lead))
@@ -68,22 +63,18 @@ _GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pa
 
 
 class ShowMoment(Action):
-    """Show a moment of the run, if it stands or is replayed. `text`: time [s], as the page's script sends it."""
+    """Show a moment of a paused or replayed run. `text`: time [s], as the page's script sends it."""
 
     text: str
 
     @property
     def time(self) -> float | None:
-        """[s]; None if the text is no time."""
+        """[s]; None if the text is not a time."""
         return float(self.text) if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", self.text) else None
 
 
 class MomentChooser(PagePanel):
-    """Takes the moment that `plot_moments.js` sends by a hidden box while the visitor drags over a plot.
-
-    Args:
-        view: with the panel of plots.
-    """
+    """Receives the moment from `plot_moments.js` by a hidden box while the visitor drags over a plot."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -100,6 +91,6 @@ class MomentChooser(PagePanel):
             self._session.player.review(action.time)
 
     def show(self, frame: Frame) -> None:
-        """Offer the plots to be dragged over while the run stands or is replayed."""
+        """Allow dragging over the plots while the run is paused or replayed."""
         offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

@@ -1,4 +1,4 @@
-"""The panel of plots: two over time, and the plot that is chosen beside them."""
+"""The panel of plots: two over time, and a chosen one."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -30,38 +30,38 @@ WHAT_IF: Final = ("d", "e2")
 """Columns of "what if"."""
 
 PERIOD: Final = 0.2
-"""Wall time between two refreshes of a plot [s], in which a line over time grows by a few pixels."""
+"""Time between two refreshes of a plot [s], in which a line grows by a few pixels."""
 
 MOST_BYTES: Final = 50_000.0
-"""Largest traffic of a plot [B/s]; with many or noisy lines it is refreshed less often."""
+"""Largest traffic of a plot [B/s]; many or noisy lines are refreshed less often."""
 
 
 CURTAIN: Final = 0.3
-"""Wall time during which no plot over time is there after another theme [s]."""
+"""Time without plots over time after a change of theme [s]."""
 
 
 _TICKS: Final = tuple(float(f"{digit}e{power}") for power in range(-3, 7) for digit in (1, 2, 5))
-"""Steps from tick to tick of an upright axis, which the page writes with three decimals: of 0.0025 every other one would be rounded."""
+"""Tick distances: the page writes three decimals, which would round every other tick of 0.0025."""
 
 
 def _curves_beside(frame: Frame) -> WhatIf | None:
-    """Curves of how the live run would have gone otherwise; None of a replay."""
+    """None for a replay."""
     found = (part.curves() for part in frame.live.parts or ()) if frame.of_live else ()
     return next((curves for curves in found if curves is not None), None)
 
 
 class Plots:
-    """The panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed elements.
+    """Panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed
+    elements.
 
     Args:
-        tab: that holds the plots.
         height: of one plot [CSS px].
 
     Attributes:
-        shown: names of the plots that are there.
-        only: names of plots in place of the first two; none for the first two.
-        run_names: of the run and of the ghost in the legends; None for the usual names.
-        span: ends of the axis of the plots over time [s]; None before the second step.
+        shown: names of the visible plots.
+        only: plots in place of the first two; empty for the first two.
+        run_names: names of the run and the ghost in the legends; None for the usual ones.
+        span: ends of the time axis [s]; None before the second step.
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
@@ -95,13 +95,12 @@ class Plots:
             plot.padding = self._padding()
 
     def show(self, frame: Frame) -> None:
-        """Read the newest steps, and refresh the plots that have changed and are due."""
         simulation, now = frame.simulation, frame.now
         traced, ghost = frame.traced
         self._take(_curves_beside(frame))
         self._arrange(traced, ghost, frame.settings.page.details)
         if self._dressed:
-            # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
+            # The page replaces every plot; new data at the same moment would leave a wrongly scaled time axis
             # for good. A plot that was hidden meanwhile is drawn from the start.
             self._dressed, self._curtain = False, now + CURTAIN
             self._next = dict.fromkeys(self.shown, self._curtain)
@@ -111,7 +110,7 @@ class Plots:
             self._uncover(True)
         part = frame.part(TickedLaws)
         if (ticked := {} if part is None else part.places) != self._ticked:
-            # A tick is seen at once.
+            # A tick shows at once.
             self._ticked = ticked
             self._drawn.pop("laws", None)
             self._next.pop("laws", None)
@@ -147,7 +146,6 @@ class Plots:
                 self._handle(name).visible = visible
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
-        """Show exactly the chosen plots, with the right lines and names."""
         arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._curves
         if arranged == self._arranged:
             return
@@ -176,7 +174,7 @@ class Plots:
         return self._charts[name] if is_chart(name) else self._time_plots[name][1]
 
     def _make(self, name: str, simulation: Simulation) -> None:
-        # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
+        # Captions and plots alternate: in columns side by side on a desk, one below the other on a phone.
         order = 2.0 + 2.0 * place_of(name)
         with self._tab:
             self._captions[name] = self._gui.add_html("", order=order)
@@ -209,12 +207,12 @@ class Plots:
                 self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 
     def _data(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
-        """Return time and all lines; a line that has nothing to show is an empty array, which costs no bytes."""
+        """Time and all lines; a line without values is an empty array, which costs no bytes."""
         follows = time_plot.span is None
         times, found = self._lines(time_plot, with_ghost)
         lines = [drawable(line, follows) for line in found]
         if follows and not any(len(line) for line in lines):
-            # A single point is not drawn, but it holds the axis.
+            # A single point is not drawn, but it keeps the axis.
             lines[0] = np.full(len(times), np.nan)
             lines[0][0] = 0.0
         return times, *lines
@@ -222,7 +220,7 @@ class Plots:
     def _lines(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, list[Array]]:
         numbers = self.buffer.bins.numbers
         if len(numbers) < 2:
-            # uPlot needs an extent; nothing but the axes of the second to come is drawn.
+            # uPlot needs an extent; only the axes of the next second are drawn.
             begin = float(self.buffer.bins.ends(numbers)[0]) if len(numbers) else 0.0
             return np.array([begin, begin + 1.0]), [np.full(2, np.nan) for _ in time_plot.lines]
         found: dict[int, Array] = {}
@@ -231,17 +229,17 @@ class Plots:
             if not places or (run == "ghost" and not with_ghost) or (run == "what_if" and self._what_if is None):
                 continue
             columns = [COLUMNS[time_plot.lines[i].column] for i in places]
-            # Up to where it begins, another run was the visitor's own.
+            # Before it begins, the other run was the visitor's own.
             own = None if run == "own" else self.buffer.bins.at(numbers, columns)
             if run == "what_if":
                 columns = [WHAT_IF.index(time_plot.lines[i].column) for i in places]
             stats = bins.at(numbers, columns, own)
             found |= {place: stats[:, i] for i, place in enumerate(places)}
-        # A line that nothing is known of has no corners.
+        # A line without known values has no corners.
         found = {place: one for place, one in found.items() if not np.isnan(one[LAST]).all()} or found
         stats = np.stack(list(found.values()), axis=1)
         times, values = polyline(numbers, self.buffer.bins.ends(numbers), stats, time_plot.visible(stats))
-        # All plots over time begin where the oldest bin does, so that a moment is at the same place on each.
+        # All plots over time begin with the oldest bin, so that a moment is at the same place on each.
         times, values = np.append(begin_of(numbers[0]), times), np.hstack([values[:, :1], values])
         shown = dict(zip(found, values * time_plot.scale, strict=True))
         return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
@@ -285,12 +283,11 @@ class Plots:
         )
 
     def _padding(self) -> tuple[int, int, int, int]:
-        """Room at the top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
+        """Top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
         return round(PLOT_HEADROOM * scale(self._page.profile)), 12, 0, 0
 
     def _caption(self, name: str, simulation: Simulation, ghost: Simulation | None) -> Markup:
-        """Return title and legend of one plot of a run."""
-        # On a narrow screen the squared error makes room for what was chosen.
+        # On a narrow screen the squared error makes room for the chosen plots.
         caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self.shown)
         first = name == self.shown[0]
         if is_chart(name):

@@ -1,4 +1,4 @@
-"""What is said in numbers and words: the tip, the status, the promise, the error, and the law's equation."""
+"""Tip, status, promise, error, and the law's equation."""
 
 import math
 from collections.abc import Callable
@@ -26,15 +26,15 @@ from scenes.history import ArmSample, Sample
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
-"""Wall time between two refreshes [s]; a number that changes faster cannot be read."""
+"""Time between two refreshes [s]; faster numbers cannot be read."""
 
 
 LAST: Final = 1e6
-"""Order of the equation where it comes after all controls."""
+"""Order of the equation after all controls."""
 
 
 class Readout:
-    """Tip, status, promise, numbers and equation, one block each. `tip`: returns what the reader can do and watch."""
+    """One block each. `tip`: what the reader can do and watch."""
 
     def __init__(self, gui: viser.GuiApi, tip: Callable[[Shown], str]) -> None:
         self._tip_text = tip
@@ -44,11 +44,11 @@ class Readout:
         self._shown: tuple[object, ...] = ()
 
     def show(self, frame: Frame, asking: bool, equation_last: bool = False) -> None:
-        """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests.
+        """Refresh changes: every `PERIOD`, and at once while the run is paused.
 
         Args:
-            asking: whether a question waits for its answer, so that only the state of the clock is shown.
-            equation_last: True to show the equation after all controls, so that it moves none of them.
+            asking: whether a question waits for its answer, so that only the clock is shown.
+            equation_last: show the equation after all controls, so that it moves none of them.
         """
         self._equation.visible, self._equation_last.visible = not equation_last, equation_last
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
@@ -72,12 +72,12 @@ class Readout:
 
 
 def tip_html(tip: str, kept: str) -> Markup:
-    """A tip in the place that is kept for it. `kept`: the longest text that comes there by itself, which is not shown."""
+    """A tip in the space of `kept`, the longest text for this place."""
     return macros("page/panels/readout.html").tip(tip, kept)
 
 
 def replay_html(shown: Shown) -> Markup:
-    """Return a pill with the moment that is replayed, or the run that is being loaded; nothing while live."""
+    """Pill with the replayed moment, or the loading run; empty while live."""
     replay = shown.replay
     if replay.coming:
         return pills_html([("past", tr("{file} is being loaded", file=replay.coming))])
@@ -88,7 +88,7 @@ def replay_html(shown: Shown) -> Markup:
 
 
 def late_law_html(law: LateLawStatus) -> Markup:
-    """Return a pill that says what runs the late law, or why nothing does; nothing if no law is given."""
+    """Pill with the state of the late law; empty without a law."""
     file, own = law.file or law.ghost_file, law.file
     if file is None:
         return Markup()
@@ -111,16 +111,16 @@ def late_law_html(law: LateLawStatus) -> Markup:
 
 
 def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
-    """Return the numbers of an arm that stands alone as tiles; nothing where the card of the line of contact has them."""
+    """Tiles of a single arm; empty if the contact card has the numbers."""
     if sample.pair >= 0:
         return Markup()
     run, arm = simulation.settings, simulation.avoiding
     J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(run)]]
-    # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
+    # Number of dimensions that the hand leaves free: n − m, more at a singular posture.
     free = float(null_space_projector(J, DAMPING).trace())
     angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
     k = run.gain * run.overdrive * run.dt
-    # Of each the class of CSS that gives its colour, its text, the label under it, and whether it is one to worry about.
+    # Each: CSS class of its colour, text, label, and whether it is alarming.
     tiles = [
         ("e", f"{sample.error * 1000.0:.1f}", "|e|, mm", False),
         ("lam", f"{free:.1f}", tr("free, tr N"), False),
@@ -131,7 +131,7 @@ def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
 
 
 def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> Markup:
-    """Return |e| of an arm with an obstacle as a pill, and the ghost's; nothing of an arm that stands alone."""
+    """Pill with |e| of an arm with an obstacle, and the ghost's; empty for a single arm."""
     if sample.pair < 0:
         return Markup()
     beside = "" if ghost is None else _error_text(ghost, ghost.sample())
@@ -152,13 +152,13 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 
 def longest_tip(session: Shown) -> str:
-    """The tip of an operated run that takes most room: while the autopilot moves the arm, or while the visitor does."""
+    """Longest tip of an operated run, by autopilot or visitor."""
     run = session.settings.run
     return max((EXPERIMENT_TEXTS[run.scene](run, itself)[0] for itself in (True, False)), key=len)
 
 
 def tip_text(session: Shown, operated: bool = True) -> str:
-    """Return one or two sentences on what to do and what to watch; on the stage of a class what to watch alone."""
+    """What to do and watch; on the screen of a class only what to watch."""
     if session.replay.reviewed:
         return tr(
             "The run is stopped, and this is an earlier moment. Drag over a plot for another one. Space continues from the end."
@@ -179,7 +179,7 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
-    """Return the state of the clock and everything that is wrong, as pills; while `asking`, the clock alone."""
+    """Pills of the clock and all problems; while `asking`, the clock alone."""
     run, law = simulation.settings, simulation.settings.law
     pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
     if pace.slowed:
@@ -195,7 +195,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
     ball = simulation.room.ball is not None
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
-    # As on the card and in the promise: along the row of the law.
+    # Along the row of the law, as on the card and in the promise.
     if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not run.adds_w:
         pills.append(("alarm", tr("the ball is faster than v") if ball else tr("the hand is faster than v")))
     if sample.distance < 0.0:
@@ -204,7 +204,6 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
 
 
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
-    """Sentences on why arms cannot do what the law asks of them."""
     if nearest_is_bolted(simulation, sample):
         return [tr("Bolted down: a smaller d_m helps.")]
     reasons = [authority_text(sample, simulation)]
@@ -215,7 +214,7 @@ def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
 
 
 def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:
-    """Return why an arm cannot do what the law asks of it, "" if it can. `second`: True for the second arm that keeps clear."""
+    """Reason why an arm cannot do what the law asks of it, or "". `second`: True for the second avoiding arm."""
     match Authority(arm.authority):
         case Authority.STOP:
             return tr("{joint} near its limit", joint=tr(simulation.joint_label(arm.joint, second)))

@@ -21,40 +21,37 @@ from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
 KEY: Final[HotkeyKey] = "9"
-"""What the script `replay_box.js` presses with Alt and Shift as soon as a moment is about to be typed beside the scrubber.
+"""Key that `replay_box.js` presses with Alt and Shift when a moment is about to be typed beside the scrubber.
 
-A replay that plays writes its moment into that box ten times a second, and would overwrite what is being typed. Only the browser
-knows where the focus is, and a value that is not possible yet (the 1 of 12.5) never reaches the server.
+A playing replay writes its moment into that box ten times a second, and would overwrite the typing. Only the
+browser knows the focus, and a value that is not possible yet (the 1 of 12.5) never reaches the server.
 """
 
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
-"""What is said → how much of the newest part of the run is meant [s]."""
+"""Label → length of the newest part of the run [s]."""
 
 WRITE: Final = 0.1
-"""Time between two writes of the moment while the replay plays [s]."""
+"""Time between two writes of the moment of a playing replay [s]."""
 
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
 _REVIEW: Final = (STATIC / "review.css").read_text(encoding="utf-8")
 
 
 class OperateReplay(Action, newest_by=("what",)):
-    """Watch the newest part of the run, play or rest, go back to live, or only rest."""
-
     what: Literal["watch", "play", "leave", "rest"]
 
 
-class SeekReplay(Seek):
-    """Go to a moment of the replay."""
+class SeekReplay(Seek): ...
 
 
 class ChooseLength(Action):
-    """Mean another part of the run, by its place in `LENGTHS`."""
+    """Index in `LENGTHS`."""
 
     index: int
 
 
 def replay_style(shown: Shown) -> Markup:
-    """Return a style that says all over the page that this is no live run, or, of a run that stands, which moment of it."""
+    """Style that marks a run that is not live, or the shown moment of a paused run."""
     if shown.replay.reviewed:
         return Markup(f"<style>body::after{{content:var(--duet-moment-words)}}{_STYLE}{_REVIEW}</style>")
     words = tr("This is a loaded run") if shown.replay.file else tr("This is the past")
@@ -62,13 +59,10 @@ def replay_style(shown: Shown) -> Markup:
 
 
 class ReplayBar(PagePanel):
-    """The controls of replays.
-
-    Args:
-        handlers: of the page.
+    """Controls of replays.
 
     Attributes:
-        length: how much of the newest part of the run is meant [s].
+        length: replayed newest part of the run [s].
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
@@ -84,7 +78,7 @@ class ReplayBar(PagePanel):
         )
         self._replay.show(offered=(0,))
         self._scrubber = Scrubber(gui, session, handlers, SeekReplay, session.player.seek, 0.01, WRITE)
-        # By this the script finds the box.
+        # The script finds the box by this.
         self._mark = element("i", hidden="", data_duet_moment=self._scrubber.id)
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
@@ -115,12 +109,11 @@ class ReplayBar(PagePanel):
         self._lengths.show(action.index)
 
     def close(self) -> None:
-        """Go back to live."""
         self._offer_rest(False)
         self._player.leave()
 
     def _offer_rest(self, offered: bool) -> None:
-        """Add the command of `KEY` while there is a replay to stop, or remove it."""
+        """Add or remove the command of `KEY`, which pauses a replay."""
         if self._rest_key is not None and not offered:
             self._rest_key.remove()
             self._rest_key = None
@@ -132,11 +125,10 @@ class ReplayBar(PagePanel):
     def _rest(self) -> None:
         if self._player.replay is not None:
             self._player.replay.playing = False
-            # Where it rests is written at once, and then nothing more.
+            # The final moment is written at once, and then nothing more.
             self._scrubber.rest()
 
     def show(self, frame: Frame) -> None:
-        """Bring the controls up to date."""
         replay = self._player.replay
         playing = replay is not None and replay.playing
         self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))

@@ -1,4 +1,4 @@
-"""What is to be seen in the picture, in one sentence, for those who ask for it by a key."""
+"""What the picture shows, in one sentence, on a key press."""
 
 from typing import Final
 
@@ -14,14 +14,14 @@ from scenes.experiments import Experiment
 from scenes.simulation import Simulation
 
 SHOWN: Final = 20.0
-"""How long the sentence stays [s]."""
+"""Time that the sentence is shown [s]."""
 
 NEITHER: Final = 0.005
-"""A smaller λ is written as 0."""
+"""λ below which 0 is written."""
 
 
 class SceneWords(PagePanel):
-    """The sentence: seen over the picture, and read out by a screen reader."""
+    """Over the picture, and read out by a screen reader."""
 
     def __init__(self, client: viser.ClientHandle, view: View, handlers: ActionHandlers) -> None:
         self._client, self._view = client, view
@@ -51,11 +51,8 @@ class SceneWords(PagePanel):
 
 
 def scene_sentence(frame: Frame, asking: bool = False) -> str:
-    """Return one sentence: where the hands are, and, where there is something to keep clear of, d, λ and who gives way.
-
-    Args:
-        asking: whether a question waits for its answer, so that what the law does is kept back.
-    """
+    """Positions of the hands and, with an obstacle, d, λ and who gives way. `asking`: whether a question
+    waits for its answer, so that the law's values are hidden."""
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
     if sample.pair >= 0:
@@ -67,7 +64,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:
-    """Return the place of a hand, along the room's axes as they lie in the first view, from the room's origin."""
+    """Position of a hand from the room's origin, along the room's axes as seen in the first view."""
     hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
     x, y, z = (round(100.0 * length) for length in hand.tolist())
     towards = simulation.room.rig.camera.toward
@@ -83,7 +80,7 @@ def _place_of_hand(simulation: Simulation, number: int) -> str:
 
 
 def _arm_name(simulation: Simulation, yours: bool) -> str:
-    # Where there is a ball, it is what you move.
+    # With a ball, the visitor moves the ball.
     return tr("orange arm") if yours and simulation.room.ball is None else tr("silver arm")
 
 

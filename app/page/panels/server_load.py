@@ -1,4 +1,4 @@
-"""What a teacher is shown of the server: frames a second, sessions, load."""
+"""Load of the server, for a teacher."""
 
 from typing import NamedTuple
 
@@ -6,13 +6,13 @@ from app.i18n.speaking import tr
 
 
 class ServerLoad(NamedTuple):
-    """How busy a server is.
+    """Load of a server.
 
     Attributes:
-        frames: a second, of every page.
-        sessions: that had a frame lately: neither resting nor out of sight.
-        places: sessions that it carries at 20 frames a second.
-        load: part of what it carries [%]; beyond 100 all pages have fewer than 20 frames a second.
+        frames: per second, of every page.
+        sessions: with a frame lately: neither resting nor hidden.
+        places: sessions that it carries at 20 frames per second.
+        load: share of its capacity [%]; beyond 100 all pages have fewer than 20 frames per second.
     """
 
     frames: int
@@ -22,7 +22,6 @@ class ServerLoad(NamedTuple):
 
 
 def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
-    """Return the server's numbers as pills: kind and words."""
     return [
         ("", tr("frames/s: {count}", count=load.frames)),
         ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),

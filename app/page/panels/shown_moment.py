@@ -1,4 +1,4 @@
-"""The moment of a run that is shown: the slider by which it is chosen, its line in the plots over time, and its name."""
+"""The shown moment of a run: slider, line in the plots, and name."""
 
 import json
 import math
@@ -23,7 +23,7 @@ HANDS_OFF: Final = 0.4
 
 
 class Seek(Action):
-    """Go to a moment of the run [s]; each slider has a subclass of its own."""
+    """Go to a moment of the run [s]; each slider has its own subclass."""
 
     time: float
 
@@ -33,10 +33,10 @@ class Scrubber:
 
     Args:
         kind: of the slider's actions.
-        seek: takes the moment that the visitor has chosen [s], on the session's thread.
+        seek: takes the chosen moment [s], on the session's thread.
         step: of the slider [s].
-        period: time between two writes while the moment goes on [s].
-        order: its place in the open container, None for the end.
+        period: between two writes while the moment advances [s].
+        order: in the open container, None for the end.
     """
 
     def __init__(
@@ -59,11 +59,9 @@ class Scrubber:
 
     @property
     def id(self) -> str:
-        """By which the page knows the slider."""
         return uuid_of(self._slider)
 
     def rest(self) -> None:
-        """Write the moment at once."""
         self._next = self._clock
 
     def _go_to(self, action: Seek) -> None:
@@ -71,19 +69,14 @@ class Scrubber:
         self._seek(action.time)
 
     def show(self, now: float, span: tuple[float, float, float] | None) -> None:
-        """Bring it up to date.
-
-        Args:
-            now: wall time [s].
-            span: where the slider begins and ends, and the moment [s]; None while there is none to choose.
-        """
+        """`now`: wall time [s]; `span`: ends of the slider, and the moment [s], or None."""
         self._clock, slider = now, self._slider
         slider.visible = span is not None
         if span is not None and now >= self._next:
             self._next = now + self._period
             digits = -math.floor(math.log10(self._step))
             begin, end, time = (round(each, digits) for each in span)
-            # A slider of no length has no place for its knob.
+            # A slider of zero length has no place for its knob.
             end = max(end, begin + self._step)
             slider.min, slider.max = begin, end
             if abs(slider.value - time) > 0.4 * self._step:
@@ -91,22 +84,19 @@ class Scrubber:
 
 
 NEAR: Final = 0.02
-"""A moment is called by the name of one that is so near [s]."""
+"""Distance within which a moment takes another's name [s]."""
 
 WIDEST: Final = 0.7
-"""Mean width of a character of the mark's name in a wide font [font sizes]."""
+"""Mean width of a character in a wide font [font sizes]."""
 
 
 def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
-    """Place of the shown moment, and of the moment worth a look, on the axes of the plots over time, with their names.
-
-    Args:
-        span: ends of these axes [s]; None while there are none.
-    """
+    """Named marks of the shown moment, and of the moment worth a look, on the plots over time. `span`: ends
+    of the time axis [s], or None."""
     if span is None or not (frame.pace.paused or frame.replayed):
         return Markup()
     shown, (begin, end) = frame.shown, span
-    # By this the script knows which time is where.
+    # The script finds the time at a place by this.
     made = element("i", hidden="", data_duet_span=f"{begin:.3f} {end:.3f}")
     if shown.replay.time is None:
         return made
@@ -116,7 +106,7 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
         return f"{100.0 * min(max((time - begin) / (end - begin), 0.0), 1.0):.2f}%"
 
     words = f"{decimal(f'{at:.2f}')} s"
-    # The plots may end a bin before the newest moment; one that is farther outside has no line there.
+    # The plots may end a bin before the newest moment; a moment farther outside has no line there.
     inside = begin - BIN <= at <= end + BIN
     rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"] if inside else []
     narrow = ""
@@ -129,12 +119,11 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
             f"--duet-mark-name:{css_text(name)}",
             f"--duet-mark-time:{css_text(when)}",
         ]
-        # A plot too narrow for the name says the time alone.
+        # A plot too narrow for the name shows the time alone.
         narrow = f"@container (max-width:{len(name) * WIDEST:.1f}em){{.u-over::before{{content:var(--duet-mark-time)}}}}"
     rules.append(f"--duet-moment-words:{css_text(words)}")
     return made + Markup(f"<style>:root{{{';'.join(rules)}}}{narrow}</style>")
 
 
 def css_text(words: str) -> str:
-    """Return words as a string of CSS inside a style element."""
     return json.dumps(words, ensure_ascii=False).replace("<", "\\3c ")

@@ -1,4 +1,4 @@
-"""Two buttons of the few controls: the first view, and a link to the page as it is now."""
+"""Two buttons of the few controls: first view, and link to the page."""
 
 from app.i18n.speaking import tr
 from app.page.panel_context import PanelContext
@@ -12,22 +12,17 @@ from app.web.viser_internals import uuid_of
 
 
 class ViewRow(PagePanel):
-    """The row; all settings have both at other places.
-
-    Args:
-        page: its features may say what the link opens.
-    """
+    """Hidden with all controls, where both are elsewhere. Features of `page` may define what the link opens."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, order = page.client.gui, page.controls.below_transport
         self._controls, self._link = page.controls, PageLink(page.client, page.session, page.links)
         self._row = gui.add_html("", order=order, visible=False)
-        # Not seen: a button of the row presses it.
+        # Hidden: a button of the row presses it.
         self._first = gui.add_button(tr("First view"), order=order + 0.1, visible=False)
         on_press(self._first, lambda: page.session.post(FirstView()))
 
     def show(self, frame: Frame) -> None:
-        """Show the row while few controls are shown, and bring its link up to date."""
         self._row.visible = self._first.visible = self._controls.small
         if not self._controls.small:
             return

@@ -1,4 +1,4 @@
-"""Everything that can be measured in a run, one subject a file; importing them fills `quantity.QUANTITIES`."""
+"""Quantities, one subject a file; importing them fills `quantity.QUANTITIES`."""
 
 from app.features.measures.quantities import distances
 

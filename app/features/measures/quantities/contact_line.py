@@ -1,4 +1,4 @@
-"""The line ḋ = λ v − (1 − λ) u − w: what it says in closed form, and what the run made of it."""
+"""The line ḋ = λ v − (1 − λ) u − w: closed forms, and the run's values."""
 
 from math import inf
 
@@ -13,12 +13,11 @@ from controllers.activation import activation
 from scenes.settings import RunSettings, specs, values
 
 FAR = 1000.0
-"""Farther than anything rests [m]."""
 
 
 @quantity(N_("setting"), "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
-    """Return a setting of the run, in SI units; of a choice, its place in the list."""
+    """A setting in SI units; the index of a choice."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
     if value is None or spec is None or spec.read is not None:
         return None
@@ -27,13 +26,12 @@ def setting(evidence: Evidence, key: str) -> Value:
 
 @quantity(N_("λ"), "", 2, live=True)
 def activation_now(evidence: Evidence) -> Value:
-    """Return λ in the newest step."""
     return float(evidence.column("lambda")[-1])
 
 
 @quantity(N_("λ at d = {ratio} dₘ"), "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Reading:
-    """Return λ where d first was `ratio` times d_m, straight between two steps."""
+    """λ where d first was `ratio` times d_m, interpolated."""
     d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
     crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
     if not len(crossed):
@@ -46,27 +44,27 @@ def activation_met(evidence: Evidence, ratio: float) -> Reading:
 
 @quantity(N_("(dₘ/d)ⁿ at d = {ratio} dₘ"), "", 3, settings=True)
 def activation_formula(evidence: Evidence, ratio: float) -> Value:
-    """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
+    """(d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
     law = evidence.settings.law
     return activation(ratio * law.critical_distance, law.critical_distance, law.order)
 
 
 @quantity(N_("u"), "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
-    """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
+    """u, the pull of the task towards the obstacle [m/s]."""
     return float(evidence.column("u")[-1])
 
 
 @quantity(N_("d*"), "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
-    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m], as the plot has it; None under a law without this rest."""
+    """d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m]; None under a law without this rest."""
     if not evidence.settings.law.entry.rests:
         return None
     return resting_at_end(evidence.settings, evidence.table)
 
 
 def balance(run: RunSettings, inside: float) -> float:
-    """Return the d at which λ(d) v = (1 − λ(d)) K (d − inside), where avoidance and a straight pull to d = inside are equal [m]."""
+    """d at which λ(d) v = (1 − λ(d)) K (d − inside): avoidance balances a straight pull to d = inside [m]."""
     d_m, n, v = run.law.critical_distance, run.law.order, run.law.nominal_velocity
 
     def rate(d: float) -> float:
@@ -77,7 +75,7 @@ def balance(run: RunSettings, inside: float) -> float:
         return max(d_m, inside)
     if rate(FAR) > 0.0:
         return inf
-    # Slow to import, and rarely wanted.
+    # Slow to import, and rarely needed.
     from scipy.optimize import brentq
 
     return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
@@ -85,19 +83,19 @@ def balance(run: RunSettings, inside: float) -> float:
 
 @quantity(N_("d where λv = (1 − λ)K(d − d_goal)"), "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
-    """Resting place of a hand that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
+    """Rest of a hand drawn straight to a goal at the distance `gap` from the obstacle [m]."""
     return balance(evidence.settings, gap)
 
 
 @quantity(N_("displacement by λv = (1 − λ)K e"), "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
-    """Resting distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
+    """Rest's distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
     return balance(evidence.settings, gap) - gap
 
 
 @quantity(N_("largest n λ (v + u) dt / d"), "", 2, obstacle=True)
 def euler_number(evidence: Evidence) -> Value:
-    """Return the largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
+    """Largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
     run, d = evidence.settings, evidence.column("law_d")
     above = d >= run.law.critical_distance
     if not above.any():
@@ -107,7 +105,7 @@ def euler_number(evidence: Evidence) -> Value:
 
 
 def _fall(evidence: Evidence) -> Row:
-    """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
+    """Row of the fastest fall of d below d_m, or None."""
     d = evidence.column("law_d")
     below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
     if not len(below):
@@ -117,13 +115,13 @@ def _fall(evidence: Evidence) -> Row:
 
 @quantity(N_("loss of distance below dₘ"), "m/s", 3, obstacle=True)
 def loss_rate(evidence: Evidence) -> Reading:
-    """Return the fastest fall of d below d_m [m/s]."""
+    """Fastest fall of d below d_m [m/s]."""
     return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
 
 
 @quantity(N_("w − v at that moment"), "m/s", 3, obstacle=True)
 def loss_formula(evidence: Evidence) -> Reading:
-    """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
+    """w − v at the fastest fall below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)
     if row is None:
         return None

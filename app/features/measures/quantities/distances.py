@@ -1,4 +1,4 @@
-"""How near the obstacle came and how fast, what a robot that answers late makes of it, and how far arms are from joints they follow."""
+"""Distance from the obstacle, approach, dead time, and distance from followed joints."""
 
 import numpy as np
 
@@ -11,66 +11,61 @@ from controllers.kinematics import Array
 
 @quantity(N_("distance"), "mm", 0, live=True, obstacle=True)
 def distance_now(evidence: Evidence) -> Value:
-    """Return d in the newest step [m]."""
     return float(evidence.column("d")[-1])
 
 
 @quantity(N_("smallest distance"), "mm", 1, obstacle=True)
 def smallest_distance(evidence: Evidence) -> Reading:
-    """Return the smallest d of the run [m]."""
     d = evidence.column("d")
     return at(d, int(d.argmin()))
 
 
 @quantity(N_("smallest d − dₘ"), "mm", 1, obstacle=True)
 def distance_margin(evidence: Evidence) -> Reading:
-    """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
+    """Negative if d_m was passed [m]."""
     d = evidence.column("d")
     return at(d - evidence.settings.law.critical_distance, int(d.argmin()))
 
 
 @quantity(N_("distance lost of dₘ"), "mm", 1, obstacle=True)
 def distance_lost(evidence: Evidence) -> Reading:
-    """Return by how much the smallest d of the run fell below d_m [m]; 0 if the critical distance was kept."""
+    """0 if d_m was kept [m]."""
     d = evidence.column("d")
     return at(np.maximum(evidence.settings.law.critical_distance - d, 0.0), int(d.argmin()))
 
 
 @quantity(N_("distance at {time}"), "mm", 1, obstacle=True)
 def distance_at(evidence: Evidence, time: float) -> Reading:
-    """Return d at a time [m]."""
     return at(evidence.column("d"), evidence.row_at(time))
 
 
 @quantity(N_("way made towards the obstacle"), "mm", 1, obstacle=True)
 def way_made(evidence: Evidence, since: float, until: float) -> Reading:
-    """Return d(since) − d(until) [m]."""
+    """d(since) − d(until) [m]."""
     begin, d = evidence.row_at(since), evidence.column("d")
     return None if begin is None else at(d[begin] - d, evidence.row_at(until))
 
 
 @quantity(N_("fastest approach of the obstacle"), "m/s", 2, obstacle=True)
 def largest_approach(evidence: Evidence, within: float = 10.0) -> Reading:
-    """Return the largest w while d was less than `within` [m/s]."""
+    """Largest w while d was less than `within` [m/s]."""
     near, w = evidence.column("d") < within, evidence.column("w")
     return at(w, int(np.where(near, w, -np.inf).argmax())) if near.any() else None
 
 
 @quantity(N_("approach of the obstacle"), "m/s", 2, live=True, obstacle=True)
 def approach_now(evidence: Evidence) -> Value:
-    """Return w in the newest step [m/s]."""
     return float(evidence.column("w")[-1])
 
 
 @quantity(N_("changes of the closest pair"), "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
-    """Number of times that another pair of bodies became the closest."""
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 
 @quantity(N_("swing of d, {since} to {until}"), "mm", 1, obstacle=True)
 def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
-    """Return the largest less the smallest d between two times [m]."""
+    """Largest less smallest d [m]."""
     rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
     if evidence.row_at(until) is None or not len(rows):
         return None
@@ -80,7 +75,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
 
 @quantity(N_("a T at {time}, T = {dead}"), "", 2, obstacle=True)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
-    """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
+    """a T = n (u + w) T / d* for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
         return None
@@ -90,26 +85,24 @@ def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
 
 
 def joint_errors(evidence: Evidence) -> Array:
-    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; nan, which does not tell, if it follows no joints."""
+    """|q_d − q| (rows,) [rad]; nan if the arm follows no joints."""
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
 @quantity(N_("joint error"), "deg", 1, live=True)
 def joint_error_now(evidence: Evidence) -> Value:
-    """Return |q_d − q| in the newest step [rad]."""
     return float(joint_errors(evidence)[-1])
 
 
 @quantity(N_("largest joint error"), "deg", 1)
 def largest_joint_error(evidence: Evidence) -> Reading:
-    """Return the largest |q_d − q| of the run [rad]."""
     errors = joint_errors(evidence)
     return at(errors, int(errors.argmax()))
 
 
 @quantity(N_("joint error when d fell to {distance}"), "deg", 1, obstacle=True)
 def joint_error_met(evidence: Evidence, distance: float) -> Reading:
-    """Return |q_d − q| when d first fell to a distance [rad]."""
+    """|q_d − q| when d first fell to a distance [rad]."""
     d = evidence.column("d")
     fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
     return at(joint_errors(evidence), int(fallen[0]) + 1) if len(fallen) else None
@@ -117,6 +110,6 @@ def joint_error_met(evidence: Evidence, distance: float) -> Reading:
 
 @quantity(N_("largest joint error while d was more than {distance}"), "deg", 1, obstacle=True)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Reading:
-    """Return the largest |q_d − q| while d was more than a distance [rad]."""
+    """Largest |q_d − q| while d was larger [rad]."""
     errors, beyond = joint_errors(evidence), evidence.column("d") > distance
     return at(errors, int(np.where(beyond, errors, -np.inf).argmax())) if beyond.any() else None

@@ -1,4 +1,4 @@
-"""One hand and its elbow, eqs (1)–(8): freedom, drift and error."""
+"""Hand and elbow, eqs (1)–(8): freedom, drift and error."""
 
 import numpy as np
 import pinocchio as pin
@@ -13,7 +13,7 @@ from scenes.solo import LAP, circle
 
 
 def hand_errors(evidence: Evidence) -> Array:
-    """Return |e| of the hand (rows,) [m]; nan, which does not tell, if the task is about joints."""
+    """|e| (rows,) [m]; nan if the task is about joints."""
     if evidence.settings.experiment.error_unit != "m²":
         return np.full(evidence.rows, np.nan)
     return np.sqrt(evidence.column("e2"))
@@ -21,7 +21,7 @@ def hand_errors(evidence: Evidence) -> Array:
 
 @quantity(N_("ways to move while the hand's task is kept"), "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
-    """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
+    """trace (I − J^# J) of the hand's task, eq. (6): number of independent joint motions without it."""
     J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
     if np.linalg.matrix_rank(J, tol=1e-3) < len(J):
         return float(J.shape[1] - np.linalg.matrix_rank(J, tol=1e-3))
@@ -30,32 +30,28 @@ def null_dimension(evidence: Evidence) -> Value:
 
 @quantity(N_("hand error"), "mm", 1, live=True)
 def hand_error_now(evidence: Evidence) -> Value:
-    """Return |e| of the hand in the newest step [m]."""
     return float(hand_errors(evidence)[-1])
 
 
 @quantity(N_("largest hand error"), "mm", 2)
 def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Reading:
-    """Return the largest |e| of the hand from a time on [m]."""
     errors, counted = hand_errors(evidence), evidence.times >= since - 1e-9
     return at(errors, int(np.where(counted, errors, -np.inf).argmax())) if counted.any() else None
 
 
 @quantity(N_("mean hand error"), "mm", 1)
 def mean_hand_error(evidence: Evidence) -> Value:
-    """Return the mean |e| of the hand [m]."""
     return float(hand_errors(evidence).mean())
 
 
 @quantity(N_("hand error at {time}"), "mm", 1)
 def hand_error_at(evidence: Evidence, time: float) -> Reading:
-    """Return |e| of the hand at a time [m]."""
     return at(hand_errors(evidence), evidence.row_at(time))
 
 
 @quantity(N_("way between the elbow's farthest places"), "mm", 0)
 def elbow_travel(evidence: Evidence) -> Reading:
-    """Return the largest distance between two places where the elbow was [m]; it stands where the elbow is farthest from its first one."""
+    """Largest distance between two positions [m], at the row farthest from the first one."""
     places = evidence.along(evidence.elbow)
     farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
     return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
@@ -63,7 +59,7 @@ def elbow_travel(evidence: Evidence) -> Reading:
 
 @quantity(N_("largest turn of the hand"), "deg", 0)
 def hand_turned(evidence: Evidence) -> Value:
-    """Return the largest angle by which the hand was turned from how it was at the start [rad]."""
+    """Largest angle from the initial orientation [rad]."""
     if not evidence.whole:
         return None
     first = evidence.kinematics_at(0).hand_pose(evidence.arm).rotation.copy()
@@ -79,7 +75,6 @@ def mark_miss(evidence: Evidence, angle: float) -> Value:
 
 
 def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
-    """Return the rows where the last whole lap of the circle begins and ends."""
     run = evidence.settings
     if not evidence.whole or not run.draws_circle:
         return None
@@ -90,7 +85,7 @@ def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
 
 @quantity(N_("drift of the tip in a lap"), "mm", 3)
 def drift_per_lap(evidence: Evidence) -> Value:
-    """Return |e(end) − e(begin)| of the last whole lap of the circle [m]: by how much the tip's curve fails to close."""
+    """|e(end) − e(begin)| of the last whole lap [m]: the gap of the tip's curve."""
     lap = _last_lap(evidence)
     if lap is None:
         return None
@@ -101,7 +96,7 @@ def drift_per_lap(evidence: Evidence) -> Value:
 
 @quantity(N_("drift of the joints in a lap"), "deg", 2)
 def joint_drift_per_lap(evidence: Evidence) -> Value:
-    """Return |q(end) − q(begin)| of the last whole lap of the circle [rad]: whether a closed curve of the tip is one of the joints."""
+    """|q(end) − q(begin)| of the last whole lap [rad]: 0 if the joints' curve closes, too."""
     lap = _last_lap(evidence)
     if lap is None:
         return None
@@ -111,13 +106,13 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
 
 @quantity(N_("largest hand error of the last lap"), "mm", 3)
 def lap_error(evidence: Evidence) -> Reading:
-    """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
     lap, errors = _last_lap(evidence), hand_errors(evidence)
     return None if lap is None else at(errors, lap[0] + int(errors[lap[0] : lap[1] + 1].argmax()))
 
 
 @quantity(N_("K dt"), "", 2, live=True, settings=True)
 def gain_step(evidence: Evidence) -> Value:
-    """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
+    """K dt, the share of the error corrected per step: above 2 the correction overshoots by more than the
+    error."""
     run = evidence.settings
     return run.gain * (run.overdrive if "kx" in run.experiment.reads else 1.0) * run.dt

@@ -1,4 +1,4 @@
-"""How well the joints can move the critical point along the line of contact, the speeds that this costs, their jumps, and chatter."""
+"""Motion of the critical point by the joints: lever, speeds, jumps, chatter."""
 
 import numpy as np
 
@@ -10,25 +10,24 @@ from controllers.kinematics import Array
 
 @quantity(N_("|J_d|"), "m/rad", 3, live=True, obstacle=True)
 def lever_now(evidence: Evidence) -> Value:
-    """Return |J_d| in the newest step [m/rad]."""
+    """|J_d| [m/rad]."""
     return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))
 
 
 def _levers(evidence: Evidence) -> Array:
-    """Return |J_d| at the sampled rows (k,) [m/rad]."""
+    """(k,) [m/rad]."""
     return np.linalg.norm(evidence.along(evidence.lever), axis=1)
 
 
 @quantity(N_("smallest |J_d|"), "m/rad", 3, obstacle=True)
 def smallest_lever(evidence: Evidence) -> Reading:
-    """Return the smallest |J_d| of the run [m/rad]."""
     levers = _levers(evidence)
     return At(float(levers.min()), evidence.sampled_rows()[int(levers.argmin())])
 
 
 @quantity(N_("speed that the textbook's law asks for"), "rad/s", 1, obstacle=True)
 def textbook_speed(evidence: Evidence) -> Reading:
-    """Return the largest λ v / |J_d| of the run, |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
+    """Largest λ v / |J_d|: |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
     levers, rows = _levers(evidence), evidence.sampled_rows()
     asked = evidence.column("lambda")[rows] * evidence.settings.law.nominal_velocity
     speeds = np.divide(asked, levers, out=np.full(len(levers), -np.inf), where=levers > 1e-9)
@@ -38,14 +37,13 @@ def textbook_speed(evidence: Evidence) -> Reading:
 
 @quantity(N_("largest joint speed reached"), "rad/s", 2)
 def reached_speed(evidence: Evidence) -> Reading:
-    """Return the largest speed of one joint [rad/s]."""
     speeds = np.abs(evidence.velocities).max(axis=1)
     return at(speeds, int(speeds.argmax()))
 
 
 @quantity(N_("largest share of a joint's top speed"), "%", 0)
 def speed_share(evidence: Evidence) -> Reading:
-    """Return the largest |q̇| of a joint over its limit."""
+    """Largest |q̇| of a joint over its limit."""
     limits = evidence.room.model.velocityLimit[evidence.arm.joints]
     shares = (np.abs(evidence.velocities) / limits).max(axis=1)
     return at(shares, int(shares.argmax()))
@@ -58,18 +56,18 @@ def time_without_authority(evidence: Evidence) -> Value:
 
 
 SWINGS = 4
-"""Steps in a row that go to and fro before that counts as chatter."""
+"""Consecutive alternating steps that count as chatter."""
 
 
 @quantity(N_("largest step of a joint's speed"), "rad/s", 3)
 def velocity_step(evidence: Evidence) -> Reading:
-    """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
+    """Of one joint in one step [rad/s]."""
     steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
     return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
 
 
 def _first_switch(evidence: Evidence) -> Row:
-    """Return the row in which avoidance is first switched on: λ was less than ½ the row before."""
+    """Row in which avoidance is first switched on: λ was less than ½ before."""
     lam = evidence.column("lambda")
     found = np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))
     return int(found[0]) + 1 if len(found) else None
@@ -77,14 +75,14 @@ def _first_switch(evidence: Evidence) -> Row:
 
 @quantity(N_("jump of the joint velocity"), "rad/s", 3)
 def first_jump(evidence: Evidence) -> Reading:
-    """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
+    """|Δq̇| over all joints at the first switch [rad/s]."""
     row = _first_switch(evidence)
     return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
 
 
 @quantity(N_("(v + u)/|J_d|"), "rad/s", 3)
 def first_jump_formula(evidence: Evidence) -> Reading:
-    """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
+    """(v + u)/|J_d| at the first switch [rad/s]."""
     row = _first_switch(evidence)
     if row is None:
         return None
@@ -94,19 +92,18 @@ def first_jump_formula(evidence: Evidence) -> Reading:
 
 @quantity(N_("u at the switch"), "m/s", 3)
 def switch_pull(evidence: Evidence) -> Reading:
-    """Return u where avoidance is first switched on [m/s]."""
     return at(evidence.column("u"), _first_switch(evidence))
 
 
 @quantity(N_("|J_d| at the switch"), "m/rad", 3)
 def switch_lever(evidence: Evidence) -> Reading:
-    """Return |J_d| where avoidance is first switched on [m/rad]."""
     row = _first_switch(evidence)
     return None if row is None else At(float(np.linalg.norm(evidence.lever(row))), row)
 
 
 def largest_zigzag(values: Array) -> tuple[float, Row]:
-    """Return the largest swing that values (k,) keep up to and fro for `SWINGS` steps, and where it ends; 0 and None if they never do."""
+    """Largest alternating swing that values (k,) keep for `SWINGS` steps, and the row of its end, or 0 and
+    None."""
     steps = np.diff(values)
     if len(steps) < SWINGS:
         return 0.0, None
@@ -119,6 +116,6 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
 
 @quantity(N_("chatter of the distance"), "mm", 2, obstacle=True)
 def zigzag(evidence: Evidence) -> Reading:
-    """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
+    """Of d [m]."""
     swing, end = largest_zigzag(evidence.column("d"))
     return swing if end is None else At(swing, end)

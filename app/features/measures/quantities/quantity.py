@@ -1,4 +1,4 @@
-"""What can be measured in a run: functions by name, with their unit, and how a value is read."""
+"""Measurable quantities by name, and the text of a value."""
 
 import inspect
 import math
@@ -12,30 +12,30 @@ from controllers.errors import BadSetting, NumberText
 from controllers.kinematics import Array
 
 Value = float | None
-"""None: this run does not tell, or not yet."""
+"""In SI units; None if the run does not tell (yet)."""
 
 Row = int | None
-"""Row of `Evidence.table`; None if the run has no such row."""
+"""Row of `Evidence.table`."""
 
 
 class At(NamedTuple):
-    """A value, and the row of `Evidence.table` in which it stands."""
+    """A value, and its row of `Evidence.table`."""
 
     value: float
     row: int
 
 
 def at(values: Array, row: Row) -> At | None:
-    """Return the one of values (rows,) that stands in a row."""
+    """`values[row]` with its row, or None."""
     return None if row is None else At(float(values[row]), row)
 
 
 Reading = At | Value
-"""What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
+"""Result of a quantity: a value alone has no single moment, and nan counts as None."""
 
 
 class Unit(NamedTuple):
-    """A unit in which numbers are read: the SI unit of what it measures, the factor from that, and what stands behind a number."""
+    """Unit for readers: its SI unit, the factor from that, and the suffix of a number."""
 
     si: str
     factor: float
@@ -59,19 +59,19 @@ UNITS: Final[dict[str, Unit]] = {
     "1/s": Unit("1/s", 1.0, "1/s"),
     "m/rad": Unit("m/rad", 1.0, "m/rad"),
 }
-"""By the name that a lesson file gives them."""
+"""By their names in lesson files."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Something that can be measured.
+    """A measurable quantity.
 
     Attributes:
-        label: what a person calls it; its parameters may stand in it in braces.
-        shown: the usual unit for reading, see `UNITS`.
+        label: for readers, perhaps with parameters in braces.
+        shown: usual unit, see `UNITS`.
         digits: after the point, in that unit.
-        live: whether it looks at the newest step only, so that it can be shown all the time.
-        function: (evidence, **parameters) → what was found.
+        live: whether it needs only the newest step, so that it can be shown all the time.
+        function: (evidence, **parameters) → Reading.
     """
 
     label: str
@@ -86,12 +86,11 @@ class Quantity:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Return the units in which it can be shown."""
         return tuple(name for name, unit in UNITS.items() if unit.si == UNITS[self.shown].si)
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {}
-"""All, by name. Filled by the modules beside this one."""
+"""All, by name. Filled by the other modules."""
 
 
 def quantity(
@@ -102,12 +101,12 @@ def quantity(
     obstacle: bool = False,
     settings: bool = False,
 ) -> Callable[[Callable[..., Reading]], Callable[..., Reading]]:
-    """Make a function of `Evidence` known as something that can be measured.
+    """Register a function of `Evidence` as a quantity.
 
     Args:
         label, shown, digits, live: see `Quantity`.
-        obstacle: whether a run tells it only if there is something to keep clear of.
-        settings: whether the settings alone tell it, even before the first step.
+        obstacle: whether it needs an obstacle.
+        settings: whether it needs only the settings, even before the first step.
     """
 
     def note(measured: Callable[..., Reading]) -> Callable[..., Reading]:
@@ -123,10 +122,10 @@ def quantity(
 
 
 def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
-    """Return keyword arguments, checked against the parameters of a function: numbers, texts and choices.
+    """Keyword arguments, checked against a function's parameters: numbers, texts and choices.
 
     Raises:
-        BadSetting: there is no such parameter, one is missing, or a value is not possible.
+        BadSetting: unknown or missing parameter, or impossible value.
     """
     for key in given:
         if key not in wanted:
@@ -158,14 +157,14 @@ def _read(what: str, kind: Any, value: object) -> Any:
 
 
 def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
-    """Return a measurement of a run; None if the run does not tell."""
+    """None if the run does not tell."""
     found = QUANTITIES[name].function(evidence, **dict(parameters))
     value = found.value if isinstance(found, At) else found
     return None if value is None or math.isnan(value) else float(value)
 
 
 def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
-    """Return when a measurement stands as it does: the time after that step [s]; None if it is no single moment's, or not told."""
+    """Time of the measured value [s]; None if it has no single moment."""
     found = QUANTITIES[name].function(evidence, **dict(parameters))
     if not isinstance(found, At) or math.isnan(found.value):
         return None
@@ -173,7 +172,7 @@ def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...
 
 
 def shown_value(value: Value, unit: str, digits: int) -> str:
-    """Return a value as it is read: "88.2 mm"; "–" if there is none. `unit`: see `UNITS`."""
+    """ "88.2 mm"; "–" for None. `unit`: see `UNITS`."""
     if value is None:
         return "–"
     _, factor, sign = UNITS[unit]
@@ -189,7 +188,7 @@ def shown_value(value: Value, unit: str, digits: int) -> str:
 
 
 def significant_digits(value: Value, unit: str, digits: int) -> int:
-    """Digits after the point that show two significant ones: at most one more than usual, and 0 of a whole number."""
+    """Digits after the point for two significant ones: at most one more than usual, and 0 for a whole number."""
     if not digits or value is None or not math.isfinite(value) or value == 0.0:
         return digits
     exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])
@@ -197,11 +196,10 @@ def significant_digits(value: Value, unit: str, digits: int) -> int:
 
 
 _SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "dead": "ms", "since": "s", "until": "s"}
-"""Parameter → the unit in which it is read."""
+"""Parameter → unit for readers."""
 
 
 def shown_parameter(name: str, value: object) -> str:
-    """Return a parameter of a measurement as it is read."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     _, factor, sign = UNITS[_SHOWN.get(name, "")]

@@ -1,4 +1,4 @@
-"""Section III, eqs (14)–(25): are the two tasks independent, and is the paper's condition met? With K_a = K, as on the page."""
+"""Section III, eqs (14)–(25): independence of the two tasks, and the paper's condition, with K_a = K."""
 
 import numpy as np
 
@@ -9,11 +9,10 @@ from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION
 
 LOOKS = 60
-"""Moments of a run that are analysed."""
+"""Analysed moments of a run."""
 
 
 def analysed(evidence: Evidence, row: int) -> Analysis:
-    """Return section III's quantities in a row of a run with something to avoid."""
     run = evidence.settings
     J_d = evidence.lever(row)
     J = None
@@ -28,13 +27,13 @@ def _now(evidence: Evidence) -> Analysis:
 
 @quantity(N_("smallest eigenvalue of sym M"), "1/s", 2, live=True, obstacle=True)
 def eigenvalue_now(evidence: Evidence) -> Value:
-    """Return the smallest eigenvalue of (M + Mᵀ)/2 in the newest step [1/s]: the paper's condition asks for more than 0."""
+    """Smallest eigenvalue of (M + Mᵀ)/2 [1/s]: the paper's condition asks for more than 0."""
     return _now(evidence).smallest_eigenvalue
 
 
 @quantity(N_("smallest eigenvalue of sym M in the run"), "1/s", 2, obstacle=True)
 def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
-    """Return the smallest eigenvalue of (M + Mᵀ)/2 from a time on [1/s]."""
+    """Smallest eigenvalue of (M + Mᵀ)/2 from a time on [1/s]."""
     rows = np.flatnonzero(evidence.times >= since - 1e-9)
     if not len(rows):
         return None
@@ -44,17 +43,17 @@ def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
 
 @quantity(N_("rank of both tasks together"), "", 0, live=True, obstacle=True)
 def rank_now(evidence: Evidence) -> Value:
-    """Return rank [J_a; J_b] in the newest step, eqs (14), (15)."""
+    """rank [J_a; J_b], eqs (14), (15)."""
     return float(_now(evidence).rank_stack)
 
 
 @quantity(N_("1 − λρ², the part of the task that is left"), "", 2, live=True, obstacle=True)
 def survival_now(evidence: Evidence) -> Value:
-    """Return 1 − λ ρ² in the newest step: how much of the task survives along the line of contact."""
+    """1 − λ ρ²: the part of the task that survives along the line of contact."""
     return _now(evidence).survival
 
 
 @quantity(N_("‖J_a J_b^#‖"), "", 2, live=True, obstacle=True)
 def coupling_now(evidence: Evidence) -> Value:
-    """Return ‖J_a J_b^#‖ in the newest step, eq. (16): 0 for orthogonal tasks."""
+    """‖J_a J_b^#‖, eq. (16): 0 for orthogonal tasks."""
     return _now(evidence).coupling
