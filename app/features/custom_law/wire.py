@@ -1,6 +1,7 @@
-"""Messages between the page and the process of a custom law: msgpack over a `multiprocessing.connection.Connection`.
+"""Messages between the page and a custom law's process: msgpack over a
+`multiprocessing.connection.Connection`.
 
-Arrays travel as the bytes of their numbers (float64), since a call must cost a small part of a tick. Nothing is pickled.
+Arrays are sent as float64 bytes, since a call may cost only a small part of a tick. Nothing is pickled.
 """
 
 import string
@@ -30,19 +31,20 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
     """Asks for q̇.
 
     Attributes:
-        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the law may write to.
+        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the
+            law may modify.
     """
 
     fields: tuple[bytearray | float | None, ...]
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
-        """Return the question. `situation`: any tuple with the fields of a `Situation`, with arrays of float64."""
+        """Make a question. `situation`: a tuple with the fields of a `Situation`, arrays of float64."""
         values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
         return VelocityQuestion(tuple(values))
 
     def situation(self) -> Situation:
-        """Return the situation, in arrays of its own."""
+        """The situation, in new arrays."""
         values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields]
         for matrix in _MATRICES:
             if values[matrix] is not None:
@@ -75,14 +77,14 @@ LawQuestion = VelocityQuestion | ActivationQuestion | ActivationsQuestion | Rate
 
 
 class TextParts(Struct, array_like=True):
-    """A text as plain data: a `LazyText` as its template and parts, any other text with None for parts."""
+    """A text as plain data: template and parts of a `LazyText`; parts are None for any other text."""
 
     template: str
     parts: dict[str, "TextParts"] | None
 
     @staticmethod
     def of(text: object) -> "TextParts":
-        """Return the parts of a text, without lone surrogates, which cannot be sent."""
+        """Parts of a text, without lone surrogates, which cannot be sent."""
         lazy = isinstance(text, LazyText)
         template = (text.template if lazy else str(text)).encode(errors="replace").decode()
         return TextParts(template, {name: TextParts.of(part) for name, part in text.parts.items()} if lazy else None)
@@ -91,7 +93,7 @@ class TextParts(Struct, array_like=True):
         """Return the text.
 
         Raises:
-            ValueError: the template is no template of a text; a law may write to the connection itself.
+            ValueError: an invalid template; a law may write to the connection itself.
         """
         parts = self.parts
         if parts is None:
@@ -114,7 +116,7 @@ class FileLoaded(Struct, tag=True, array_like=True):
 
 
 class Numbers(Struct, tag=True, array_like=True):
-    """The answer to a question, and the time that the law took for it [s]; None where it is not measured."""
+    """Answer to a question, and the law's time for it [s]; None if it is not measured."""
 
     values: bytes
     seconds: float | None = None
@@ -124,7 +126,7 @@ class Numbers(Struct, tag=True, array_like=True):
 
 
 class Failure(Struct, tag=True, array_like=True):
-    """What is wrong, and on which line of the file, if known."""
+    """A fault, and its line in the file, if known."""
 
     text: TextParts
     line: int | None
@@ -133,16 +135,16 @@ class Failure(Struct, tag=True, array_like=True):
 Reply = Started | FileLoaded | Numbers | Failure
 
 encode: Final = Encoder(enc_hook=float).encode
-"""Message → bytes; the hook is for the scalars of NumPy."""
+"""Message → bytes; the hook is for NumPy scalars."""
 decode_question: Final = Decoder(LoadFile | LawQuestion).decode
 _decode_reply: Final = Decoder(Reply).decode
 
 
 def decode_reply(body: bytes) -> Reply:
-    """Return the reply.
+    """Decode a reply.
 
     Raises:
-        ValueError: the message is not a reply; the law has written to the connection itself.
+        ValueError: it is not a reply; the law may have written to the connection itself.
     """
     try:
         return _decode_reply(body)

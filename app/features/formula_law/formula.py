@@ -1,10 +1,11 @@
 """Grammar and parser of a law's formula: one arithmetic expression, never read by Python.
 
-   sum     = product { ("+" | "-") product }
-   product = sign { ("*" | "/") sign }
-   sign    = ("-" | "+") sign | power
-   power   = atom [ ("^" | "**") sign ]
-   atom    = number | name | function "(" argument { "," argument } ")" | "(" sum ")"
+    sum     = product { ("+" | "-") product }
+    product = sign { ("*" | "/") sign }
+    sign    = ("-" | "+") sign | power
+    power   = atom [ ("^" | "**") sign ]
+    atom    = number | name | function "(" argument { "," argument } ")" | "(" sum ")"
+
 A comparison of two sums is allowed only as the first argument of `where`. All numbers are floats, so that no
 power takes long; with the three limits below a value costs at most some microseconds.
 """
