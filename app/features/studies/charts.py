@@ -1,4 +1,4 @@
-"""The charts that are drawn from studies: trade-off, laws at equal safety, single steps."""
+"""Charts of studies: trade-off, laws at equal safety, single steps."""
 
 from itertools import chain
 from typing import Any, Final
@@ -19,7 +19,7 @@ def _tip(text: str) -> Markup:
 
 
 def trade_off(frame: Frame, height: int) -> Markup:
-    """The map of distance against error over n and v. `height`: [CSS px]."""
+    """Map of distance against error over n and v. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.trade_off is None:
         return _tip(tr("The trade-off map is not available for a custom law."))
@@ -28,7 +28,7 @@ def trade_off(frame: Frame, height: int) -> Markup:
 
 
 def safety(frame: Frame, height: int) -> Markup:
-    """The curves of all laws at equal safety. `height`: [CSS px]."""
+    """Curves of all laws at equal safety. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.safety_curves is None:
         return _tip(tr("Laws are not compared while a custom law runs."))
@@ -44,7 +44,7 @@ def single_steps(frame: Frame, height: int) -> Markup:
 
 
 def _size(parts: BackgroundParts[Any, Any] | None) -> float:
-    """How much of a result is there, from 0 to 1."""
+    """Finished share, from 0 to 1."""
     return 0.0 if parts is None else parts.size
 
 
@@ -61,6 +61,6 @@ def _safety_size(frame: Frame) -> float:
 CHARTS: Final[Charts] = {
     "map": FurtherChart(N_("trade-off of n and v"), trade_off, _trade_off_size),
     "safety": FurtherChart(N_("laws at equal safety"), safety, _safety_size),
-    # It also changes by its own buttons, and when finer steps are there: it is drawn at every refresh.
+    # Drawn at every refresh: its own buttons and new finer steps change it, too.
     "microscope": FurtherChart(N_("single steps at dt and dt/2"), single_steps, lambda frame: object()),
 }
