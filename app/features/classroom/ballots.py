@@ -14,7 +14,6 @@ class Counts(NamedTuple):
     """Counts of a question.
 
     Attributes:
-        newest: of the last round.
         first: of the first round; None if there was only one.
         switches: counts of each pair of a student's answers in the first and last round.
     """
@@ -44,7 +43,6 @@ class Ballots:
     Attributes:
         revealed: questions with a tally that all see.
         pages_only: true if votes without a page are not counted.
-        pageless: students without a page.
     """
 
     def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
@@ -73,13 +71,11 @@ class Ballots:
         return tuple(self._rounds.get(question, ({},)))
 
     def counted_rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
-        """`rounds_of` a question without uncounted ballots."""
         rounds, left_out = self.rounds_of(question), self._left_out
         return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
 
     @property
     def _left_out(self) -> Collection[str]:
-        """Students who are not counted."""
         return self.pageless if self.pages_only else ()
 
     def paired(
@@ -116,7 +112,6 @@ class Ballots:
         self._counts.clear()
 
     def voters_of(self, question: QuestionId) -> VoterCount:
-        """Origin of the last round's votes."""
         students = self.rounds_of(question)[-1].keys()
         addresses = {self._addresses[student] for student in students if student in self._addresses}
         return VoterCount(len(students), len(addresses), len(students & self.pageless))
@@ -156,12 +151,10 @@ class Ballots:
         return self.rounds_of(question)[-1].get(student, Ballot())
 
     def first_ballot_of(self, question: QuestionId, student: str) -> Ballot:
-        """A student's first ballot on a repeated question."""
         first, *later = self.rounds_of(question)
         return first.get(student, Ballot()) if later else Ballot()
 
     def ballots_of(self, student: str) -> dict[QuestionId, Ballot]:
-        """A student's last ballot on every question."""
         found: dict[QuestionId, Ballot] = {}
         for question in self.questions:
             for ballots in self.rounds_of(question):

@@ -37,8 +37,6 @@ class ClassDownloads:
     """Buttons for this class and for the last one. All methods belong to the shared session's thread.
 
     Args:
-        handlers: of the page.
-        jobs: makes the files.
         book: in the teacher's language.
     """
 
@@ -59,7 +57,6 @@ class ClassDownloads:
         handlers.add(MakeReport, self._make)
 
     def build(self) -> None:
-        """Add the buttons to the caller's open container."""
         self._row(
             N_("class report"),
             N_(
@@ -110,9 +107,7 @@ class ClassDownloads:
         self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
 
     def show(self) -> None:
-        """Deliver finished files."""
         self._jobs.collect()
 
     def close(self) -> None:
-        """Cancel unfinished files."""
         self._jobs.close()

@@ -26,9 +26,7 @@ class ClassRecord:
     Attributes:
         saved: time [s since 1970].
         ballots: question → tab id → ballot of the last round.
-        revealed: questions with a tally that all see.
         free: true while the students explore.
-        leader: id of the leading tab, or None.
         students: ids of the other tabs.
         earlier: question → ballots of its earlier rounds, oldest first.
         passed: lesson and step → tabs that passed the challenge.

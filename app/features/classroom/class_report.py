@@ -103,25 +103,21 @@ class _Question(PaperStep):
 
     @property
     def counts(self) -> list[str]:
-        """Number of answers in each round, as texts."""
         rounds = enumerate(self.asked.rounds, 1)
         return [tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one) for i, one in rounds]
 
     @property
     def rounds(self) -> list[tuple[int, Tally]]:
-        """Number and counts of the first and the last round."""
         rounds = list(enumerate(self.asked.rounds, 1))
         return [rounds[0], rounds[-1]] if len(rounds) > 1 else rounds
 
     @property
     def words(self) -> tuple[str, str]:
-        """Sentence about a tie, and the number of changed answers."""
         right = None if self.step.question is None else self.step.question.right
         return tie_text(self.asked.rounds[-1]), switches_text(self.asked.switches, right)
 
     @property
     def cloud(self) -> Markup:
-        """Curves of the class over the outcome."""
         return cloud_html(self.step.drawing, self.rounds, () if self.outcome is None else self.outcome.curve)
 
 
@@ -164,12 +160,10 @@ def report_names(reports: Sequence[HandIn]) -> list[str]:
 
 
 def _untested(lessons: Sequence[Lesson]) -> list[Lesson]:
-    """Lessons without the repeated tests, which have their own table."""
     return [lesson for lesson in lessons if not lesson.asked]
 
 
 def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterator[tuple[Lesson, int, Step]]:
-    """Yield the wanted steps with lesson and index, in the order of the lessons."""
     for lesson in lessons:
         for index, step in enumerate(lesson.steps):
             if (lesson.id, step.id) in wanted:
@@ -219,9 +213,6 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
 
 
 def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
-    """Yield a row for each question asked before and after, and below it the later answers for each earlier
-    one.
-    """
     questions, marks = gains(summary.paired, lessons), list[object]([""] * len(summary.hand_ins))
     for one in questions:
         about: dict[str, object] = {"lesson": one.lesson.id, "step": one.step.id, "right_answer": one.right + 1}

@@ -12,7 +12,6 @@ class AskedQuestion:
     """A question that a class has answered.
 
     Attributes:
-        rounds: counts of each round.
         switches: from the first round to the last one; () for one round.
     """
 
@@ -42,7 +41,6 @@ class ClassSummary:
 
     Attributes:
         saved: time [s since 1970].
-        students: number of students with an answer.
         asked: in the order of the first answers.
         passed: lesson and step → number of students who passed.
         hand_ins: by name, unnamed ones last.

@@ -30,7 +30,6 @@ class Poll:
         question: lesson and step.
         choices: Markdown.
         open: true until the reveal, or until the outcome is shown.
-        revealed: true if all see the tally.
         outcome: measured lines; empty before it is shown.
         right: the confirmed choice; None before the outcome.
         verdicts: on each choice; empty before the outcome.
@@ -75,12 +74,9 @@ class Classroom:
 
     Attributes:
         free: true while the students explore; otherwise they follow.
-        paused: true if all sessions are paused.
         waiting: number of students without a place to explore.
         elsewhere: students with breakout sessions in other processes.
         load: of the server; None before it was measured.
-        work: students' own progress and hand-ins.
-        board: progress of exploring students.
         pace, wanted: open steps for them, None for all; the student of the run to show, or "".
     """
 
@@ -106,11 +102,9 @@ class Classroom:
         self._look_at_voters(student)
 
     def leave(self, client_id: int) -> None:
-        """Remove a student's connection."""
         self._here.pop(client_id, None)
 
     def _look_at_voters(self, student: str) -> None:
-        """Record a student's origin before a vote counts."""
         for one, origin in self._here.values():
             if one == student and origin is not None:
                 self.ballots.note(student, origin)
@@ -122,7 +116,6 @@ class Classroom:
 
     @property
     def heads(self) -> tuple[int, int]:
-        """Number of all students, and of those in breakout sessions."""
         return len(self.here), sum(self.groups.values())
 
     @property
@@ -139,7 +132,6 @@ class Classroom:
         self.free = True
 
     def follow(self) -> None:
-        """Call all students back to the shared session."""
         self.free, self.wanted = False, ""
         self.places.take_all()
 
@@ -219,7 +211,6 @@ class Classroom:
         return checked is not None and self.ballots.draw(question, student, checked)
 
     def give_reason(self, walk: Walkthrough | None, student: str, question: QuestionId, reason: str) -> None:
-        """Record the reason of an answer to the current question."""
         poll = self.poll(walk)
         if poll is not None and poll.open and poll.question == question:
             self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))

@@ -45,7 +45,6 @@ def voters_html(voters: VoterCount) -> Markup:
 
 
 def _tie(poll: Poll) -> str:
-    """Sentence about a tie, after the reveal with the answer that the run is compared with."""
     text = tie_text(poll.tally)
     if not text or not poll.revealed or not poll.staged or not poll.runs:
         return text

@@ -29,7 +29,6 @@ class StudentWork:
 
     Attributes:
         passed: challenge → students who passed it.
-        hand_ins: reports by student.
         nearest: lesson and step of a duel → smallest d − d_m of all students' pushes [m].
     """
 
@@ -55,7 +54,6 @@ class StudentWork:
 
     @property
     def choices(self) -> dict[QuestionId, dict[str, int]]:
-        """Answers in the students' own sessions, by question and student."""
         found: dict[QuestionId, dict[str, int]] = {}
         for student, progress in self._progress.items():
             for question, done in from_json(progress).steps.items():

@@ -49,7 +49,6 @@ class TrialResult:
 
     Attributes:
         reason: which condition, and its margin; a `Message`.
-        curve: of a failed run, or None.
         line: 1-based line of the file where it failed, or None.
         as_template: true if all answers so far are those of the template's law.
     """
@@ -86,7 +85,6 @@ class Candidate(Law, Protocol):
     """A law that may fail.
 
     Attributes:
-        problem: reason of the failure, or None.
         seconds: duration of the last call [s].
     """
 
@@ -120,12 +118,7 @@ PATIENCE: Final = 10.0
 
 
 class TrialStopped(Exception):
-    """The law failed, or is too slow for the test to end; the message gives the reason.
-
-    Attributes:
-        curve: of the run so far, or None.
-        line: see `TrialResult`.
-    """
+    """The law failed, or is too slow for the test to end; the message gives the reason."""
 
     curve: TrialCurve | None = None
     line: int | None = None

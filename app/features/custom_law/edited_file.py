@@ -19,7 +19,6 @@ class Version(NamedTuple):
     Attributes:
         text: with one character at the end of each line.
         sha256: hexadecimal, of the file; "" for a new one.
-        newline: its line ending.
     """
 
     text: str

@@ -112,7 +112,6 @@ class ExaminationProgress(NamedTuple):
     Attributes:
         file: name of the tested file, or None.
         verdicts: so far, in the order of `TRIALS`; empty if the tests were never made.
-        running: true if there are more to come.
         message: reason why they could not be made, or "".
         typed: true if the law is typed on the page, without a file.
     """
@@ -150,7 +149,6 @@ class Examination:
         self.progress = self._none._replace(running=True)
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:
-        """Function that makes a test, and its arguments before the test's name."""
         return examine_one, (self._path, read_law(self._path))
 
     def advance(self) -> bool:

@@ -64,13 +64,9 @@ class LawTask(Protocol):
         ...
 
     @property
-    def order(self) -> float:
-        """Order of the editor in that tab."""
-        ...
+    def order(self) -> float: ...
 
-    def run_again(self) -> None:
-        """Restart the run with the saved law."""
-        ...
+    def run_again(self) -> None: ...
 
 
 class LawText:
@@ -94,11 +90,9 @@ class LawText:
         return True
 
     def title(self) -> str:
-        """Name of the editor for a screen reader."""
         return self.name
 
     def place(self) -> Markup:
-        """Heading, and the element for the script."""
         raise NotImplementedError
 
     def read(self) -> Version:
@@ -167,7 +161,6 @@ class LawEditor(PagePanel):
         page.handlers.add(RunLaw, self._save_and_run)
 
     def _add(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
-        """Add the fixed element of the editor, and the script's data."""
         return self._gui.add_html(self._text.place(), order=order), self._gui.add_html("", order=order)
 
     def _read(self) -> None:
@@ -189,7 +182,6 @@ class LawEditor(PagePanel):
             self._said, self._refused = "refused", str(error)
 
     def _run(self) -> None:
-        """Restart with the law beside the paper's, and test it."""
         session, asked = self._session, self.task is not None and self.task.asked
         if session.parts.lead and not asked:
             # The run had another law.
@@ -204,7 +196,6 @@ class LawEditor(PagePanel):
             tests.begin()
 
     def show(self, frame: Frame) -> None:
-        """Show the editor where it is useful, with the law's state."""
         law, task, tests = frame.live.law_status, self.task, tests_of(self._session)
         tab = None if task is None else task.tab
         offered = self._text.offered
@@ -250,7 +241,6 @@ class LawEditor(PagePanel):
 
 
 def _lamp(tests: ExaminationProgress, place: int, name: str) -> tuple[str, str]:
-    """State and name of a test's lamp."""
     if place < len(tests.verdicts):
         verdict = tests.verdicts[place]
         return "ok" if verdict.passed else "no", f"{tr(name)}: {tr(verdict.reason)}"

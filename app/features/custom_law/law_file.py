@@ -77,7 +77,6 @@ class LawFile:
 
     Attributes:
         wants_all_pairs: true if it reads `rows`, `distances` and `approaches`.
-        has_activation: true if it has a function `activation`.
 
     Raises:
         Wrong: it does not compile, fails while it is read, or has no function `law` of one argument.

@@ -50,9 +50,6 @@ LONGEST: Final = 20.0
 class Patience:
     """A time limit [s] that excludes the time in which the other process waited for a core, if the system can
     tell.
-
-    Args:
-        process: id of the other process.
     """
 
     def __init__(self, process: int, limit: float) -> None:

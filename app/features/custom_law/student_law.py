@@ -17,12 +17,7 @@ from scenes.settings import RunSettings
 
 
 class SessionLaw(Law, Protocol):
-    """A session's law; see `CustomLaw` for its members.
-
-    Attributes:
-        file, sha256: name of its file, and hexadecimal hash.
-        problem: reason of the failure, or None.
-    """
+    """A session's law; see `CustomLaw` for its members."""
 
     file: str
     sha256: str
@@ -50,14 +45,11 @@ class StudentLaw(LateLaw):
     """The session's law in its own process; does nothing without a file.
 
     Args:
-        path: of the file, or None.
         share: waiting time of the laws of all sessions.
         background, wake: see `Examination`.
 
     Attributes:
-        in_ghost: see `LateLaw`.
         enabled: true if the run or the ghost uses it.
-        examination: tests of the file; None without a file or a background.
     """
 
     def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:
@@ -130,7 +122,6 @@ class StudentLaw(LateLaw):
             self._allowed = self._part * run.dt / speed / max(self._law.step_made(), 1)
 
     def close(self) -> None:
-        """End its process, and cancel its tests."""
         if self._law is not None:
             self._law.close()
         if self.examination is not None:

@@ -221,7 +221,6 @@ def advice(name: str) -> LazyText:
 
 
 def _body(name: str) -> LazyText:
-    """Name of an arm's body, such as "left hand"."""
     side, _, body = name.partition(" ")
     template = N_("left {body}") if side == "left" else N_("right {body}")
     return LazyText(template, body=LazyText(body))

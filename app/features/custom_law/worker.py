@@ -34,7 +34,6 @@ def main() -> None:
 
 
 def _inherited(handle: int) -> "connection.Connection":
-    """Connection of an inherited descriptor, or of a Windows handle."""
     if os.name == "nt":
         return connection.PipeConnection(handle)  # pyright: ignore[reportAttributeAccessIssue]
     # The lowest free number, however many files the page has open.

@@ -104,7 +104,6 @@ def stack(height: float, rows: int, ratios: tuple[float, ...] | None = None) -> 
 
 
 def tag(axes: Axes, text: str, x: float, y: float, colour: str, size: float) -> None:
-    """Write a line's name beside it, in its colour."""
     axes.text(x, y, text, color=colour, ha="left", va="center", fontsize=size)
 
 
@@ -112,8 +111,6 @@ class Plan:
     """Common plan of all figures of one call.
 
     Args:
-        seed: of all scripted inputs.
-        quick: shorter runs and fewer points.
         on_progress: called with the number of steps since the last call.
         compute: makes the many runs; by default in this process.
     """
@@ -130,7 +127,6 @@ class Plan:
         self._kept: dict[tuple[RunSettings, float], Run] = {}
 
     def either(self, full: T, quick: T) -> T:
-        """`quick` for a quick plan, else `full`."""
         return quick if self.quick else full
 
     def settings(self, law: dict[str, Any] | None = None, **changes: Any) -> RunSettings:
@@ -157,7 +153,6 @@ class Plan:
         return [results[index] for index in range(len(calls))]
 
     def summaries(self, settings: Sequence[RunSettings], seconds: float) -> list[Summary]:
-        """Simulate each with its own inputs, and summarize."""
         return self.each(summary_of, [(each, seconds) for each in settings])
 
     def shared(self, settings: RunSettings, seconds: float) -> Run:
@@ -169,7 +164,6 @@ class Plan:
 
 
 def summary_of(settings: RunSettings, seconds: float) -> Summary:
-    """Summary of a run with the settings' own inputs."""
     return run(settings, seconds).summary
 
 

@@ -74,7 +74,6 @@ class Price:
 
 
 def draw(plan: Plan) -> Drawn:
-    """e² over d_min, law by law, for several seeds."""
     length, dt = plan.either(30.0, 10.0), 0.01
     base = plan.settings(dt=dt)
     d_m = base.law.critical_distance
@@ -133,7 +132,6 @@ def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
 
 
 def _span(curves: list[KnobCurve]) -> tuple[float, float]:
-    """Range of e² that holds most curves of the second panel."""
     d, e2 = (np.concatenate([getattr(curve, name).mean(0) for curve in curves]) for name in ("d_min", "e2"))
     inside = e2[(d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)]
     if not len(inside):
@@ -155,7 +153,6 @@ def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Pr
 
 
 def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> list[str]:
-    """Table at equal distance, and the laws that beat the paper's."""
     d_m = base.law.critical_distance
     lines = [
         f"| law, at d_min = {1000 * d_m:.0f} mm | knob | e²_max [m²], mean (least to largest) | max q̈ [rad/s²] | p in q̈ ∝ dt^−p | "

@@ -70,7 +70,6 @@ def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
 
 
 def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]) -> None:
-    """Photo of the arm closest to the ball, faint at start and end, with both paths."""
     room, positions = run.simulation.room, run.simulation.history.positions(table)
     hand, wanted, centre = ways
     still = [*furniture(room), ball(centre, BALL_RADIUS, BALL_COLOUR)]
@@ -93,7 +92,6 @@ def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, in
 
 
 def _side(axes: Axes, ways: tuple[Array, Array, Array], nearest: int, clear: float) -> None:
-    """Both paths in half-planes through the ball's line along A–B, which keep distances to the ball."""
     hand, wanted, centre = ways
     along = (wanted[-1] - wanted[0]) / np.linalg.norm(wanted[-1] - wanted[0])
     flat: list[Array] = []

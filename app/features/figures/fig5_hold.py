@@ -61,7 +61,6 @@ def draw(plan: Plan) -> Drawn:
 
 
 def kept(run: Run) -> str:
-    """Sentence with the smallest distance, and if it stayed above d_m."""
     critical = run.simulation.settings.law.critical_distance
     word = "never passes" if run.summary.d_min >= critical else "**passes**"
     return (

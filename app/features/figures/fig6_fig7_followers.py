@@ -104,7 +104,6 @@ def _smooth(run: Run) -> str:
 
 
 def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
-    """Smallest distances with a slow retreat of both arms and of one."""
     slow = replace(settings, law=replace(settings.law, nominal_velocity=SLOW))
     both = plan.run(slow, length).summary.d_min
     alone = plan.run(replace(slow, avoid="free"), length).summary.d_min

@@ -65,7 +65,6 @@ def film(plan: Plan) -> Drawn:
 
 
 def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[str]) -> Drawn:
-    """Pictures of some rows of a run, with their postures."""
     simulation = run.simulation
     columns = ["t", "d", "lambda", *(name.format("q") for name in simulation.room.columns)]
     rows = np.column_stack([table[:, [COLUMN[name] for name in columns[:3]]], simulation.history.positions(table)]).tolist()
@@ -140,7 +139,6 @@ def posed_person(angles: Array) -> list[Mesh]:
 
 
 def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, int], more: list[Mesh]) -> None:
-    """One moment of a run, with the line between the closest points and its length."""
     simulation = run.simulation
     positions = simulation.history.positions(row[None])[0].copy()
     drawn = [*furniture(simulation.room), *arms(simulation.room, positions, ("silver", "orange")), *more]

@@ -23,7 +23,6 @@ class FigureEntry:
     """A figure.
 
     Attributes:
-        name: of the figure and its files.
         paper: the paper's statement on it, or on what it examines.
         number: in the paper; 0 for ours.
     """

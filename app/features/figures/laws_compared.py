@@ -43,7 +43,6 @@ class Jump(NamedTuple):
         lever: |J_d|, the smaller of both steps [m/rad].
         left: |J_d N|, the part in the null space of the hand's task, the smaller of both steps [m/rad].
         slide: movement of the pair's closest points [m].
-        pair: names of the bodies.
     """
 
     time: float
@@ -56,7 +55,6 @@ class Jump(NamedTuple):
 
 
 def largest_jump(run: Run) -> Jump:
-    """Step of the largest q̈ in a run of two arms."""
     simulation, settings, table = run.simulation, run.simulation.settings, run.table
     arm, kinematics, detector = simulation.avoiding, simulation.kinematics, simulation.detector
     steps = np.abs(np.diff(simulation.history.velocities(table)[:, arm.joints], axis=0)).max(1)
@@ -106,7 +104,6 @@ def cause(label: str, jump: Jump, hand_first: bool) -> str:
 
 
 def variants() -> dict[str, dict[str, Any]]:
-    """Label → changed settings, for every law."""
     found: dict[str, dict[str, Any]] = {}
     for name, law in LAWS.items():
         found[law.label.replace("d_m", "$d_m$")] = {"law": name}
@@ -122,7 +119,6 @@ def _run_with_jump(settings: RunSettings, seconds: float) -> tuple[Summary, Jump
 
 
 def draw(plan: Plan) -> Drawn:
-    """d_min, e² and the largest q̈ over dt, law by law."""
     steps = plan.either((0.02, 0.01, 0.005, 0.0025), (0.02, 0.01))
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
@@ -194,7 +190,6 @@ def _middle(values: list[float]) -> tuple[float, float]:
 
 
 def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -> None:
-    """Write the laws with their line styles, and their numbers at the smallest time step."""
     axes.axis("off")
     axes.set(xlim=(0, 1), ylim=(len(runs) + 0.3, -1.3))
     places = (0.66, 0.78, 0.9, 1.0)
@@ -223,7 +218,6 @@ def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
 
 
 def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: float, jumps: list[str]) -> list[str]:
-    """Table of the laws at the smallest time step, those that keep d_m, and those that jump."""
     lines = [
         "| law | d_min [mm] | time below d_m | e²_max [m²] | max q̈ [rad/s²] | p in q̈ ∝ dt^−p |",
         "|---|---|---|---|---|---|",
@@ -251,7 +245,6 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
 
 
 def _sorted_by_change(runs: dict[str, list[Summary]], steps: Sequence[float]) -> list[str]:
-    """Sentences on the laws with jumping q̇, and with fast q̈ compared with the first law."""
     paper = next(iter(runs.values()))[-1].ddq_max
     jump = [label for label, summaries in runs.items() if growth(summaries, steps) > JUMPS]
     fast = [label for label, summaries in runs.items() if label not in jump and summaries[-1].ddq_max > FAST * paper]

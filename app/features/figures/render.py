@@ -248,7 +248,6 @@ def links(palette: str, robot: str) -> tuple[tuple[Mesh, ...], ...]:
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
-    """Furniture below the arms."""
     return _furniture(furniture_glb(room.rig, coarse=False))
 
 

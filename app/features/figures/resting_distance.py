@@ -32,11 +32,7 @@ STEP: Final = 0.005
 
 
 class ContactRun:
-    """Two arms on the table; the left one avoids with its hand, the right one approaches with its forearm.
-
-    Args:
-        law: of the left arm.
-    """
+    """Two arms on the table; the left one avoids with its hand, the right one approaches with its forearm."""
 
     def __init__(self, law: SmoothPriority) -> None:
         room = build_room("table")
@@ -98,7 +94,6 @@ def settled(n: float, v: float, w: float) -> float:
 
 
 def draw(plan: Plan) -> Drawn:
-    """Resting distance over n, v and w."""
     sweeps = {
         "n": (np.linspace(1, 20, 200), plan.either((1, 2, 3, 4, 6, 8, 10, 14, 20), (4, 10)), "order $n$", (1, 20)),
         "v": (np.linspace(0.02, 0.6, 200), plan.either((0.05, 0.1, 0.2, 0.3, 0.4, 0.5), (0.1, 0.3)), "speed $v$ [m/s]", (0, 0.6)),

@@ -36,7 +36,6 @@ def along(run: Run) -> tuple[Array, list[Analysis]]:
 
 
 def draw(plan: Plan) -> Drawn:
-    """M's smallest eigenvalue, 1 − λρ² and the error over time."""
     settings, length = plan.settings({"pairs": "single"}), hold.seconds(plan)
     table, found = along(plan.shared(settings, length))
     _, posed = along(plan.shared(plan.settings({"pairs": "single"}, task="pose"), length))

@@ -91,7 +91,6 @@ class FormulaLaw(LawOfFile):
             return np.where(np.abs(found) <= LARGEST, found, np.nan)
 
     def _values(self, distance: object, pull: float, approach: float) -> Sequence[object]:
-        """Values in the order of `NAMES`."""
         law = self._settings()
         return (
             distance,

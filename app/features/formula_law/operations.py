@@ -30,8 +30,6 @@ class Operations(NamedTuple):
     """Implementation of each sign and function.
 
     Attributes:
-        signs: binary operators.
-        negative: the unary minus.
         where: (comparison, then, else) → the conditional part.
     """
 

@@ -68,7 +68,6 @@ class SessionFormula(SessionPart):
         self.text, self._law = text, law
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Stop the formula if the visitor chose a law."""
         del rebuilt
         chosen = before.run.law.law != after.run.law.law
         if chosen and self._law is not None and self._session.law.of_run is self._law and not self._session.parts.lead:

@@ -73,7 +73,6 @@ class Audiences:
 
     @contextmanager
     def _buffer_of(self, connection: ServerConnection, number: int, shared: MessageBuffer) -> Iterator[MessageBuffer]:
-        """Yield the buffer of a connected browser."""
         try:
             audience = self._assign(connection, number)
             yield shared if audience is None else audience.buffer

@@ -38,7 +38,6 @@ class BreakoutHost:
         context.server.takes_over = lambda query: True
 
     def close(self, goes_on: bool = False) -> None:
-        """Save every student's state, and close every session."""
         del goes_on
         self.admission.close()
         self._breakouts.close(self.participants.values())

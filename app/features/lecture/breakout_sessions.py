@@ -29,7 +29,6 @@ class BreakoutWorkers:
     """Sends students to other processes, and tracks them. Belongs to the shared session's thread.
 
     Args:
-        classroom: is told who is present.
         post_work: receives their hand-ins.
     """
 
@@ -51,7 +50,6 @@ class BreakoutWorkers:
         self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:
-        """Read the other processes' messages, and send them the teacher's decisions."""
         for message in self._link.received():
             match message:
                 case Present(worker):
@@ -166,13 +164,11 @@ class BreakoutSessions:
             self._coming.pop(participant.group, None)
 
     def close(self, participants: Iterable[Participant]) -> None:
-        """Save every student's state, and close the sessions."""
         for visitor in [one.visitor for one in participants if one.visitor is not None]:
             visitor.save()
             visitor.session.close()
 
     def leave(self, participant: Participant) -> None:
-        """Save the state and the session of a disconnected student."""
         participant.leave()
         self._context.errors.forget(participant.client.client_id)
         if participant.visitor is not None:

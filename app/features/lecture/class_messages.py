@@ -17,9 +17,6 @@ class Exploring(NamedTuple):
     Attributes:
         begin: initial record of a student without a saved one.
         worked: true if there is something to hand in.
-        report: the hand-in, or None.
-        name: the invented one.
-        group: the owner of the session.
     """
 
     student: str

@@ -53,7 +53,6 @@ class Leader:
 
     @property
     def tabs(self) -> tuple[str | None, tuple[str, ...]]:
-        """Ids of the leading tab, and of the students' tabs."""
         return self._holder, tuple(tab for tab in list(self._students) if tab is not None)
 
     def gone(self, client_id: int) -> None:

@@ -45,9 +45,6 @@ class LectureHost:
 
     Args:
         link: to the processes of the breakout sessions; None for this one.
-
-    Attributes:
-        control: performs the teacher's actions.
     """
 
     def __init__(self, context: AppContext, link: WorkerLink | None = None) -> None:
@@ -155,7 +152,6 @@ class LectureHost:
         return self.session.stirred or heard != self._heard
 
     def _show_plenary(self, frame: Frame) -> None:
-        """Draw the shared session, first for the operator."""
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
@@ -193,7 +189,6 @@ class LectureHost:
     # ---- connections -------------------------------------------------------------------------------------------------------
 
     def _connect(self) -> None:
-        """Remove disconnected browsers, and continue to build the pages of new ones."""
         arrivals, departures = self.admission.changes()
         for client_id in departures:
             participant = self.participants.pop(client_id, None)

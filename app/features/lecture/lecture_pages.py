@@ -31,12 +31,9 @@ class PlenaryControls:
     """Builds the teachers' pages; the operator's has the controls, and decides the shared session's language.
 
     Args:
-        control: performs the teacher's actions.
         summaries: returns the reports of this class so far and of the last one.
 
     Attributes:
-        operator: None if no teacher has the controls.
-        operation: the controls; None without an operator.
         address: for the students; None until a teacher has come.
     """
 
@@ -105,7 +102,6 @@ class PlenaryControls:
         self._build_page(operator)
 
     def _build_page(self, teacher: Participant) -> None:
-        """Build or rebuild a teacher's page."""
         client, leads, context = teacher.client, teacher is self.operator, self._context
         look = None if leads else look_of(teacher.query, browser_language(client), context.options.settings)
         language = self.language if look is None else look.language
@@ -143,7 +139,6 @@ class PlenaryAudiences:
         self.pages: dict[Audience, PlenaryPage] = {}
 
     def update(self, audiences: Audiences) -> None:
-        """Build pages for new audiences, and drop those without watchers."""
         self.pages = {one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences}
 
     def watchers(self, audience: Audience) -> Iterator[Participant]:

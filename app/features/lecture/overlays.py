@@ -115,7 +115,6 @@ def screen_html(
         view: None while no lesson is open.
         left: remaining time [s]; None without a timer.
         panels: true if the projector shows them beside the scene.
-        quotes: students' reasons for their answers.
         record: smallest d − d_m of the class in the step's duel [m], or None.
     """
     made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"

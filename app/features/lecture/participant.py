@@ -30,15 +30,9 @@ from scenes.settings import values
 class Participant:
     """One browser.
 
-    Args:
-        teacher: true if it may lead.
-        audience: None for its own page.
-        post_work: receives the student's hand-ins.
-
     Attributes:
         id: of its tab, or of its connection if the tab has none.
         lasting: true if the id outlives a reload.
-        screen: true for a projector.
         narrow: true if lesson, 3-D view and controls do not fit side by side.
         page: the shared session on a teacher's own page; None for others.
         banner, answers, hand_in, panel, invitation: parts beside the shared session, or None.
@@ -48,7 +42,6 @@ class Participant:
         member: page of a watching member; None for others, and before there is anything to see.
         takes_over: true if this browser asks for control of the session.
         moved: true if it was asked to reconnect.
-        worked: true if its student has something to hand in.
     """
 
     def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
@@ -111,7 +104,6 @@ class Participant:
 
         Args:
             poll: the shared session's question; None in a breakout session.
-            view: of the shared or the breakout session.
         """
         seen = view.part(LessonView)
         lessons, panel = seen.lessons, seen.panel

@@ -62,9 +62,6 @@ class PlenaryPage:
     def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
         """Draw a frame; return the question in this language, with its tally after the reveal. A frozen
         projector keeps its picture, and only its cover changes.
-
-        Args:
-            address: to show on a projector, or None.
         """
         set_language(self.language)
         presenter = self._control.presenter
@@ -100,11 +97,7 @@ class PlenaryPage:
 
 
 class GroupMember:
-    """A group's session in a member's own language and look. Belongs to the frame loop's thread.
-
-    Args:
-        lead: its operator.
-    """
+    """A group's session in a member's own language and look. Belongs to the frame loop's thread."""
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
         self.client, self._context = client, context

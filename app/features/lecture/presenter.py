@@ -81,7 +81,6 @@ class ShownWork(NamedTuple):
 
     Attributes:
         step: ids of lesson and step; ("", "") outside the lessons.
-        done: progress there.
         run: true if the student's run is replayed.
     """
 
@@ -97,11 +96,8 @@ class Presenter:
         clock: time [s].
 
     Attributes:
-        blank: true if the projectors are black.
         frozen: true if they keep their picture while the shared session continues.
         panels: true if they show the panels, as students see them.
-        screens: number of projectors.
-        inviting: pages that show the address.
         expected: number of expected students; 0 if unknown.
         quotes: students' reasons that the teacher has picked.
         work: one student's work in the station's place, or None.
@@ -155,7 +151,6 @@ class Presenter:
         return _OF_PHASE[place.phase]
 
     def show(self, station: Station) -> None:
-        """Show a station of the current step."""
         if station is Station.QUESTION and self._asked_at is None:
             self._asked_at = self._clock()
         self.station = station
@@ -195,7 +190,6 @@ class Presenter:
 
 
 def stations_of(walk: Walkthrough) -> tuple[Station, ...]:
-    """Stations of the current step, in their order."""
     stations: list[Station] = []
     for phase in phases_of(walk.step):
         stations.append(_OF_PHASE[phase])

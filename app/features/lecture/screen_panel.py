@@ -18,7 +18,6 @@ class ScreenPanel:
     """The controls, in the caller's open tab.
 
     Args:
-        control: performs the teacher's actions.
         keyed: true if the teacher has a key, which the projector receives.
     """
 

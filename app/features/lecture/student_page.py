@@ -69,7 +69,6 @@ class Answers:
     """Buttons, keys and texts for one student's answers.
 
     Args:
-        panel: of the shared session's lessons.
         student: id of the tab.
     """
 
@@ -227,7 +226,6 @@ class HandInBox:
 
         Args:
             offered: true if there is something to hand in.
-            report: the hand-in, or None.
             tab: the lesson's, if the controls are folded.
         """
         in_lesson = tab is not None

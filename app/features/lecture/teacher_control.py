@@ -68,7 +68,6 @@ class TeacherControl:
     """All methods except those that post belong to the shared session's thread.
 
     Attributes:
-        classroom, session, lessons: the class, and the shared session.
         answers: students' answers and hand-ins, processed before the teacher's actions; they survive the
             teacher's tab.
         refused: why the typed steps are not the lesson's, or "".
@@ -201,7 +200,6 @@ class TeacherControl:
             self.presenter.work = ShownWork(step, progress.at(*step), run)
 
     def _show_run(self, action: Ran) -> None:
-        """Replay a student's run, if the teacher still wants it."""
         player, student, recorded = self.session.player, action.student, action.recorded
         if student != self.classroom.wanted:
             return
@@ -261,7 +259,6 @@ class TeacherControl:
                 lessons.act(Press("back"))
 
     def _start_timer(self, seconds: int) -> None:
-        """Show the question to all and start its timer."""
         poll = self.poll()
         if poll is None or not poll.open:
             seconds = 0
@@ -286,5 +283,4 @@ class TeacherControl:
             lessons.act(Choose(favourite))
 
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
-        """Record a student's curve while the question takes answers."""
         self.classroom.draw(self._walk, student, question, curve)

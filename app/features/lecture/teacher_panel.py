@@ -89,7 +89,6 @@ class TeacherPanel:
 
     Args:
         notes: Markdown by lesson id; None without a key.
-        downloads: of the class's reports.
     """
 
     def __init__(
@@ -211,7 +210,6 @@ class TeacherPanel:
         self._pause.label = tr("Let everybody go on") if classroom.paused else tr("Pause everybody")
 
     def close(self) -> None:
-        """Cancel reports that are being made."""
         self._downloads.close()
 
 

@@ -57,10 +57,7 @@ def attempted(
     """Judge a run by its challenge; it does not count before its end, or if settings changed during it.
 
     Args:
-        said: the student's forecasts.
         yours: true if the student moves, so that any moment may be the end.
-        finished: true if the run is as long as the challenge asks for.
-        mixed: see `RunWatch`.
     """
     if challenge.criteria and simulation.steps == 0:
         return Attempt(False, (), LazyText(N_("Press Run first.")))

@@ -27,7 +27,6 @@ class Table:
 
     Args:
         lines: numbered lines of the file that hold the table.
-        line: the table's first line.
         path: name of the table, "" for the whole block.
     """
 

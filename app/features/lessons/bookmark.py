@@ -100,7 +100,6 @@ def is_finished(step: Step, done: StepProgress) -> bool:
 
 
 def furthest_phase(step: Step, done: StepProgress) -> Phase:
-    """Last phase that the student has reached."""
     phases = phases_of(step)
     if done.outcome is not None or (not step.measurements and not step.concept and not done.untouched):
         return phases[-1]
@@ -144,7 +143,6 @@ class OpenSteps(NamedTuple):
 
     @property
     def words(self) -> LazyText:
-        """The open steps in words, for students and the teacher."""
         if self.first == self.last:
             return LazyText(N_("Lesson {lesson}: step {step} only."), lesson=self.number, step=self.first + 1)
         parts = {"lesson": self.number, "first": self.first + 1, "last": self.last + 1}

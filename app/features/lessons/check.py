@@ -38,7 +38,6 @@ class Walk:
 
     Attributes:
         wrong: true if it should fail.
-        ok: true if it went as declared.
         seconds: wall time.
     """
 
@@ -203,7 +202,6 @@ def only_moves_otherwise(asked: Setup, beside: Setup) -> bool:
 
 
 def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where: str) -> str:
-    """Answer a question without a run."""
     outcome, right = reference(step, step.setup), answer == question.right
     _ensure(walk.choose(answer), f"{where}: the answer was not taken")
     supported = question.supported(outcome.answer(question))
@@ -226,7 +224,6 @@ def shown_early(walk: Walkthrough) -> Iterator[str]:
 
 
 def _drawn(walk: Walkthrough, flat: bool) -> str:
-    """Draw the truth, or its nearest flat line."""
     drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
     assert drawing is not None
     known = [value for value in truth if value is not None]

@@ -140,7 +140,6 @@ def drawing_svg(
     Args:
         drawn: one student's curve, or the median of a class.
         truth: () before the run.
-        others: curves of a class, without names.
         earlier: curves of the same class in an earlier round, drawn pale.
     """
     lines = [Line(curve, "first", width=1.0, opacity=0.35) for curve in earlier]

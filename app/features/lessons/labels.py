@@ -117,7 +117,6 @@ def _chosen(changes: Pairs, language: Language) -> str:
 
 
 def _done(asked: Setup, beside: Setup, language: Language) -> str:
-    """Movement in a run of the same settings, in words."""
     given, words = beside.input, words_of(language)
     if given == asked.input:
         seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))

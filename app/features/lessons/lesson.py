@@ -41,11 +41,8 @@ class Measurement:
     """A number that is measured in a run.
 
     Attributes:
-        id: name in the texts.
         name, parameters: function of `measures`, and its arguments.
         unit: key of `UNITS`.
-        digits: decimals.
-        compare: further runs with the same measurement.
         text_only: true if only a text shows it, not the list of measured values.
     """
 
@@ -92,7 +89,6 @@ class Question:
 
     Attributes:
         choices: two to six.
-        right: index of the right one.
         expects: one for each choice; empty if the outcome does not decide between them.
         ratio: true if it is about the first measurement over its first comparison.
     """
@@ -239,7 +235,6 @@ class Lesson:
 
     Attributes:
         id: file name without number and extension, unique in its folder.
-        number: place in the list.
         equations: of the paper, such as "1–6".
         promise, learned: first and last sentences of the lesson; may be "".
         again: title of a test when it is asked for the last time; "" for other lessons.

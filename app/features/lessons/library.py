@@ -113,10 +113,6 @@ class Library:
     Args:
         folder: more lessons, which replace ours with the same name, or None.
         playlist: TOML file that names the shown lessons in order; None for all.
-        with_notes: also read the teacher's notes.
-
-    Attributes:
-        book, notes: the current book in English, and notes by lesson id.
     """
 
     def __init__(self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False) -> None:

@@ -30,8 +30,6 @@ class Fault(Exception):
 
     Args:
         line: 1-based.
-        message: the fault, and the remedy.
-        others: further faults found with this one.
     """
 
     def __init__(self, line: int, message: str, others: "Iterable[Fault]" = ()) -> None:

@@ -54,7 +54,6 @@ class StepOutcome:
 
     Attributes:
         values: of the step's measurements, each followed by its comparisons.
-        complete: true if the run was long enough.
         reference: true if the reference run replaced a run that was too short or had other settings.
         unlike: keys of settings that differ from the question's.
         curve: true curve of a drawing; () if the step has no drawing.
@@ -124,7 +123,6 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
-    """Outcome of the step's run without the student."""
     if step.concept and not step.measurements:
         return StepOutcome((), True)
     own = [measured(setup, m.name, m.parameters) for m in step.measurements]
@@ -258,7 +256,6 @@ def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
 
 
 def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
-    """Number of decimals that separate a missed value from its bound."""
     return next((n for n in range(m.digits, 9) if _text(m, value, n) != _text(m, bound, n)), 9)
 
 

@@ -39,7 +39,6 @@ class Try(NamedTuple):
     Attributes:
         setting: its value [SI]; w_max of a push.
         measured: value of the first criterion [SI].
-        met: true if that criterion held.
     """
 
     setting: float
@@ -53,12 +52,8 @@ class StepProgress:
 
     Attributes:
         choice: index of the answer, or None.
-        drawing: the drawn curve, or ().
         guess: guessed distance on the line of contact [m], or None.
         why: outcome of the run that shows why the answer is wrong.
-        hints: number of open hints.
-        attempts: number of attempts at the challenge.
-        words: the student's own text.
         because: reason for the prediction.
         tries: at a search or a duel, oldest first.
     """
@@ -150,7 +145,6 @@ def _read(value: object, kind: Any, otherwise: Any) -> Any:
 
 
 def _numbers(data: Any) -> Any:
-    """Restore the infinities of `_plain`."""
     if isinstance(data, dict):
         return {key: _numbers(value) for key, value in data.items()}
     if isinstance(data, list):
@@ -175,7 +169,6 @@ def _whole_curve(curve: Curve) -> Curve:
 
 
 def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
-    """Drop unknown settings from an outcome."""
     if outcome is None:
         return None
     known = specs(Settings)
@@ -188,7 +181,6 @@ def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
 
 
 def _text(kind: type, data: object) -> object:
-    """Restore a `LazyText` of `_plain`."""
     if kind is not LazyText:
         raise NotImplementedError(f"{kind} is no plain data")
     match data or {"template": "", "parts": {}}:
@@ -209,10 +201,8 @@ class SavedLesson:
     Attributes:
         progress: the walkthrough's JSON.
         own: the visitor's settings outside the lessons.
-        open: true if a lesson was open.
         seen: (lesson, step) → run in which the visitor saw its outcome.
         now: settings of the open step's run, perhaps changed; None while no lesson is open.
-        kept: recorded motions for later steps, by name.
         said: (lesson, step) → typed forecasts.
         measured: true if the current run was already measured.
     """

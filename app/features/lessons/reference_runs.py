@@ -22,7 +22,6 @@ KEPT_RUNS = 6
 
 
 def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
-    """Set a simulation with the setup's settings to the run's start."""
     simulation.reset(start_positions(simulation.room, setup.start))
 
 
@@ -75,11 +74,9 @@ def drawn(setup: Setup, drawing: Drawing) -> Curve:
 
 
 def comparisons(setup: Setup, m: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
-    """Measure each of the further runs."""
     return tuple(measured(c.setup(setup), m.name, m.parameters) for c in compared)
 
 
 def forget() -> None:
-    """Clear the caches."""
     for cached in (simulated, measured, drawn):
         cached.cache_clear()

@@ -33,7 +33,6 @@ class Input:
 
     Attributes:
         name: of a script, of a file beside the lesson, or of a kept motion.
-        parameters: of a script.
         fallback: used until a motion was kept under that name.
     """
 
@@ -54,7 +53,6 @@ class Setup:
         changes: settings of run and page that differ from the defaults, by key.
         start: None for the scene's own.
         seconds: time at which the outcome is measured [s].
-        folder: of its files.
     """
 
     changes: Pairs

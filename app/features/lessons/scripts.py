@@ -168,7 +168,6 @@ class ScriptEntry:
 
     Attributes:
         make: (simulation that has just begun, parameters) → motion.
-        moves: what it moves.
         beside: obstacles with which it fits.
     """
 

@@ -58,9 +58,6 @@ def usual_setup(folder: Path) -> Setup:
 def read_setup(table: Table, base: Setup) -> Setup:
     """Read `settings`, `start`, `input` and `seconds` of a step, a wrong answer, a challenge or an attempt.
 
-    Args:
-        base: run that gives missing values.
-
     Raises:
         Fault: something is not possible.
     """

@@ -27,7 +27,6 @@ class StepPosition:
 
     Attributes:
         index: 0-based place of the step in the lesson.
-        done: progress in the step.
         beside: the shown run that is not the step's own, or None.
         stale: true if another run has begun since the last attempt.
     """
@@ -47,19 +46,14 @@ class StepView(StepPosition):
 
     Attributes:
         texts: (phase or "goal", text), those that may be seen by now, in order.
-        choices: the answers; empty without a question.
         drawing: the drawn curve, with the truth once the outcome is known; None without a drawing.
         locked: true if Run is locked until a prediction.
-        verdict: on the answer, once the outcome is known.
-        outcome: lines of measured values.
         why_outcome: the same of the run that shows why the answer is wrong.
         own_curve: true if a drawn λ(d) can be run now.
         why: true if a run shows why the answer is wrong; `showing` while it is on.
         contrast: difference of that run, while it is on.
         tries: at a search, once there are enough to plot; pushes of a duel.
         forecasts: numbers to predict, one line each.
-        hints: the open ones.
-        yours: true if the student moves.
         lesson_finished: true at the end of a finished last step.
     """
 
@@ -147,7 +141,6 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
 
 
 def first_sentence(text: str) -> str:
-    """First sentence of Markdown, in one line."""
     line = " ".join(text.split())
     ends = (end.start() for end in _SENTENCE_END.finditer(line))
     # A formula may hold a full stop.

@@ -22,10 +22,8 @@ class Tally(NamedTuple):
     """Counts of a class.
 
     Attributes:
-        counts: for each choice.
         waiting: present students without an answer or a curve.
         handed_in: students with an answer or a curve.
-        curves: without names.
     """
 
     counts: tuple[int, ...]
@@ -35,7 +33,6 @@ class Tally(NamedTuple):
 
     @property
     def answered(self) -> int:
-        """Number of students who chose an answer."""
         return sum(self.counts)
 
     @property

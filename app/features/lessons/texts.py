@@ -28,7 +28,6 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
     Args:
         shown: measurements with the same comparisons; at least one.
         found: value of each, then of its comparisons.
-        setup: of the run itself.
     """
     head, runs = _runs(shown[0], setup, language)
     columns = [head, *(label_of(m, language) for m in shown)]

@@ -127,7 +127,6 @@ class Walkthrough:
 
     @property
     def showing(self) -> bool:
-        """True while a run other than the step's own is shown."""
         return self.beside is not None
 
     @property
@@ -303,7 +302,6 @@ class Walkthrough:
         return f"nearest {self.lesson.id} {self.step.id}"
 
     def live(self, simulation: Simulation) -> tuple[tuple[Measurement, float | None], ...]:
-        """Shown measurements and their newest values."""
         evidence = Evidence(simulation, newest=LIVE_ROWS)
         return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
 
@@ -354,7 +352,6 @@ class Walkthrough:
         """Judge the run by the challenge, counted once; None without an open challenge.
 
         Args:
-            said: the student's forecasts.
             person: the student's motion in this run, kept for a later step that asks for it.
         """
         challenge = self.challenge
@@ -395,7 +392,6 @@ class Walkthrough:
         return self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
 
     def translate(self, book: LessonBook) -> None:
-        """Continue the step and its run in another language."""
         self._at, self.book = self.in_book(book), book
         if self._running is not None:
             self._running = self._at, self.setup

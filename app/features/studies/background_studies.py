@@ -65,7 +65,6 @@ class BackgroundParts(Generic[Part, Result]):
         return sum(job.result is not None for job in self._jobs) / len(self._parts)
 
     def forget(self) -> None:
-        """Drop the results, and cancel computations."""
         self._background.cancel(self)
         self._of, self._jobs = None, []
 
@@ -93,7 +92,6 @@ def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
 
 
 def _any_law(run: RunSettings) -> RunSettings:
-    """Settings for the curves of all laws, without the chosen law."""
     return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
 
 
@@ -107,7 +105,6 @@ def trade_off_row(settings: RunSettings, order: float) -> tuple[TradeOff, ...]:
 
 
 def _any_order(run: RunSettings) -> RunSettings:
-    """Settings for the map, without the current n and v."""
     return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
 
 
@@ -115,11 +112,8 @@ class BackgroundStudies(SessionPart):
     """The six studies of one session.
 
     Attributes:
-        questions: "what if", and smoothness.
         trade_off, safety_curves: distance against error over n and v (a row an n), and by law (a curve a
             knob); None if not computed.
-        counterexample: search for a run that breaks the promise.
-        microscope: the shown single steps.
     """
 
     name: ClassVar[str] = "studies"
@@ -188,17 +182,14 @@ class BackgroundStudies(SessionPart):
         return ()
 
     def curves(self) -> WhatIf | None:
-        """The last part of the run with the current settings."""
         return self.questions.what_if
 
     def reset(self) -> None:
-        """Drop the studies of the run before a reset."""
         self.questions.forget()
         self.knob_search.forget()
         self.microscope.forget()
 
     def close(self) -> None:
-        """Cancel all computations."""
         self.reset()
         self.counterexample.close()
         for parts in (self.trade_off, self.safety_curves):

@@ -44,7 +44,6 @@ def single_steps(frame: Frame, height: int) -> Markup:
 
 
 def _size(parts: BackgroundParts[Any, Any] | None) -> float:
-    """Finished share, from 0 to 1."""
     return 0.0 if parts is None else parts.size
 
 

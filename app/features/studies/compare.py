@@ -36,7 +36,6 @@ class Compute(Action, newest_by=("what",)):
 
 
 def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
-    """Query of a link that replays an attack."""
     return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
 
 
@@ -93,7 +92,6 @@ class ComparePanel(PagePanel):
                 self._studies.counterexample.replay_worst()
 
     def _link(self, frame: Frame) -> Mapping[str, str] | None:
-        """Link to the replayed run, if the search found it."""
         attack = self._studies.counterexample.replayed
         if frame.shown.replay.file != NAME or attack is None:
             return None
@@ -159,7 +157,6 @@ def _what_if_block(questions: Studies) -> Markup:
 
 
 def attack_html(search: CounterexampleSearch) -> Markup:
-    """Result of the search so far, and its meaning."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
@@ -180,7 +177,6 @@ def attack_html(search: CounterexampleSearch) -> Markup:
 
 
 def what_if_html(answer: WhatIf) -> Markup:
-    """The last seconds as they were, and with the current settings."""
     joints = answer.settings.experiment.error_unit == "rad²"
     error = (
         (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°")) if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
@@ -197,7 +193,6 @@ def what_if_html(answer: WhatIf) -> Markup:
 
 
 def smoothness_html(found: Smoothness) -> Markup:
-    """Largest step of q̇ at every time step, and its meaning."""
     runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
     steps = zip(*(measured.largest for _, measured in runs), strict=True)
     rows = [(decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]

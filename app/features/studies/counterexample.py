@@ -88,7 +88,6 @@ class Attack:
     """A run that may break the promise.
 
     Attributes:
-        settings: of the run, with the speed of its inputs.
         start: q (nv,) [rad, m].
         points: waypoints (k, size), see `Waypoints`; the first is the start.
     """
@@ -300,7 +299,6 @@ class _Search:
         return best
 
     def _apart(self, posture: Array) -> float:
-        """Distance of a posture from such a tie."""
         self._world.kinematics.update(posture)
         self._world.detector.detect()
         distances, rows = self._world.detector.distances(), self._world.detector.rows()[:, self._avoiding]

@@ -30,11 +30,8 @@ class CounterexampleSearch:
     Args:
         background: None if nothing is searched.
         wake: called from any thread on a new result.
-        watch: replays a run, by its name.
 
     Attributes:
-        worst: worst run so far, or None.
-        runs: number of runs.
         replayed: newest replayed attack.
         message: for the visitor: why nothing can be searched or replayed, or "".
     """
@@ -64,7 +61,6 @@ class CounterexampleSearch:
         return self.worst is not None and self.worst.loss.lost > BROKEN
 
     def toggle(self) -> None:
-        """Start a search, or stop it and keep its results."""
         if self.busy:
             self._jobs.drop("search")
             return
@@ -104,13 +100,11 @@ class CounterexampleSearch:
         self.replay(attack_of(self._settings().run, text))
 
     def forget(self) -> None:
-        """Drop the search and its results."""
         self._jobs.drop("search")
         self._asked = self.worst = None
         self.runs, self.message = 0, ""
 
     def close(self) -> None:
-        """Cancel all computations."""
         self._jobs.close()
 
     def _show(self, attack: Attack, recorded: Recorded) -> None:

@@ -24,7 +24,6 @@ class KnobSearch:
     Args:
         background: None if no law can be compared.
         wake: called from any thread on a new result.
-        change: sets a setting by its key.
 
     Attributes:
         message: result or reason, for the visitor; "" before the first search.
@@ -54,7 +53,6 @@ class KnobSearch:
 
         Args:
             frozen: settings of a frozen ghost.
-            recorded: inputs of the run, or None.
         """
         self.turned = ()
         settings = self._settings()
@@ -72,7 +70,6 @@ class KnobSearch:
             self._jobs.submit("knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen))
 
     def advance(self) -> None:
-        """Apply the result of a finished search."""
         self._jobs.collect()
 
     def forget(self) -> None:

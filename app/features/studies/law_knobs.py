@@ -23,7 +23,6 @@ class LawKnob:
         return first is None or self.setting.key != first.key
 
     def at(self, settings: RunSettings, value: float) -> RunSettings:
-        """Settings with this law and a value of its knob."""
         law = replace(settings.law, law=self.law, feed_forward=self.setting.feed_forward)
         settings = replace(settings, law=law)
         for key, number in self.setting.settings(value).items():
@@ -50,7 +49,6 @@ class KnobMatch:
     """Result of a search.
 
     Attributes:
-        law: with the turned knob.
         key: of the knob; "" if the law has none.
         value: keeps the wanted distance within `MATCH` [SI], or None.
         wanted: smallest distance of the other law on the same inputs [m].
@@ -99,7 +97,6 @@ def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted
 
     Args:
         distance: of a value [m].
-        ends: of the range of values.
     """
     low, high = ends
     found = {

@@ -36,7 +36,6 @@ class Steps:
 
     @property
     def largest(self) -> float:
-        """Largest change in one step."""
         return float(np.abs(np.diff(self.values)).max(initial=0.0))
 
 
@@ -64,7 +63,6 @@ class Microscope:
         wake: called from any thread when they are ready.
 
     Attributes:
-        quantity: the signal.
         span: begin and end of the kept run, and the last shown instant [s], or None.
     """
 
@@ -128,7 +126,6 @@ class Microscope:
         """Show only the run's own steps."""
 
     def forget(self) -> None:
-        """Cancel computations, and drop the instant of the previous run."""
         self._jobs.close()
         self._asked = self._finer = self._time = None
 

@@ -70,13 +70,11 @@ class MicroscopeButtons(PagePanel):
             microscope.go_to(None)
 
     def _follow(self, action: ShowMoment) -> bool:
-        """Also show the steps around the shown moment."""
         if action.time is not None:
             self._session.parts.of(BackgroundStudies).microscope.go_to(action.time)
         return False
 
     def show(self, frame: Frame) -> None:
-        """Mark the signal, and set the slider to the instant."""
         microscope = self._session.parts.of(BackgroundStudies).microscope
         shown = "microscope" in self._view.plots.shown and frame.of_live
         self._buttons.show(list(SIGNALS.values()).index(microscope.quantity), visible=shown)

@@ -42,7 +42,6 @@ def _largest(steps: Steps, scale: float) -> str:
 
 
 def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
-    """Name, unit, factor and CSS class of a signal."""
     match quantity:
         case "d":
             return "d", "mm", 1000.0, "d"

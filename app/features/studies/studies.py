@@ -54,7 +54,6 @@ class Studies:
 
     Attributes:
         what_if: the last part of the run with the current settings, or None.
-        smoothness: as far as measured.
         message: why something could not be computed, for the visitor, or "".
     """
 
@@ -72,7 +71,6 @@ class Studies:
         return self._rested is not None or any(kind != "warm" for kind in self._jobs.kinds)
 
     def prepare(self, settings: Settings) -> None:
-        """Start a process for the first question."""
         self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
     def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
@@ -163,7 +161,6 @@ class Studies:
                 self._jobs.drop(kind)
 
     def forget(self) -> None:
-        """Drop all questions and answers of the previous run."""
         self._jobs.close()
         self.forget_what_if()
         self.smoothness, self.message = None, ""

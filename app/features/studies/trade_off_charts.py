@@ -27,7 +27,6 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
     """Map of the trade-off.
 
     Args:
-        points: computed so far.
         size: finished share, from 0 to 1.
         run: its n and v are marked.
         height: [CSS px].
@@ -79,7 +78,6 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
     """Chart of the laws, with a legend.
 
     Args:
-        curves: computed so far.
         size: finished share, from 0 to 1.
         run: its law is drawn thick.
         height: [CSS px].

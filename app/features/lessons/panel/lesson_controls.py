@@ -298,7 +298,6 @@ class LessonControls(PagePanel):
         _offer(self._next, view.can_next, next_label(view), None if foremost == "next" else "gray")
 
     def _foremost(self, view: StepView, paused: bool, over: bool) -> Literal["run", "check", "next"]:
-        """The one button that is highlighted."""
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         if challenge is None:
             return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
@@ -324,7 +323,6 @@ class LessonControls(PagePanel):
         _offer(self._hint, challenge is not None and len(view.hints) < len(view.step.hints), label, "gray")
 
     def _arrange_settings(self, keys: tuple[str, ...]) -> None:
-        """Show the controls of these settings in the lesson's panel."""
         assert self._panel.tab is not None
         twins = self._controls.twins
         for place, key in enumerate(keys):

@@ -43,8 +43,6 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
     """HTML of every block, "" for an empty one.
 
     Args:
-        live: labels and values of the shown numbers.
-        computing: true while further runs are pending.
         operated: true if the reader has answer buttons; otherwise the answers are listed.
     """
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
@@ -110,7 +108,6 @@ def _number(view: StepView) -> tuple[str, ...]:
 
 
 def _after_html(view: StepView) -> Markup:
-    """Further values after a run, folded if a verdict with the number comes first."""
     folder = view.step.setup.folder
     observed = lesson_html(dict(view.texts).get("observe", ""), folder)
     if view.verdict is None:
@@ -173,14 +170,12 @@ def _with_words(margin: float) -> tuple[float, str]:
 
 
 def learned_html(view: StepView) -> Markup:
-    """Summary of a finished lesson."""
     if not view.lesson_finished or not view.lesson.learned:
         return _NOTHING
     return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
 
 
 def rules_html(css: str) -> Markup:
-    """Panel element with rules of CSS, which disappear with it."""
     return macros(_TEMPLATE).rules(Markup(css))
 
 

@@ -21,5 +21,4 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
 
 
 def key_help() -> tuple[KeyHelp, ...]:
-    """Rows of the page's table of keys."""
     return *LESSON_KEYS, KeyRange("1", str(min(len(EXPERIMENTS), 9)), N_("lesson: your answer"))

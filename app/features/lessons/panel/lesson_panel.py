@@ -50,9 +50,7 @@ class LessonPanel:
 
     Args:
         width: of the panel [CSS px].
-        operated: true on an operator's page.
         folds: true if the controls at the right fold until a step asks for one of them.
-        narrow: true for a narrow window, where the panel has to be opened.
         sheet: gives the page's style sheet; the page's own disappears when the controls fold.
         book: in the readers' language; None for the session's.
     """
@@ -173,7 +171,6 @@ class LessonPanel:
         return self._tracks[1]
 
     def _widen(self, wide: bool) -> float:
-        """Set the panel to the width that it needs, and return it."""
         width = self._width * (EDITOR_WIDTH / WIDTH if wide and not self._narrow else 1.0)
         if width != self._wide and self.panel is not None:
             self._wide = width

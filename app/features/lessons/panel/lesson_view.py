@@ -41,7 +41,6 @@ class LessonView:
         return lesson_view(simulation, lessons.walk.step.camera) if lessons.open else view_of(simulation)
 
     def show(self, frame: Frame) -> None:
-        """Draw the panel and the marks, and fill the view's slots."""
         lessons, view = self.lessons, self._view
         if self._profile != view.page.profile:
             self._profile = view.page.profile

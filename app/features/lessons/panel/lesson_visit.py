@@ -41,7 +41,6 @@ class LessonServer(ServerPart):
 
     @property
     def book(self) -> LessonBook:
-        """The lessons in English."""
         return self.library.book
 
     def visit(self, visit: Visit) -> VisitorPart:
@@ -95,13 +94,11 @@ class LessonVisit(VisitorPart):
 
 
 def name_faults(session: Session, book: LessonBook) -> None:
-    """Show a visitor the faults of lesson files."""
     for problem in book.problems[:MOST_PROBLEMS]:
         session.notify("A lesson file has a fault", str(problem))
 
 
 def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
-    """Lesson and step of a link, as text."""
     return query.get("lesson", "")[:60], query.get("step", "")[:8]
 
 

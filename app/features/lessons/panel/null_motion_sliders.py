@@ -51,7 +51,6 @@ class NullMotionSliders:
         return on_entry(slider, take)
 
     def _move(self, action: MoveInNullSpace) -> None:
-        """Move the arm along a motion, if the sliders are shown."""
         session = self._session
         if not self._offered:
             return

@@ -34,7 +34,6 @@ class Welcome:
         self._card = gui.add_html(macros("features/lessons/panel/welcome.html").card(*map(uuid_of, self._buttons)))
 
     def show(self, frame: Frame) -> None:
-        """End it when the visitor moves something or opens the lessons."""
         lessons = self._lessons
         if not self._over and (frame.live.held is not None or lessons.open or lessons.listing):
             self._over = True

@@ -52,7 +52,6 @@ class LessonSession(SessionPart):
 
     Attributes:
         english: the book in English; `book` is in the operator's language.
-        open: true if a lesson is open; otherwise the page has the visitor's own settings.
         listing: true if the list of lessons replaces the lesson.
         version: increases with every change that the page has to show.
         pace: steps that a teacher has opened; None for all.
@@ -70,7 +69,6 @@ class LessonSession(SessionPart):
         self._forget(book)
 
     def _forget(self, book: LessonBook) -> None:
-        """Reset to the state before any lesson was opened."""
         self.book, self.open, self.listing = book, False, False
         self.version += 1
         self.pace: OpenSteps | None = None
@@ -487,20 +485,17 @@ class LessonSession(SessionPart):
         return True
 
     def _show_moment(self) -> None:
-        """Show a measured run at its decisive moment."""
         walk = self.walk
         if walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
             self._session.player.review(mark.time, mark)
             self._session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self._session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
-        """Apply a link's settings to the current run."""
         for key, value in query.items():
             if key in specs(RunSettings):
                 self._guarded(lambda key=key, value=value: self._session.change(key, value))
 
     def _follow(self) -> None:
-        """Begin the run that the step asks for, if it differs from the current one."""
         if self.open:
             self._left_pace()
         self.version += 1
@@ -524,7 +519,6 @@ class LessonSession(SessionPart):
         return {"lesson": self.walk.lesson.id, "step": str(self.walk.lesson.steps.index(self.walk.step) + 1), **query}
 
     def begin_with(self, english: LessonBook, language: Language) -> None:
-        """Set the server's book before a lesson is opened."""
         self.english, self.book = english, english.in_language(language)
 
     def read_again(self, english: LessonBook, language: Language) -> None:

@@ -30,11 +30,7 @@ _RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
 
 
 def _make_runs(step: Step, why: Setup | None) -> None:
-    """Simulate all further runs of a step in advance.
-
-    Args:
-        why: the run that shows why an answer is wrong, while that one is on.
-    """
+    """Simulate all further runs of a step in advance."""
     try:
         if why is not None:
             reference(step, why)
