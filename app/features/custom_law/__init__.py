@@ -1,4 +1,4 @@
-"""A custom law: one function in one file, run in its own process, reloaded on save, and tested with reasons."""
+"""A custom law: a function in a file, run in its own process, reloaded on save, and tested."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,6 +1,4 @@
-"""Runs and situations for the tests of laws: the product's own scenes, bounds and integration, with the law
-inserted.
-"""
+"""Runs and situations for the tests: the product's scenes, bounds and integration."""
 
 import itertools
 import math
@@ -118,7 +116,7 @@ PATIENCE: Final = 10.0
 
 
 class TrialStopped(Exception):
-    """The law failed, or is too slow for the test to end; the message gives the reason."""
+    """The law failed, or is too slow; the message gives the reason. `curve`: of the run so far, or None."""
 
     curve: TrialCurve | None = None
     line: int | None = None
@@ -184,7 +182,7 @@ def error_of_the_task_alone() -> float:
 
 
 def put_the_ball_away(simulation: Simulation) -> None:
-    """Begin with the ball at `FAR` · d_m from the hand, on the side away from its path."""
+    """Begin with the ball at `FAR` · d_m from the hand, away from its path."""
     ball = simulation.room.ball
     assert ball is not None
     q = simulation.positions.copy()

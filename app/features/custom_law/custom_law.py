@@ -38,9 +38,9 @@ class CustomLaw(LawOfFile):
     """A law that calls `law(situation)` of a file in its own process.
 
     The first call starts the process, and a changed file restarts it; there is never more than one. Where the
-    law fails, q̇ = 0 until the file changes or `restart`, and `problem` gives the reason. Methods raise only
-    `Unanswered`, no exception of the law. All methods belong to one thread, and to any number of its
-    simulations. The same situations give the same bits if the law keeps no state between calls.
+    law fails, q̇ = 0 until the file changes or `restart`. Methods raise no exception of the law, only
+    `Unanswered`. All methods belong to one thread. The same situations give the same bits if the law keeps no
+    state between calls.
 
     Args:
         waits: if true, a call waits for its answer up to the limits. If false, calls wait only as long as
@@ -49,10 +49,10 @@ class CustomLaw(LawOfFile):
         text: of the file, if known; None to read it.
 
     Attributes:
-        problem: reason of the failure, or None. After a change of the file the old problem stays until the
-            new one has given velocities; `refresh` asks for them, so that it also disappears at rest.
+        problem: reason of the failure, or None. After a change of the file it stays until the new file has
+            given velocities; `refresh` asks for them, so that it also disappears at rest.
         sha256: hexadecimal, of the file as last read.
-        need: time of a call inside the law, averaged over about ten [s]; 0 before the first one.
+        need: mean time of about ten calls inside the law [s]; 0 before the first one.
 
     Raises:
         BadInputFile: the file does not exist, or cannot be read.
@@ -87,13 +87,10 @@ class CustomLaw(LawOfFile):
         self._question: VelocityQuestion | None = None
         """Last situation that was asked."""
         self._answers: dict[LawQuestion, Array] = {}
-        """Answers for the current step, which may have to be repeated."""
         self._curves: dict[type[LawQuestion], tuple[LawQuestion, Array]] = {}
-        """Last curves for charts: question and answer."""
         self._left = 0.0
         """Remaining waiting time [s]."""
         self._since: float | None = None
-        """Time since which a call waits."""
         self._missed = 0
 
     def __enter__(self) -> Self:
@@ -119,9 +116,7 @@ class CustomLaw(LawOfFile):
 
     @property
     def ready(self) -> bool:
-        """True if the file is loaded and has not failed; nothing is loaded before the first call or
-        `restart`.
-        """
+        """True if the file is loaded and has not failed; the first call or `restart` loads it."""
         return self._process is not None and self._ready(False) is not None
 
     @property
@@ -240,7 +235,6 @@ class CustomLaw(LawOfFile):
         self._closed = self._idle = True
 
     def _ready(self, wait: bool) -> LawProcess | None:
-        """Process if it can be asked; start one if allowed."""
         if self._idle:
             return None
         try:

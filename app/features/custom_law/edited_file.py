@@ -1,4 +1,4 @@
-"""A law's file as edited on the page: read, and written as a whole unless another editor has changed it."""
+"""A law's file on the page: read, and written unless another editor has changed it."""
 
 import hashlib
 import shlex

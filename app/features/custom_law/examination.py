@@ -1,4 +1,4 @@
-"""The six tests of a file, at once or in the background; each verdict appears as soon as it is known."""
+"""The six tests of a file, at once or in the background."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -58,7 +58,7 @@ def examine_one(path: Path, text: bytes, name: str) -> TrialResult:
 
 
 class _Examined(CustomLaw):
-    """A law that waits for loading, and stops on request. It times calls itself, since a file can change its
+    """A law that waits for loading, stops on request, and times calls itself, since a file can change its
     process's clock.
 
     Attributes:
@@ -96,7 +96,6 @@ class _Examined(CustomLaw):
 
 
 def verdict_table(path: Path, verdicts: list[TrialResult]) -> str:
-    """Verdicts as text: one line a test, and the number passed."""
     width = max(len(verdict.name) for verdict in verdicts)
     lines = [
         f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}{'' if v.passed else f' {advice(v.name)}'}"
@@ -128,9 +127,7 @@ class ExaminationProgress(NamedTuple):
 
 
 class Examination:
-    """The tests of one visitor's file; all methods belong to one thread. `wake`: called from any thread on a
-    new result.
-    """
+    """The tests of one visitor's file, on one thread. `wake`: called from any thread on a new result."""
 
     def __init__(self, path: Path, background: Jobs, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake

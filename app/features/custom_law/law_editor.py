@@ -1,5 +1,5 @@
-"""Editor for a custom law, in the tab on comparisons and where a feature asks for one. `law_editor.js` edits;
-here the file is saved, run beside the paper's law, and tested.
+"""Editor for a custom law: `law_editor.js` edits; here the file is saved, run beside the paper's law, and
+tested.
 """
 
 import json
@@ -104,7 +104,7 @@ class LawText:
         raise NotImplementedError
 
     def save(self, text: str, base: str) -> Version:
-        """Save a text, and return it. `base`: `sha256` of the edited version.
+        """Save and return a text. `base`: `sha256` of the edited version.
 
         Raises:
             ChangedMeanwhile: another editor has changed it.
@@ -113,11 +113,6 @@ class LawText:
         raise NotImplementedError
 
     def run(self) -> None:
-        """Run the saved law in the session.
-
-        Raises:
-            DuetError: it cannot be run.
-        """
         raise NotImplementedError
 
 

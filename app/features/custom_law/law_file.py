@@ -1,4 +1,4 @@
-"""A law's file: loaded and called in its own process, with error messages about its lines."""
+"""A law's file in its own process, with error messages about its lines."""
 
 import contextlib
 import inspect
@@ -153,7 +153,6 @@ class LawFile:
             raise self._explained(error, _line_of(law)) from None
 
     def _checked(self, result: Any, n: int) -> Array:
-        """Result of `law` as an array (n,) of finite numbers."""
         line = _line_of(self._law)
         parts = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
         if result is None:
@@ -257,9 +256,7 @@ def _curve(function: Callable[[float], float], distances: Array) -> Array:
 
 
 def _is_text(text: bytes) -> bool:
-    """True if all bytes are valid in the declared encoding, UTF-8 by default. (Python's own message depends
-    on its version.)
-    """
+    """True if all bytes are valid in the declared encoding (Python's own message depends on its version)."""
     try:
         return "\0" not in decode_source(text)
     except (SyntaxError, ValueError, LookupError):
@@ -276,6 +273,5 @@ def quoted(text: bytes, line: int | None) -> str:
 
 
 def _line_of(function: object) -> int | None:
-    """First line of a function of the file; None for other functions."""
     code: CodeType | None = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
     return code.co_firstlineno if code is not None and code.co_filename == FILENAME else None

@@ -1,4 +1,4 @@
-"""A custom law on the page: first commands, state, and six tests."""
+"""A custom law on the page: commands, state, and tests."""
 
 from typing import Final
 
@@ -9,7 +9,6 @@ from app.features.custom_law.trials import TRIALS, WHY, advice
 from app.text.templates import macros
 
 COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
-"""Commands that bring a custom law to the page."""
 
 
 def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:

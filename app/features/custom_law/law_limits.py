@@ -1,4 +1,4 @@
-"""Time and memory limits of a custom law's process, which allow for an overloaded machine, and its problems."""
+"""Time and memory limits of a law's process, which allow for an overloaded machine."""
 
 import sys
 import time
@@ -48,9 +48,7 @@ LONGEST: Final = 20.0
 
 
 class Patience:
-    """A time limit [s] that excludes the time in which the other process waited for a core, if the system can
-    tell.
-    """
+    """A time limit [s] that excludes the other process's waits for a core, if the system can tell."""
 
     def __init__(self, process: int, limit: float) -> None:
         self.limit = limit
@@ -115,7 +113,7 @@ class LawTimeShare:
         self._called: dict[int, float] = {}
 
     def part(self, session: int) -> float:
-        """Share of the wall time for a session's law, which is called now. `session`: its own number."""
+        """Share of the wall time for a session's law, which is called now."""
         now = time.monotonic()
         self._called[session] = now
         self._called = {one: when for one, when in self._called.items() if now - when < _LATELY}

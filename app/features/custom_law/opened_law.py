@@ -1,4 +1,4 @@
-"""The custom law of a server: a law for each session, and the editor for the person who started the server."""
+"""The custom law of a server, and the editor for the person who started it."""
 
 from app.features.custom_law.command_options import CustomLawOptions
 from app.features.custom_law.law_editor import FileText, LawEditor

@@ -1,6 +1,4 @@
-"""The page's side of a custom law's process: start, load, ask, explain failures, and end it with its
-descendants.
-"""
+"""The page's side of a law's process: start, load, ask, explain failures, and end it with its descendants."""
 
 import contextlib
 import math
@@ -75,9 +73,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
 
 
 def _break_when_stalled(line: Connection) -> None:
-    """Limit the time of every read and write, so that a law that writes to the connection cannot block the
-    page.
-    """
+    """Limit every read and write, so that a law that writes to the connection cannot block the page."""
     with socket.fromfd(line.fileno(), socket.AF_UNIX, socket.SOCK_STREAM) as end:
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             end.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", _STALLED, 0))
@@ -99,9 +95,7 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
 
 
 def kill_group(process: "subprocess.Popen[bytes]") -> None:
-    """Kill a process that leads a process group, and its descendants, unless it was reaped: its id may belong
-    to another.
-    """
+    """Kill a process group, unless its leader was reaped: the id may belong to another."""
     if process.returncode is not None:
         return
     with contextlib.suppress(OSError):
@@ -129,10 +123,9 @@ class LawFailed(Exception):
 
 class LawProcess:
     """A process that runs `app.features.custom_law.worker` with one version of a file. It ends at the latest
-    when this object is collected, or when this process ends.
+    when this object is collected, or this process ends.
 
     Attributes:
-        wants_all_pairs, has_activation: of the file, once it is ready.
         seconds: time of the last call inside the law, without transport [s]; nan before the first answer.
         end: ends it and its descendants; can be called again.
     """
@@ -308,8 +301,8 @@ class LawProcess:
         return _line_in(self._trace())
 
     def _last_words(self) -> tuple[int | None, str, int | None]:
-        """Exit code (minus the signal; None if it lives), last output, and last line of the file, after a
-        broken connection.
+        """Exit code (minus the signal; None if alive), last output, and last line of the file, once the
+        connection broke.
         """
         patience = Patience(self.pid, _TRACE)
         while self._alive() and not patience.over:

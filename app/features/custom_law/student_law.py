@@ -1,4 +1,4 @@
-"""The custom law of one session: its runs, and its share of waiting time."""
+"""The custom law of one session, and its share of waiting time."""
 
 import math
 from collections.abc import Callable
@@ -61,7 +61,6 @@ class StudentLaw(LateLaw):
         if path is not None:
             self.open(path)
         self._part = SHARE
-        """Share of the wall time that its calls may wait."""
         self._allowed = math.inf
         """Longest call in real time [s]."""
 
@@ -146,7 +145,7 @@ def let_custom_law_run(session: Session, runs: bool) -> None:
 
 
 def take_law_file(session: Session, path: Path) -> None:
-    """Run the law of a file, as if the server had been started with it; the run is reset.
+    """Run the law of a file, as if the server had been started with it; resets the run.
 
     Raises:
         BadInputFile: it cannot be read; nothing is changed.

@@ -58,7 +58,6 @@ TrialOutcome = tuple[bool, str, TrialCurve | None]
 
 
 def _outcome(passed: bool, held: str, failed: str, curve: TrialCurve | None = None, **parts: object) -> TrialOutcome:
-    """Outcome with one of two reasons. `parts`: of both templates."""
     return passed, LazyText(held if passed else failed, **parts), curve
 
 
@@ -180,7 +179,6 @@ TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
     "bounded where J_d is singular": is_bounded,
     "quick": is_quick,
 }
-"""Tests by name, in their order."""
 
 WHY: Final[dict[str, str]] = {
     N_("keeps its distance"): N_("That is what it is for."),
@@ -212,7 +210,6 @@ TRY: Final[dict[str, tuple[str, int]]] = {
     ),
     "quick": (N_("Leave imports and loops outside of law(), and compute with whole arrays."), 10),
 }
-"""Advice after a failure, and the lesson to read."""
 
 
 def advice(name: str) -> LazyText:

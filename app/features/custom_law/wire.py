@@ -1,7 +1,5 @@
-"""Messages between the page and a custom law's process: msgpack over a
-`multiprocessing.connection.Connection`.
-
-Arrays are sent as float64 bytes, since a call may cost only a small part of a tick. Nothing is pickled.
+"""Messages between the page and a law's process: msgpack over a `multiprocessing.connection.Connection`,
+without pickle. Arrays are float64 bytes, since a call may cost only a small part of a tick.
 """
 
 import string
@@ -16,7 +14,7 @@ from controllers.errors import LazyText
 from controllers.laws.situation import Situation
 
 BROKEN: Final = 76
-"""Exit code of the law's process when the connection no longer works (EX_PROTOCOL)."""
+"""Exit code of the law's process if the connection breaks (EX_PROTOCOL)."""
 
 _MATRICES: Final = (Situation._fields.index("task_jacobian"), Situation._fields.index("rows"))
 
@@ -39,7 +37,7 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
-        """Make a question. `situation`: a tuple with the fields of a `Situation`, arrays of float64."""
+        """Make a question from the fields of a `Situation`, arrays of float64."""
         values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
         return VelocityQuestion(tuple(values))
 
@@ -65,7 +63,7 @@ class ActivationsQuestion(Struct, tag=True, array_like=True, frozen=True):
 
 
 class RatesQuestion(Struct, tag=True, array_like=True, frozen=True):
-    """Asks for J_d q̇ of one pair at distances (k,) [m], for a chart; see `Law.line_rate`."""
+    """Asks for J_d q̇ of one pair at distances (k,) [m]; see `Law.line_rate`."""
 
     distances: bytes
     pull: float
@@ -126,8 +124,6 @@ class Numbers(Struct, tag=True, array_like=True):
 
 
 class Failure(Struct, tag=True, array_like=True):
-    """A fault, and its line in the file, if known."""
-
     text: TextParts
     line: int | None
 

@@ -1,4 +1,4 @@
-"""The process of a custom law, with the arguments CONNECTION MEMORY PATH: receives the file, then answers.
+"""The process of a custom law, with the arguments CONNECTION MEMORY PATH.
 
 The file's output is discarded, only answers reach the page, and the process ends with the page. This protects
 against mistakes, not against malice: the author of the file can do what the user can do.

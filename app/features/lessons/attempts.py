@@ -1,4 +1,4 @@
-"""Attempts at a challenge: does a run count, and what is a custom law worth?"""
+"""Attempts at a challenge, by a run or by a custom law."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -73,13 +73,12 @@ def attempted(
 
 
 class StandIn:
-    """A built-in law in the place of a custom law in its tests; it never fails."""
+    """Gives a built-in law the interface of a custom law in its tests."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
     problem: LawProblem | None = None
     seconds: float = 0.0
-    """A built-in law is fast on any machine."""
 
     def __init__(self, law: Law | Callable[[Situation], Array]) -> None:
         self._law = law

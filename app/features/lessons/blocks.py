@@ -1,4 +1,4 @@
-"""TOML blocks of a lesson file. Every key is read by name and knows its line."""
+"""TOML blocks of a lesson file, with the line of every key."""
 
 import math
 import re
@@ -35,7 +35,6 @@ class Table:
         self._known: list[str] = []
 
     def line_of(self, key: str) -> int:
-        """Return the line of a key, or of the table if the key is missing."""
         written = re.compile(rf"(^|[{{,\s])\s*[\"']?{re.escape(key)}[\"']?\s*(=|\.)")
         header = re.compile(rf"^\s*\[{{1,2}}\s*({re.escape(self._path)}\.)?{re.escape(key)}\b")
         for number, line in self._lines:
@@ -171,7 +170,7 @@ class Table:
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """True for a number of TOML or JSON that fits a float and is not nan."""
+    """True for a number that fits a float and is not nan."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return abs(value) <= sys.float_info.max or (isinstance(value, float) and math.isinf(value))

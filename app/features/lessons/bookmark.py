@@ -1,4 +1,4 @@
-"""A student's place (lesson, step and phase), and the steps that a teacher has opened."""
+"""A student's place, and the steps that a teacher has opened."""
 
 import re
 from dataclasses import replace
@@ -65,14 +65,10 @@ class Bookmark(NamedTuple):
 
 class Phase(StrEnum):
     PREDICT = "predict"
-    """The question waits; nothing runs until an answer is chosen."""
     DO = "do"
     OBSERVE = "observe"
-    """Measured values and the answer."""
     EXPLAIN = "explain"
-    """The reason, with the equation."""
     CHALLENGE = "challenge"
-    """The student's turn."""
 
 
 def phases_of(step: Step) -> tuple[Phase, ...]:
@@ -128,7 +124,7 @@ LONGEST_PACE: Final = 20
 
 
 class OpenSteps(NamedTuple):
-    """The open steps. `lesson`: its id; `number`: the lesson's number; `first`, `last`: 0-based."""
+    """The open steps. `lesson`: its id; `first`, `last`: 0-based."""
 
     lesson: str
     number: int

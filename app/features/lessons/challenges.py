@@ -1,4 +1,4 @@
-"""Measurements, criteria, forecasts and declared attempts of a step's block → checked data."""
+"""Challenges and measurements of a step's block → checked data."""
 
 import re
 from functools import partial
@@ -38,7 +38,7 @@ def no_doubles(table: Table, key: str, ids: list[str]) -> None:
 
 
 def read_measurement(table: Table, setup: Setup) -> Measurement:
-    """Read a measurement: `name`, `id`, its parameters, `unit`, `digits`, `compare` and `text_only`."""
+    """Read `name`, `id`, parameters, `unit`, `digits`, `compare` and `text_only`."""
     name = table.choice("name", sorted(QUANTITIES))
     found = QUANTITIES[name]
     id = read_identity(table, name)

@@ -1,7 +1,7 @@
 """`lwr-duet lessons --check`: walk every path through every lesson without a page.
 
-The right path has to pass, wrong ones have to fail for the declared reason, and no challenge may pass with
-nothing changed.
+The right path has to pass, wrong ones fail for the declared reason, and no challenge passes with nothing
+changed.
 """
 
 from collections.abc import Callable, Iterator
@@ -63,16 +63,14 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
 
 
 def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
-    """Return a student who has just come to step `number` (0-based)."""
+    """Student who has just come to step `number` (0-based)."""
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
     return walk
 
 
 def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
-    """Yield the paths of a step except the right answer: kind, name, should it fail, and the function that
-    walks it.
-    """
+    """Yield all paths except the right answer: kind, name, should it fail, and its function."""
     wrong = [] if step.question is None else [i for i in range(len(step.question.choices)) if i != step.question.right]
     for i in wrong:
         yield "answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)
@@ -86,7 +84,7 @@ def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthro
 
 
 def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]:
-    """Yield what the lesson lacks as a whole: step or "", name, and remedy."""
+    """Yield what the lesson lacks: step or "", name, and remedy."""
     unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
     if unsaid and lesson.steps[0].setup.folder == FOLDER:
         yield "", "list", f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
@@ -197,7 +195,6 @@ def _wrong_answer(walk: Walkthrough, answer: int) -> str:
 
 
 def only_moves_otherwise(asked: Setup, beside: Setup) -> bool:
-    """True if two runs differ only in the movement."""
     return asked.input != beside.input and (asked.run, asked.start) == (beside.run, beside.start)
 
 
@@ -267,10 +264,10 @@ def _untouched(walk: Walkthrough) -> str:
 
 
 def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup]:
-    """Yield the runs of a challenge in which nothing was changed.
+    """Yield the runs of a challenge with nothing changed.
 
-    Where the student moves, these are the run without movement, and the movements of the attempts that pass:
-    if each of those also changes settings or the start, the movement alone must not pass.
+    If the student moves: the run without movement, and the movements of passing attempts, which must not pass
+    without their settings or start.
     """
     asked = challenge.setup
     if asked.input.kind != "yours":
@@ -310,7 +307,7 @@ def _verdicts(name: str) -> tuple[TrialResult, ...]:
 
 
 def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
-    """Return the forecasts of a trial; a measurement's name becomes its value under the forecast's settings."""
+    """Forecasts of a trial; a measurement's name becomes its value under the forecast's settings."""
     assert step.challenge is not None
     said: list[float | None] = []
     for forecast, given in zip(step.challenge.forecasts, trial.forecasts, strict=True):

@@ -1,6 +1,4 @@
-"""Differences between a question's run and the run that shows why an answer is wrong, for the check of
-lessons.
-"""
+"""Size of the difference between a question's run and the run that shows why an answer is wrong."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -58,7 +56,7 @@ class ContrastSize:
 
 
 def contrast_size(asked: Simulation, beside: Simulation, values: tuple[float | None, float | None]) -> ContrastSize:
-    """Compare two finished runs. `values`: the asked number in each; None if a run does not give it."""
+    """Compare two finished runs. `values`: the asked number in each, or None."""
     tables = [run.history.table() for run in (asked, beside)]
     begin = max(float(table[0, 0]) for table in tables)
     end = min(float(table[-1, 0]) for table in tables)

@@ -1,4 +1,4 @@
-"""Drawn predictions: axes, the true curve, and the distance between both."""
+"""Drawn predictions, and their distance from the true curve."""
 
 from collections.abc import Sequence
 from statistics import fmean, median
@@ -23,7 +23,7 @@ ENOUGH: Final = 0.5
 
 
 class DrawingVerdict(NamedTuple):
-    """Verdict on a drawing. `right`: near enough; None if too little was drawn to compare."""
+    """Verdict on a drawing. `right`: None if too little was drawn."""
 
     right: bool | None
     text: str
@@ -82,9 +82,7 @@ def _series(evidence: Evidence, name: str) -> Array:
 
 
 def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
-    """Return y where x first reaches each column, linear between rows; None where it never does. xs, ys:
-    (rows,).
-    """
+    """y where x first reaches each column, linear between rows, or None. xs, ys: (rows,)."""
     known = np.isfinite(xs) & np.isfinite(ys)
     xs, ys = xs[known], ys[known]
     curve: list[float | None] = []
@@ -101,9 +99,7 @@ def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
 
 
 def mean_distance(drawn: Curve, truth: Curve) -> float | None:
-    """Mean |drawn − truth| over the columns that have both; None if these are fewer than `ENOUGH` of the
-    truth's.
-    """
+    """Mean |drawn − truth| over common columns; None if these are fewer than `ENOUGH` of the truth's."""
     known = sum(t is not None for t in truth)
     apart = [abs(a - b) for a, b in zip(drawn, truth, strict=False) if a is not None and b is not None]
     return fmean(apart) if apart and len(apart) >= ENOUGH * known else None
@@ -120,7 +116,6 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
 
 
 def median_curve(curves: Sequence[Curve]) -> Curve:
-    """Median of curves by column; None in a column without values."""
     columns = [[c[i] for c in curves if c] for i in range(COLUMNS)]
     known = [[value for value in column if value is not None] for column in columns]
     return tuple(median(values) if values else None for values in known) if any(known) else ()

@@ -1,4 +1,4 @@
-"""Labels of measurements and compared runs, and the difference between two runs in words."""
+"""Labels of measurements, and differences between runs in words."""
 
 import math
 import re
@@ -39,7 +39,7 @@ def label_of(m: Measurement, language: Language = "en") -> str:
 
 
 def sentence(text: str) -> str:
-    """Begin a text with a capital unless it begins with a symbol such as d, λ or dt."""
+    """Capitalize a text unless it begins with a symbol such as d, λ or dt."""
     return text[0].upper() + text[1:] if _WORD.match(text) else text
 
 
@@ -83,9 +83,7 @@ class Contrast:
 
 
 def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: Language) -> Contrast:
-    """Compare a run with the step's. `answer`: the wrong answer that it belongs to; None for the student's
-    curve.
-    """
+    """Compare a run with the step's. `answer`: the wrong answer; None for the student's curve."""
     words, run = words_of(language), asked.run
     # The drawing board shows the points of a curve.
     changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
@@ -112,7 +110,7 @@ def _headline(answer: Choice | None) -> str:
 
 
 def _chosen(changes: Pairs, language: Language) -> str:
-    """Value of a setting with choices, without the setting's name; "" if several settings differ."""
+    """Value of a setting with choices, without its name; "" if several settings differ."""
     return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 

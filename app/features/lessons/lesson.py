@@ -1,6 +1,4 @@
-"""Lessons as data: steps, questions, runs, measurements, challenges. `loading` reads them from Markdown
-files.
-"""
+"""Lessons as data, which `loading` reads from Markdown files."""
 
 import re
 from collections.abc import Callable
@@ -18,7 +16,6 @@ from scenes.laws import LEVER_LAW
 LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
 
 AT_ONCE: Final = ("curve", "laws", "stability")
-"""Plots that show the law before anything has run."""
 
 MOST_CHOICES: Final = 6
 MOST_FORECASTS: Final = 4
@@ -26,7 +23,7 @@ MOST_FORECASTS: Final = 4
 
 @dataclass(frozen=True)
 class Compared:
-    """A further run for a measurement: the settings that differ, and its own start or None."""
+    """A further run for a measurement: changed settings, and its own start or None."""
 
     changes: Pairs
     start: Start | None = None
@@ -100,7 +97,6 @@ class Question:
     ratio: bool = False
 
     def answer(self, values: tuple[Value, ...]) -> Value:
-        """Deciding number; None if the run does not give it."""
         if not self.ratio:
             return values[0] if values else None
         if len(values) < 2 or values[0] is None or not values[1]:
@@ -120,7 +116,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Criterion:
-    """An inequality of a challenge: low ≤ measured ≤ high, in SI units; None for no bound."""
+    """low ≤ measured ≤ high in SI units; None for no bound."""
 
     measurement: Measurement
     low: float | None = None
@@ -289,7 +285,6 @@ class LessonBook:
     translated: "Callable[[Language], LessonBook] | None" = field(default=None, compare=False, repr=False)
 
     def in_language(self, language: Language) -> "LessonBook":
-        """Return the same lessons in another language; missing texts stay English."""
         return self if self.translated is None or language not in TRANSLATIONS else self.translated(language)
 
     @property

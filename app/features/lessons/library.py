@@ -1,6 +1,4 @@
-"""The lessons of a server: ours and a folder's, with a test before and after them, or a playlist's; read
-again when a file changes.
-"""
+"""The lessons of a server (ours, a folder's, or a playlist's), read again when a file changes."""
 
 import logging
 import os
@@ -26,7 +24,7 @@ from app.text.lesson_text import lesson_html
 log = logging.getLogger("duet.lessons")
 
 BELIEFS: Final = FOLDER / "beliefs"
-"""Folder of our test, which is asked before the first lesson and after the last."""
+"""Folder of the test before the first lesson and after the last."""
 
 PERIOD: Final = 0.5
 """Period of the check for changed files [s]."""
@@ -42,10 +40,8 @@ _ours = cache(load_lessons)
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Teacher's notes (Markdown) by lesson id, without unreadable ones.
-
-    They have their own files, and are not part of `Lesson`, so that they cannot reach a student's page by
-    mistake.
+    """Readable notes (Markdown) by lesson id, kept outside `Lesson` so that they cannot reach a student's
+    page.
     """
     notes: dict[str, str] = {}
     for lesson in book.lessons:
@@ -82,8 +78,8 @@ def _everything(known: Collection[Lesson]) -> Iterator[Lesson]:
 
 
 def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> Iterator[Lesson]:
-    """Number the lessons: consecutive steps of one lesson are one lesson with a share of its minutes; a test
-    that appears twice has a first and a last time.
+    """Number the lessons: consecutive steps of one lesson are one lesson with a share of its minutes; a
+    repeated test has a first and a last time.
     """
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
@@ -107,8 +103,7 @@ def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> 
 
 
 class Library:
-    """Reads the book, and again when a file has changed. A lesson with a file that became faulty stays as it
-    was.
+    """Reads the book, and again when a file changes; a lesson that became faulty stays as it was.
 
     Args:
         folder: more lessons, which replace ours with the same name, or None.
@@ -207,9 +202,7 @@ class Library:
         return stamps
 
     def refresh(self) -> bool:
-        """Read everything again if a file has changed and is unchanged since the last call; true if it was
-        read.
-        """
+        """Read everything again if a file has changed and been unchanged since the last call; true if so."""
         before, self._looked = self._looked, self._stamps()
         if not self._looked or self._looked == self._seen or self._looked != before:
             return False

@@ -1,6 +1,4 @@
-"""A folder of Markdown files → lessons and a teacher's notes. A faulty file is named with its line; the
-others still load.
-"""
+"""Markdown files → lessons and notes. A faulty file is reported with its line; the others still load."""
 
 import errno
 import os
@@ -41,7 +39,7 @@ class Notes(NamedTuple):
 
 
 def read_notes(text: str) -> Notes:
-    """Parse notes; text under no step's heading belongs to the whole lesson. Never raises."""
+    """Parse notes; text under no step belongs to the whole lesson. Never raises."""
     whole, *parts = _STEP.split("\n".join(text.strip().splitlines()))
     first, _, rest = whole.partition("\n")
     title = re.sub("^#+ *", "", first) if first.startswith("#") else ""
@@ -117,9 +115,7 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
 
 
 def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
-    """Yield faults of pictures and formulas in a teacher's notes; `library.notes_of` skips an unreadable
-    file.
-    """
+    """Yield faults of pictures and formulas in readable notes."""
     try:
         text = read_text(path)
     except Fault:
@@ -173,7 +169,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
-    """Return the lesson with the texts of another language, or unchanged if they are missing or do not fit."""
+    """Lesson in another language, or unchanged if its texts are missing or do not fit."""
     path = folder / lesson.file.replace(".md", f".{language}.md")
     if not os.path.lexists(path):
         return lesson

@@ -1,6 +1,4 @@
-"""Structure of a lesson file: headings, blocks, questions and hints, each with its line, without their
-meaning.
-"""
+"""Structure of a lesson file: headings, blocks, questions and hints, with their lines."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -12,15 +10,12 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints", "Belief")
-"""Headings within a step, in their order."""
 
 HEAD_SECTIONS: Final = ("Promise", "Learned", "Again")
-"""Headings under a lesson's title, in their order."""
 
 _FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
 _HEADING: Final = re.compile(r"^(#{1,6})\s+(.*?)\s*#*\s*$")
 ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
-"""First line of an answer or a hint."""
 
 _QUOTE: Final = re.compile(r"^\s*>\s?(.*)$")
 
@@ -39,13 +34,12 @@ class Fault(Exception):
 
 
 class FaultLog:
-    """Collects faults, so that all of a file are reported at once."""
+    """Collects faults, to report all of a file at once. Reads that fail are left out or replaced."""
 
     def __init__(self) -> None:
         self.found: list[Fault] = []
 
     def take(self, read: Callable[[], T], otherwise: U) -> T | U:
-        """Call `read`; return `otherwise` if it raises a fault."""
         try:
             return read()
         except Fault as fault:
@@ -53,7 +47,6 @@ class FaultLog:
             return otherwise
 
     def all_of(self, reads: Iterable[Callable[[], T]]) -> tuple[T, ...]:
-        """Call the functions; leave out those that raise a fault."""
         return tuple(read for read in (self.take(one, None) for one in reads) if read is not None)
 
     def close(self) -> None:
@@ -87,7 +80,7 @@ class SheetPart:
 
 @dataclass
 class Chapter(SheetPart):
-    """A step, or the part under the title: the text before its first section, and the sections by name."""
+    """A step, or the part under the title: text before its first section, and sections by name."""
 
     sections: dict[str, SheetPart] = field(default_factory=dict)
 
@@ -102,7 +95,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Item:
-    """An entry of a numbered list: its text, the quoted lines under it, and its line."""
+    """Entry of a numbered list: text, quoted lines, and line."""
 
     text: str
     quote: str

@@ -1,4 +1,4 @@
-"""Measured values, verdicts on predictions, judgements on challenges: pure functions of evidence."""
+"""Measured values, verdicts and judgements: pure functions of evidence."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -32,7 +32,6 @@ AT_END: Final = 0.15
 
 
 def asks_for_distance(step: Step) -> bool:
-    """True if a step's answers are values of one distance."""
     question = step.question
     if question is None or question.ratio or step.drawing is not None or not question.expects:
         return False
@@ -66,7 +65,6 @@ class StepOutcome:
     curve: Curve = ()
 
     def answer(self, question: Question) -> Value:
-        """Deciding value for the question; None if the run does not give it."""
         return question.answer(self.values[0]) if self.values else None
 
     def known(self, step: Step) -> dict[str, tuple[Value, ...]]:
@@ -132,8 +130,8 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
 
 
 def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> Mark | None:
-    """Moment at which the first measurement that has one took its value; None at the end of the run, or
-    without a moment.
+    """Time at which the first measurement that has one took its value; None at the end of the run, or without
+    one.
     """
     for m in measurements:
         time = moment(evidence, m.name, m.parameters)
@@ -144,9 +142,7 @@ def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> 
 
 @dataclass(frozen=True)
 class AnswerVerdict:
-    """Verdict on a prediction. `reply`: the reason, in Markdown with this run's numbers; `lines`: measured
-    values.
-    """
+    """`reply`: the reason, in Markdown with this run's numbers; `lines`: measured values."""
 
     right: bool
     headline: str
@@ -174,7 +170,7 @@ _NO_NOTE = LazyText("")
 
 @dataclass(frozen=True)
 class Attempt:
-    """All judgements of a try at a challenge; `note` says why a run does not count."""
+    """A try at a challenge; `note` says why a run does not count."""
 
     passed: bool
     judgements: tuple[Judgement, ...]
@@ -182,7 +178,6 @@ class Attempt:
 
     @classmethod
     def of(cls, judgements: Sequence[Judgement]) -> "Attempt":
-        """Make an attempt, passed if there are judgements and all are met."""
         return cls(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
 
     @property

@@ -1,4 +1,4 @@
-"""A student's progress as plain data, to JSON and back; any JSON can be read."""
+"""A student's progress, to JSON and back."""
 
 import json
 import math
@@ -73,7 +73,7 @@ class StepProgress:
 
     @property
     def predicted(self) -> bool:
-        """True if the run may be seen: an answer was chosen, or a curve was drawn."""
+        """True if the run may be seen: an answer or a curve exists."""
         return self.choice is not None or bool(self.drawing)
 
     @property
@@ -88,7 +88,7 @@ class StepProgress:
 
 @dataclass
 class Progress:
-    """Progress in all steps, by (lesson, step), and the current place by names."""
+    """Progress by (lesson, step), and the current place by ids."""
 
     lesson: str = ""
     step: str = ""
@@ -107,7 +107,7 @@ def to_json(progress: Progress) -> str:
 
 
 def _plain(data: Any) -> Any:
-    """Replace what JSON does not know: infinity (a distance without an obstacle) and `LazyText`."""
+    """Replace infinity (no obstacle) and `LazyText`, which JSON does not know."""
     if isinstance(data, LazyText):
         return {"template": data.template, "parts": _plain(data.parts)}
     if isinstance(data, dict):

@@ -1,4 +1,4 @@
-"""Runs without a page, each simulated once: comparisons, reference runs, attempts of the check."""
+"""Runs without a page, each simulated once."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ from scenes.roles import NO_TARGETS, TargetSource
 from scenes.simulation import Simulation
 
 KEPT_RUNS = 6
-"""Number of whole runs in memory; of all others only the values are kept."""
+"""Number of whole runs in memory; of others only the values."""
 
 
 def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
@@ -50,7 +50,7 @@ def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSou
 
 @lru_cache(maxsize=KEPT_RUNS)
 def simulated(setup: Setup) -> Simulation:
-    """Simulation at the end of its run, read-only. The experiment's autopilot replaces the student."""
+    """Finished simulation, read-only. The experiment's autopilot replaces the student."""
     run = setup.run
     steps = max(1, round(setup.seconds / run.dt))
     simulation = Simulation(run, steps)
@@ -69,7 +69,6 @@ def measured(setup: Setup, name: str, parameters: Pairs = ()) -> Value:
 
 @lru_cache(maxsize=64)
 def drawn(setup: Setup, drawing: Drawing) -> Curve:
-    """True curve of a drawing, from a run without a page, cached."""
     return true_curve(drawing, Evidence(simulated(setup)))
 
 

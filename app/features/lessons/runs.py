@@ -1,4 +1,4 @@
-"""One run as data: start, inputs, length and settings; and settings in words."""
+"""One run as data, and settings in words."""
 
 import re
 from dataclasses import dataclass, replace
@@ -19,8 +19,8 @@ Pairs = tuple[tuple[str, Any], ...]
 """Ordered keys and values: a hashable dictionary."""
 
 InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
-"""Source of the inputs: the experiment's autopilot, none, the student, a script, a recorded file, or the
-student's motion in an earlier step.
+"""The experiment's autopilot, none, the student, a script, a recorded file, or the student's motion in an
+earlier step.
 """
 
 LONGEST: Final = 60.0
@@ -62,9 +62,7 @@ class Setup:
     folder: Path
 
     def settings(self, start: Settings) -> Settings:
-        """Return the run's settings as the lesson has them; the page's settings change only where the lesson
-        says so.
-        """
+        """The lesson's settings; those of the page only where the lesson says so."""
         settings = replace(start, run=RunSettings())
         for key, value in self.changes:
             settings = changed(settings, key, value)
@@ -80,7 +78,7 @@ class Setup:
 
 
 def deviations(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Settings of a run that differ from those asked for; the lever is free."""
+    """Settings that differ from those asked for, except the lever."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value and key != "lever")
 

@@ -1,4 +1,4 @@
-"""Scripted inputs that a lesson names, each a pure function of the simulation and its parameters."""
+"""Scripted inputs: pure functions of the simulation and their parameters."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -235,5 +235,5 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
 
 
 def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> Scripted:
-    """Target source of a script with checked parameters, in a simulation that has just begun."""
+    """Target source of a script, in a simulation that has just begun."""
     return Scripted(SCRIPTS[name].make(simulation, **dict(parameters)))

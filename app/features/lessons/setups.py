@@ -1,4 +1,4 @@
-"""The part of a block that describes a run: start, inputs, settings and length."""
+"""The part of a block that describes a run."""
 
 from dataclasses import replace
 from functools import partial
@@ -56,7 +56,7 @@ def usual_setup(folder: Path) -> Setup:
 
 
 def read_setup(table: Table, base: Setup) -> Setup:
-    """Read `settings`, `start`, `input` and `seconds` of a step, a wrong answer, a challenge or an attempt.
+    """Read `settings`, `start`, `input` and `seconds` of a table.
 
     Raises:
         Fault: something is not possible.

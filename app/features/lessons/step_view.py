@@ -1,4 +1,4 @@
-"""Plain data that a page shows of a walkthrough, with the numbers filled in."""
+"""Data that a page shows of a walkthrough, numbers filled in."""
 
 import re
 from dataclasses import dataclass, replace
@@ -23,14 +23,6 @@ PLOTTED_TRIES: Final = 3
 
 @dataclass(frozen=True)
 class StepPosition:
-    """A student's place.
-
-    Attributes:
-        index: 0-based place of the step in the lesson.
-        beside: the shown run that is not the step's own, or None.
-        stale: true if another run has begun since the last attempt.
-    """
-
     lesson: Lesson
     step: Step
     index: int
@@ -152,7 +144,7 @@ def knows_outcome(phase: Phase) -> bool:
 
 
 def why_of(at: StepPosition) -> Setup | None:
-    """Run that shows why the answer is wrong; None if it does not exist or may not begin now."""
+    """Run that shows why the answer is wrong, if it exists and may begin now."""
     question, choice = at.step.question, at.done.choice
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
         return None
@@ -160,13 +152,12 @@ def why_of(at: StepPosition) -> Setup | None:
 
 
 def has_curve(at: StepPosition) -> bool:
-    """True if the student drew a λ(d) that the arm can follow, and its run may begin now."""
+    """True if a drawn λ(d) that the arm can follow may run now."""
     drawn = at.step.drawing is not None and at.step.drawing.formula and len(at.done.drawing) > 0
     return drawn and at.phase in (Phase.OBSERVE, Phase.EXPLAIN)
 
 
 def contrast(at: StepPosition) -> Contrast | None:
-    """Difference between the shown run and the step's own; None for the step's own."""
     question, choice, beside = at.step.question, at.done.choice, at.beside
     if beside is None:
         return None

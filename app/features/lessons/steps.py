@@ -1,4 +1,4 @@
-"""A step of a lesson file → `Step`, with its texts and its block checked."""
+"""A step of a lesson file → `Step`, checked."""
 
 import re
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ USUAL_MINUTES: Final = 10
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
-    """Header of a lesson: base run of its steps, equations of the paper, and minutes.
+    """Base run of the steps, equations of the paper, and minutes.
 
     Raises:
         Fault: the block is missing or not unique, or the lesson has no goal.
@@ -71,7 +71,6 @@ def formula_faults(chapter: Chapter) -> Iterator[Fault]:
 
 
 def head_texts(head: Chapter) -> tuple[str, ...]:
-    """Promise and summary of a lesson; "" for a missing one."""
     return tuple(head.sections[name].text if name in head.sections else "" for name in HEAD_SECTIONS)
 
 

@@ -1,4 +1,4 @@
-"""Answers of a class to a question, without names: counts of a round, and changes between rounds."""
+"""Answers of a class to a question: counts of a round, and changes between rounds."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -11,8 +11,6 @@ QuestionId = tuple[str, str]
 
 
 class Ballot(NamedTuple):
-    """A student's answer or drawn curve, or both, with the reason."""
-
     choice: int | None = None
     curve: Curve = ()
     reason: str = ""

@@ -78,7 +78,7 @@ def tabled(text: str) -> frozenset[str]:
 
 
 def told_in(step: Step, text: str) -> frozenset[str]:
-    """Ids of the step's measurements of which a text shows every value."""
+    """Ids of the measurements of which a text shows every value."""
     told = {(id, number) for kind, name in _HOLE.findall(text) if kind == "measured" for id, number, _ in [_parts(name)]}
     wanted = ((m.id, ("", *(str(i + 1) for i in range(len(m.compare))))) for m in step.measurements)
     return frozenset(id for id, numbers in wanted if all((id, number) in told for number in numbers))
@@ -113,7 +113,7 @@ BLANK: Final = "\\_" * 10
 
 
 def without_outcome(text: str, step: Step) -> str:
-    """Replace each number that would give the answer away by a blank; see `placeholder_problems`."""
+    """Replace each number that gives the answer away by a blank; see `placeholder_problems`."""
 
     def kept(hole: re.Match[str]) -> str:
         known = hole[1] == "setting" or step.question is not None
@@ -135,7 +135,7 @@ def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], befo
 
 
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
-    """Fill in the numbers of a step's text; unknown ones become a dash.
+    """Fill in the numbers of a text; unknown ones become a dash.
 
     Without an outcome they come from the reference run: texts before the student's run show the software's
     values.

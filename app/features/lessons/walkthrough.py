@@ -1,9 +1,7 @@
-"""A student's way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of
-a page.
+"""A student's way through the lessons, without a page: goal → predict → do → observe → explain → challenge.
 
-The page shows `view`, calls the student's actions (`choose`, `next`, `back`, `attempt` …), begins a
-simulation by `setup` and `kept` whenever `run_id` has changed, passes it to `watch` every frame and to
-`observe` at its end.
+The page shows `view`, calls the student's actions, begins a simulation by `setup` and `kept` whenever
+`run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -104,7 +102,6 @@ class Walkthrough:
 
     @property
     def challenge(self) -> Challenge | None:
-        """Challenge of the step in its phase, else None."""
         return self.step.challenge if self.phase is Phase.CHALLENGE else None
 
     @property
@@ -120,9 +117,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """True until a question has its answer or curve: Run is locked, and no page may say what the law
-        does.
-        """
+        """True until the question is answered: Run is locked, and no page may say what the law does."""
         return self.phase is Phase.PREDICT
 
     @property
@@ -156,8 +151,8 @@ class Walkthrough:
         return True
 
     def guess(self, distance: float) -> bool:
-        """Accept a guess of d on the line of contact [m] and the answer that it supports, until the outcome
-        is known; true if accepted.
+        """Accept a guess of d on the line of contact [m] and its answer, until the outcome is known; true if
+        accepted.
         """
         if not self.guessing or not abs(distance) <= FARTHEST:
             return False
@@ -169,7 +164,6 @@ class Walkthrough:
 
     @property
     def guessing(self) -> bool:
-        """True if d may be guessed on the line of contact now."""
         return asks_for_distance(self.step) and self._answerable
 
     @property
@@ -203,9 +197,7 @@ class Walkthrough:
         return True
 
     def back(self) -> bool:
-        """Go to the phase before, or to the end of the step before; false at the beginning. Nothing is
-        forgotten.
-        """
+        """Go to the previous phase, or the end of the step before; false at the beginning."""
         behind = self._behind()
         if behind is None:
             return False
@@ -213,9 +205,7 @@ class Walkthrough:
         return True
 
     def reset(self) -> None:
-        """Restart the step, keeping the student's own words; in a test an answer stays once the right one was
-        told.
-        """
+        """Restart the step, keeping own words; in a test an answer stays once the right one was told."""
         if self.step.asked and not self._answerable:
             return
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
@@ -233,7 +223,6 @@ class Walkthrough:
         return self._show_beside(why_of(self._place()))
 
     def show_curve(self) -> bool:
-        """Begin the step's run with the drawn λ(d); false without one."""
         if not has_curve(self._place()) or self.step.drawing is None:
             return False
         changes = {"law": DRAWN_LAW, "curve": law_curve(self.step.drawing, self.done.drawing)}
@@ -255,7 +244,6 @@ class Walkthrough:
         return hints[done.hints - 1]
 
     def write(self, words: str, lesson: str | None = None, step: str | None = None) -> None:
-        """Keep the student's text about the current step, or a named one."""
         self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
 
     def give_reason(self, reason: str, lesson: str, step: str) -> None:
@@ -321,8 +309,8 @@ class Walkthrough:
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
     def observe(self, simulation: Simulation) -> StepOutcome:
-        """Measure the run. At its end the outcome is kept, and a run that is not the student's own continues
-        to OBSERVE.
+        """Measure the run. At its end keep the outcome; a run that is not the student's own continues to
+        OBSERVE.
         """
         setup = self.beside or self.step.setup
         until = inf if self.yours else setup.seconds
@@ -339,7 +327,7 @@ class Walkthrough:
         return outcome
 
     def decisive(self, simulation: Simulation) -> Mark | None:
-        """Decisive moment of a finished run; None if it is the end, or the run has none."""
+        """Decisive moment of a finished run; None for its end, or without one."""
         if not self.ends or not simulation.history.count:
             return None
         criteria = None if self.challenge is None else self.challenge.criteria
@@ -378,7 +366,6 @@ class Walkthrough:
         return attempt
 
     def attempt_custom_law(self, verdicts: Sequence[TrialResult]) -> Attempt | None:
-        """Judge the challenge by a custom law's tests; None if the step asks for no custom law."""
         if self.challenge is None or not self.challenge.custom_law:
             return None
         attempt = attempt_of(verdicts)
@@ -397,7 +384,7 @@ class Walkthrough:
             self._running = self._at, self.setup
 
     def view(self, book: LessonBook | None = None) -> StepView:
-        """Everything that a page shows now. `book`: in the reader's language; None for this one."""
+        """What a page shows now. `book`: in the reader's language; None for this one."""
         return make_view(self._place(book), self.yours, self._ahead() is not None, self._behind() is not None)
 
     def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
@@ -432,7 +419,7 @@ class Walkthrough:
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _ahead(self) -> tuple[Bookmark, Phase] | None:
-        """Next place, or the step's own run after another; None at the end of the book, and before an answer."""
+        """Next place, or the step's own run after another; None at the end, and before an answer."""
         if self.showing:
             return self._at, self.phase
         if self.locked and not self.done.predicted and self.step.asked != "first":
@@ -444,9 +431,7 @@ class Walkthrough:
         return None if after is None else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
 
     def _behind(self) -> tuple[Bookmark, Phase] | None:
-        """Place before this one; None at the beginning. An answer cannot be changed once the outcome is
-        known.
-        """
+        """Previous place; None at the beginning. An answer cannot change once the outcome is known."""
         if self.showing:
             return self._at, self.phase
         place = self.phases.index(self.phase) - 1

@@ -1,4 +1,4 @@
-"""Input boxes of a step: forecasts, a reason, and (set by a script) a guess of d."""
+"""Input boxes of a step: forecasts, a reason, and a guess of d."""
 
 import math
 import re
@@ -33,9 +33,8 @@ _REASON: Final = ORDER["choices"] + 7.5
 
 
 class Forecasts:
-    """Boxes for the forecasts of each challenge, made when it is first shown.
-
-    The last text may arrive when the student is already in another step, so two steps never share a box.
+    """Boxes for the forecasts of each challenge. Two steps never share a box, since the last text may arrive
+    after a change of step.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
@@ -52,7 +51,6 @@ class Forecasts:
         return on_entry(box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text))))
 
     def show(self, view: StepView, challenge: Challenge | None) -> None:
-        """Show the boxes of a challenge with its typed texts; hide all without one."""
         here = (view.lesson.id, view.step.id) if challenge is not None else None
         if self._shown == here:
             return
@@ -68,7 +66,7 @@ class Forecasts:
 
 
 def read_number(text: object) -> float | None:
-    """Parse a number with a decimal point or comma and perhaps a unit; None if it is not a number."""
+    """Parse a number with a decimal point or comma and perhaps a unit, or None."""
     found = _NUMBER.fullmatch(text[:40].replace("−", "-")) if isinstance(text, str) else None
     number = float(found[1].replace(",", ".")) if found is not None else math.inf
     return number if abs(number) < 1e9 else None
@@ -97,9 +95,8 @@ def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
-    """Data of the card for a guess: label, value [mm], step, and box ("" if no guess is accepted); {} if the
-    step asks for no distance, or the reader is not the operator: in a class the guess of the shared session
-    is not the reader's.
+    """Data of the card for a guess: label, value [mm], step, and box ("" if closed); {} if the step asks for
+    no distance, or the reader is not the operator.
 
     Args:
         box: id of the box on an operator's page, else "".
@@ -120,9 +117,8 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
 
 
 class ReasonBox:
-    """Box for the reason of each question, made when it is first shown. The caller opens its container.
-
-    The last text may arrive when the student is already in another step, so two steps never share a box.
+    """Box for the reason of each question. Two steps never share a box, since the last text may arrive after
+    a change of step.
 
     Args:
         post: performs an action on the session's thread.
@@ -141,7 +137,6 @@ class ReasonBox:
         return on_entry(box, lambda words: self._post(GiveReason(lesson, step, words)))
 
     def show(self, view: StepView | None) -> None:
-        """Show the step's box while its answer can change; hide all without a step."""
         here: tuple[str, str] | None = None
         if view is not None and takes_reason(view.step, view.phase):
             here = view.lesson.id, view.step.id
@@ -159,7 +154,7 @@ class ReasonBox:
 
 
 def takes_reason(step: Step, phase: Phase) -> bool:
-    """True if the phase takes a reason for the answer; the box for own words appears afterwards."""
+    """True if the phase takes a reason; the box for own words appears afterwards."""
     return (step.question is not None or step.drawing is not None) and phase in (Phase.PREDICT, Phase.DO)
 
 

@@ -1,4 +1,4 @@
-"""Marks that the elbow has to touch, with their angles; green with a tick once touched."""
+"""Marks for the elbow to touch; green with a tick once touched."""
 
 from collections.abc import Callable
 from typing import Final

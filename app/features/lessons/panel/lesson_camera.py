@@ -58,7 +58,7 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
 
 
 def _around(points: Array, view: Camera) -> Camera:
-    """View from the same direction that shows points (k, 3) with a margin."""
+    """Same direction, fitted to points (k, 3) with a margin."""
     right, up, toward = axes(np.array(view.toward))
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN

@@ -1,4 +1,4 @@
-"""Charts of the lessons: tries of a search, and two runs of one attack."""
+"""Charts of a search's tries, and of two runs of one attack."""
 
 from collections.abc import Callable
 from typing import Final
@@ -31,9 +31,8 @@ MARGIN: Final = 0.12
 
 
 def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language) -> Markup:
-    """Plot of the tries as HTML: dots met the first criterion, crosses missed it, the newest is ringed.
-
-    Dashed lines are the bounds of that criterion, and of the setting.
+    """Plot as HTML: dots met the first criterion, crosses missed it, the newest is ringed; dashed lines are
+    the bounds of criterion and setting.
     """
     criterion, spec = challenge.criteria[0], specs()[challenge.search]
     m = criterion.measurement
@@ -62,7 +61,7 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
 
 
 def _axis(values: list[float], low: float, high: float) -> Callable[[float], float]:
-    """Map from numbers to pixels that shows all `values`. `low`, `high`: edges [px]."""
+    """Map from numbers to pixels in [low, high] [px] that shows all `values`."""
     first, last = min(values), max(values)
     span = (last - first) or abs(first) or 1.0
     begin, scale = first - MARGIN * span, (high - low) / (span * (1.0 + 2.0 * MARGIN))
@@ -82,7 +81,7 @@ TRACK_POINTS: Final = 240
 
 
 def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:
-    """Chart of two complete runs of the same length, with d_m and their names."""
+    """Chart of two complete runs of equal length, with d_m."""
     end, critical = own.time, own.settings.law.critical_distance
     tracks = [_track(run.history.table()) for run in (own, rival)]
     low, high = min(-0.05, *(float(ys.min()) for _, ys in tracks)), max(float(ys.max()) for _, ys in tracks)

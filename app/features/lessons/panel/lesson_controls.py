@@ -58,10 +58,10 @@ class LessonLawTask:
 
 
 class LessonControls(PagePanel):
-    """The operator's answers, Run, next and back.
+    """The operator's buttons and keys.
 
-    Keys have another meaning while a lesson is open. Space, ., R and the arrows have a third one in a replay
-    or at the lever, which takes precedence; so their handlers here also act while no lesson is open.
+    Space, ., R and the arrows have a third meaning in a replay or at the lever, which takes precedence; so
+    their handlers here also act while no lesson is open.
 
     Args:
         page: its controls flash where a contrast changes them; its gizmos follow the keys while no lesson is
@@ -113,9 +113,7 @@ class LessonControls(PagePanel):
         return self._run.open
 
     def _keep_autopilot(self, action: Toggle) -> bool:
-        """True (and the key does nothing) for the autopilot if the lesson controls what the visitor could
-        move.
-        """
+        """True (and nothing happens) for the autopilot if the lesson controls what the visitor could move."""
         return action.what == "autopilot" and self._run.hands_off
 
     def _pause(self, action: Pause) -> None:
@@ -190,7 +188,7 @@ class LessonControls(PagePanel):
         return listing
 
     def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
-        """Add the button that opens a lesson at the student's step; in the list a card replaces it."""
+        """Add the button that opens a lesson; in the list a card replaces it."""
         button = self._button(lesson_actions.GoTo(index, None), ORDER["list"] + 1.0)
         button.label = f"{lesson.number}  {plain(lesson.title)}"
         return button
@@ -334,7 +332,7 @@ class LessonControls(PagePanel):
 
 
 def flash_style(places: tuple[tuple[str, str], ...]) -> str:
-    """CSS that makes controls flash when it is inserted. `places`: see `Controls.places`."""
+    """CSS that makes controls flash. `places`: see `Controls.places`."""
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )

@@ -21,7 +21,6 @@ PHASES: Final[dict[str, str]] = {
     "explain": N_("Explain"),
     "challenge": N_("Challenge"),
 }
-"""Names of the phases on the page."""
 
 NEXT: Final = {
     "predict": N_("Next: predict"),
@@ -30,7 +29,6 @@ NEXT: Final = {
     "explain": N_("Next: explain"),
     "challenge": N_("Next: challenge"),
 }
-"""Labels of the button to the next phase."""
 
 BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "said", "verdict", "after", "attempt", "learned", "hints")
 
@@ -72,7 +70,6 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
 
 
 def _verdict_html(view: StepView, computing: bool) -> Markup:
-    """The answer, the measured value and the reason; the prediction while the run continues."""
     made, curves = macros(_TEMPLATE), view.drawing
     chosen = None if view.done.choice is None else view.choices[view.done.choice]
     if computing:
@@ -99,7 +96,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
 
 
 def _number(view: StepView) -> tuple[str, ...]:
-    """First measured value, unless the verdict's sentence has it."""
+    """First measured value, unless the verdict has it."""
     question, choice, measured = view.step.question, view.done.choice, view.step.measurements
     if question is None or choice is None or not measured:
         return ()
@@ -121,7 +118,7 @@ def _after_html(view: StepView) -> Markup:
 
 
 def figure_html(view: StepView) -> Markup:
-    """The drawn curve, with the truth once the outcome is known; "" without a drawing."""
+    """Drawn curve, with the truth once known; "" without a drawing."""
     drawing, curves = view.step.drawing, view.drawing
     if drawing is None or curves is None:
         return _NOTHING
@@ -129,7 +126,6 @@ def figure_html(view: StepView) -> Markup:
 
 
 def attempt_html(view: StepView) -> Markup:
-    """Result of the last attempt: every criterion, misses first."""
     made, attempt, challenge = macros(_TEMPLATE), view.done.last, view.step.challenge
     if view.phase is not Phase.CHALLENGE:
         return _NOTHING

@@ -17,7 +17,7 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
     Hotkey("why", Press("why"), "Y", N_("lesson: the run that shows why"), "Y", icon=viser.Icon.QUESTION_MARK),
     Hotkey("leave", Press("leave"), "X", N_("lesson: leave the lessons"), "X", icon=viser.Icon.X),
 )
-"""Digits answer; ← and → are back and next where the hand cannot be moved."""
+"""← and → are back and next only where the hand cannot be moved."""
 
 
 def key_help() -> tuple[KeyHelp, ...]:

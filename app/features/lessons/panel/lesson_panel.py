@@ -24,25 +24,22 @@ PERIOD: Final = 0.2
 """Wall time between updates of the numbers [s]."""
 
 WIDTH: Final = 340
-"""Width of the panel [CSS px]."""
 
 EDITOR_WIDTH: Final = 520
-"""The same with an editor in it, in a wide window [CSS px]."""
+"""Width with an editor in it, in a wide window [CSS px]."""
 
 NARROW_WIDTH: Final = 300
-"""The same in a narrow window [CSS px]."""
+"""Width in a narrow window [CSS px]."""
 
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
 """Order of each block; buttons are between them."""
 
 VERDICT: Final = 0.5
-"""Order of the verdict: first, so that a phone shows it."""
+"""First, so that a phone shows it."""
 
 PLOTS: Final = "[data-duet-holds~=plots]"
-"""Selector of the window of plots."""
 
 IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
-"""Order of a step's drawing board."""
 
 
 class LessonPanel:
@@ -72,18 +69,15 @@ class LessonPanel:
         self._wide = width
         self._folded = False
         self.panel: viser.PanelHandle | None = None
-        """None before a lesson was opened."""
         self.tab: viser.GuiTabHandle | None = None
         self.openers: dict[str, str] = {}
-        """Lesson id → id of the button that opens it, on an operator's page."""
+        """Lesson id → id of its button, on an operator's page."""
         self.guess_box = ""
         """Id of the box for a guess of d, on an operator's page."""
         self.edits = False
-        """True if the operator writes a law on the page."""
         self.contrast: Contrast | None = None
-        """Difference between the shown run and the question's, or None."""
         self.run_names: tuple[str, str] | None = None
-        """Names of the visitor's run at the lever and of the law's, once both are shown; else None."""
+        """Names of the visitor's run at the lever and the law's, once both are shown."""
         self._tracks: tuple[object, Markup] = None, Markup()
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
@@ -102,7 +96,7 @@ class LessonPanel:
         self._width, self._shown = width, ()
 
     def show(self, frame: Frame) -> bool:
-        """Update; true if the panel was opened or closed, so that cameras have to follow."""
+        """Update; true if the panel opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
         if not run.open or run.listing:
             self.contrast = self.run_names = None
@@ -161,7 +155,7 @@ class LessonPanel:
         return blocks
 
     def _both_tracks(self, frame: Frame) -> Markup:
-        """Both runs in one chart; empty if a reload has lost their beginning, or before the first step."""
+        """Both runs in one chart; empty if a reload has lost their beginning."""
         (own, rival), names = frame.live.traced, self.run_names
         if rival is None or names is None or not 0 < own.history.count == rival.history.count == own.steps:
             return Markup()
@@ -187,7 +181,7 @@ class LessonPanel:
 
 
 def hidden_beside(view: StepView) -> str:
-    """Selectors of hidden parts: the equation before the experience, and plots where nothing runs."""
+    """Selectors to hide: the equation before the experience, and plots where nothing runs."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
     rests = view.step.concept or view.phase is Phase.PREDICT
     return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if rests else "")

@@ -1,4 +1,4 @@
-"""Lessons of a server and of a visitor: links to steps, the welcome, a teacher's notes."""
+"""Lessons of a server and of a visitor."""
 
 import logging
 from collections.abc import Mapping
@@ -24,11 +24,11 @@ from controllers.errors import LazyText
 log = logging.getLogger("duet.lessons")
 
 MOST_PROBLEMS = 5
-"""Most faults of lesson files that a visitor is shown at once."""
+"""Most faults shown to a visitor at once."""
 
 
 class LessonServer(ServerPart):
-    """The lessons of a server. `library`: their files, with the teacher's notes only if the server has a key."""
+    """`library`: has the teacher's notes only if the server has a key."""
 
     def __init__(self, context: AppContext) -> None:
         options, own = context.options, context.options.of(LessonOptions)
@@ -103,8 +103,7 @@ def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
 
 
 def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
-    """Open a link's lesson, or resume a visitor's record; a message for each part of the link that is not
-    possible.
+    """Open a link's lesson, or resume a visitor's record; a message for each impossible part of the link.
 
     Args:
         record: the same lesson link reopens its lesson; with another one only its progress counts.
@@ -132,7 +131,7 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
 
 
 def step_of(text: str) -> tuple[int, str]:
-    """Step of a link (0-based), and a message, "" if the text is valid."""
+    """Step of a link (0-based), and a message, "" if valid."""
     if not text:
         return 0, ""
     if text.isascii() and text.isdecimal() and int(text) >= 1:

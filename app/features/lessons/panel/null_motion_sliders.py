@@ -1,4 +1,4 @@
-"""Sliders that move an arm in its null space, where a challenge has them."""
+"""Sliders for null-space motions of an arm."""
 
 import math
 from typing import Final
@@ -66,9 +66,7 @@ class NullMotionSliders:
         return shown and walk.step.challenge is not None and walk.step.challenge.null_motions and walk.yours
 
     def show(self, frame: Frame) -> None:
-        """Show the sliders if the challenge has them; reset them in a fresh run, and when something else
-        moves the arm.
-        """
+        """Show the sliders if the challenge has them; a fresh run, or another mover of the arm, resets them."""
         offered, of = self._offered, (self._run.walk.run_id, frame.live.simulation)
         if of != self._of or not (offered and isinstance(frame.live.held, JointTarget)):
             self._of, self._motions = of, None

@@ -17,7 +17,7 @@ ORDER: Final = -20.0
 
 
 class NotesView:
-    """Notes on the open lesson, with the current step's first. `notes`: Markdown by lesson id."""
+    """`notes`: Markdown by lesson id; the current step's come first."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
@@ -44,7 +44,7 @@ class NotesView:
 
 
 class TeachersTab:
-    """Load and notes in a tab, for a teacher with a private session. `notes`: Markdown by lesson id."""
+    """Load and notes, for a teacher with a private session. `notes`: Markdown by lesson id."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):

@@ -21,9 +21,7 @@ def is_for_newcomers(query: Mapping[str, str]) -> bool:
 
 
 class Welcome:
-    """The card, which `welcome.js` shows over the 3-D view, once in a browser. Any action of the visitor ends
-    it.
-    """
+    """The card, shown by `welcome.js` once in a browser. Any action ends it."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, lessons: LessonSession) -> None:
         self._lessons, self._over = lessons, False

@@ -1,7 +1,4 @@
-"""The lessons of a session: opening and closing, the visitor's actions, and the end of a run.
-
-All of it belongs to the session's thread, except the further runs of a step, which another thread simulates.
-"""
+"""The lessons of a session, on its thread; another thread simulates the further runs of a step."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -34,12 +31,11 @@ from scenes.simulation import Simulation
 log = logging.getLogger("duet.lessons")
 
 PATIENCE: Final = 40.0
-"""A duel's run in which no hand is taken restarts after this time [s]; with a push it still fits into a link.
-"""
+"""Time without the hand after which a duel's run restarts [s]; with a push it still fits into a link."""
 
 
 OF_STEPS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
-"""Settings that a step decides, so that its link omits them."""
+"""Settings that a step decides, so its link omits them."""
 
 _SEEN: Final = "seen"
 _KEPT: Final = "kept"
@@ -81,7 +77,6 @@ class LessonSession(SessionPart):
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
         self._stood = ("", 0)
-        """Last open lesson and step of the visitor."""
         self._runner = StepRunner(self._session)
         self._waiting: lesson_actions.LessonAction | None = None
 
@@ -99,7 +94,7 @@ class LessonSession(SessionPart):
         return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
-        """Open the lessons at the last place, or at a step. `lesson`: 0-based or an id; `step`: 0-based."""
+        """Open the last place, or a step. `lesson`: 0-based or an id; `step`: 0-based."""
         if not self.book.lessons:
             self._session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
             return
@@ -116,7 +111,6 @@ class LessonSession(SessionPart):
         self._guarded(self._follow)
 
     def leave(self) -> None:
-        """Close the lessons and restart the experiment with the visitor's own settings."""
         self.listing = False
         self.version += 1
         if not self.open:
@@ -249,7 +243,7 @@ class LessonSession(SessionPart):
 
     @property
     def hands_off(self) -> bool:
-        """True if the lesson controls what the visitor could move."""
+        """True if the lesson moves what the visitor could move."""
         return self.open and not self.walk.yours
 
     @property
@@ -361,9 +355,7 @@ class LessonSession(SessionPart):
         return lesson, tuple(self.walk.entries())[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
-        """Fast-forward the run to its end; false if that is not possible and the reference run gives the
-        outcome.
-        """
+        """Fast-forward to the end; false if impossible, so that the reference run gives the outcome."""
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         over = walk.run_id == self._measured or walk.finished(session.simulation)
@@ -466,16 +458,14 @@ class LessonSession(SessionPart):
         self._show_moment()
 
     def _push_goes_on(self) -> bool:
-        """True while a push of a duel continues: its time begins when the hand is taken. A hand that is left
-        alone restarts it.
-        """
+        """True while a push continues: its time begins when the hand is taken. An untouched hand restarts it."""
         simulation, seconds = self._session.simulation, self.walk.setup.seconds
         if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
             self._begin(True)
         return self.walk.pushes and (self._taken is None or simulation.time < self._taken + seconds)
 
     def _left_pace(self) -> bool:
-        """Go back to an open step before another one is seen, answered or run; true if that was necessary."""
+        """Return to an open step before another one is seen, answered or run; true if necessary."""
         walk, pace, here = self.walk, self.pace, (self.walk.lesson.id, self.walk.step_index)
         if pace is None or pace.allows(*here):
             self._stood = here
@@ -522,7 +512,6 @@ class LessonSession(SessionPart):
         self.english, self.book = english, english.in_language(language)
 
     def read_again(self, english: LessonBook, language: Language) -> None:
-        """Continue with a book that was read again, or in another language."""
         saved, self.english = self.saved_lesson(), english
         self._forget(english.in_language(language))
         if saved is not None:

@@ -1,4 +1,4 @@
-"""Begins and measures a step's run in a session, and simulates the further runs of its comparisons."""
+"""Begins and measures a step's run, and simulates its further runs."""
 
 import logging
 from collections.abc import Sequence
@@ -53,12 +53,12 @@ def with_look(settings: Settings, session: Session) -> Settings:
 
 
 def asks_for_custom_law(walk: Walkthrough) -> bool:
-    """True if the step asks for a custom law; all other steps are about the settings' law."""
+    """True if the step asks for a custom law; others use the settings' law."""
     return walk.challenge is not None and walk.challenge.custom_law
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
-    """Title and text of a notice if the visitor's choice stops the lesson's run, else None."""
+    """Title and text of a notice if the visitor's choice stops the lesson's run."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
@@ -85,9 +85,7 @@ class StepRunner:
         self._tests = tests_of(session)
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
-        """Begin the current run from its start with its target source. `own_settings`: with the visitor's
-        settings, not the step's.
-        """
+        """Begin the current run from its start. `own_settings`: keep the visitor's settings."""
         session = self._session
         step = walk.lesson.id, walk.step.id, walk.showing
         if self._further_of != step:
@@ -138,7 +136,7 @@ class StepRunner:
         self._session.notify("A setting of the lesson is not possible here", problem)
 
     def observe(self, walk: Walkthrough) -> None:
-        """Measure the run, and keep it if it answers the step's question."""
+        """Measure the run, and keep it if it answers the question."""
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
         if walk.observe(self._session.simulation).complete and not showing and self._session.law_status.file is None:
             recorded = self._session.inputs.window(LONGEST)
