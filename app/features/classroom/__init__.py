@@ -1,4 +1,4 @@
-"""A class: its answers by round, exploring groups, the board, and the report."""
+"""A class: answers, groups, board, and report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,4 +1,4 @@
-"""Answers and drawings of a class: one ballot a student and round, counted without names, with its origin."""
+"""Answers and drawings of a class: one ballot a student and round."""
 
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
@@ -34,8 +34,8 @@ class VoterCount(NamedTuple):
 class Ballots:
     """All answers of a class by tab id, with their origin; an answer outlives its student's connection.
 
-    A repeated question begins a new round and keeps the earlier ballots. Addresses stay in memory; behind a
-    proxy all students share one.
+    A repeated question begins a new round and keeps earlier ballots. Addresses stay in memory; students
+    behind a proxy share one.
 
     Args:
         record: of a class to resume.
@@ -81,8 +81,8 @@ class Ballots:
     def paired(
         self, book: LessonBook, own: Mapping[QuestionId, Mapping[str, int]]
     ) -> dict[QuestionId, tuple[tuple[int, int], ...]]:
-        """Question of a test asked before and after the lessons → (before, after) of each student who
-        answered both, sorted and without names.
+        """Question of a test asked before and after the lessons → (before, after) of each student, sorted,
+        without names.
 
         The first vote counts, or without one the answer `own` (by question and student) from the student's
         own session.
@@ -125,7 +125,7 @@ class Ballots:
         return self._put(question, student, self.ballot_of(question, student)._replace(curve=curve))
 
     def give_reason(self, question: QuestionId, student: str, reason: str) -> None:
-        """Record the reason of a handed-in answer or curve; ignored after the reveal."""
+        """Record the reason of a ballot; ignored after the reveal."""
         ballot = self.ballot_of(question, student)
         if ballot._replace(reason="") != Ballot():
             self._put(question, student, ballot._replace(reason=reason))

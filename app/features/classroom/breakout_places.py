@@ -1,4 +1,4 @@
-"""Places for breakout sessions: one a student if the machine can run them, otherwise one a group."""
+"""Places for breakout sessions: one a student if possible, otherwise one a group."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -29,7 +29,7 @@ class BreakoutPlaces:
 
     @property
     def sizes(self) -> Counter[str]:
-        """Number of present students of each group; every group has a session."""
+        """Number of students with a place in each group; every group has a session."""
         return Counter(self.groups[student] for student in self._holders)
 
     def holds(self, student: str) -> bool:
@@ -41,8 +41,7 @@ class BreakoutPlaces:
         return tuple(student for student, own in self.groups.items() if own == group)
 
     def give(self, here: Iterable[str], now: float) -> None:
-        """Give places to the present students in this order, after freeing those of students absent for
-        `HOLD`.
+        """Give places in this order, after freeing those of students absent for `HOLD`.
 
         Args:
             now: the clock [s].

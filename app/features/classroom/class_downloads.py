@@ -1,4 +1,4 @@
-"""Downloads on the teacher's panel: the class's report as a page, a table, or a file a student."""
+"""Downloads of the class's report as a page, a table, or a file a student."""
 
 import time
 from collections.abc import Callable
@@ -26,7 +26,7 @@ KINDS: Final = ("HTML", "CSV", "ZIP")
 
 
 class MakeReport(Action, newest_by=("client", "which", "kind")):
-    """Make the report on this class (0) or the last one (1). `client`: the teacher's; `kind`: of `KINDS`."""
+    """Make the report on this class (0) or the last one (1). `kind`: of `KINDS`."""
 
     client: int
     which: int
@@ -34,7 +34,7 @@ class MakeReport(Action, newest_by=("client", "which", "kind")):
 
 
 class ClassDownloads:
-    """Buttons for this class and for the last one. All methods belong to the shared session's thread.
+    """Download buttons for this class and the last one; on the shared session's thread.
 
     Args:
         book: in the teacher's language.

@@ -1,4 +1,4 @@
-"""Saved state of a class, as parts of its shared session's record."""
+"""Saved state of a class in its shared session's record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -58,7 +58,6 @@ NEW_CLASS: Final = ClassRecord()
 
 
 def with_class(record: VisitorRecord, room: ClassRecord | None, last: ClassSummary | None) -> VisitorRecord:
-    """Record of a shared session with its class, and the last class's report."""
     return with_part(with_part(record, _CLASS, room), _LAST_CLASS, last)
 
 

@@ -1,6 +1,4 @@
-"""A class's report as a printable HTML page (questions, challenges, hand-ins), as one lab report a student,
-and as a table.
-"""
+"""A class's report as a printable HTML page, as one lab report a student, and as a table."""
 
 import io
 import re
@@ -63,7 +61,7 @@ def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], languag
 
 
 def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, list[str]]]:
-    """Yield every step with a hand-in, and a mark for each report: ✓ or ✗ for the prediction, ★ for a passed
+    """Yield every step with a hand-in, and a mark for each: ✓ or ✗ for the prediction, ★ for a passed
     challenge, · for other work.
     """
     done = [from_json(one.progress).steps for one in summary.hand_ins]
@@ -79,7 +77,7 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
     """Yield steps with answers or a passed challenge: number of answers, shares of right ones in the first
-    and last round, and number of passes.
+    and last round, passes.
     """
     asked = summary.asked_in(lessons)
     for lesson, index, step in _steps(lessons, {*asked, *summary.passed}):

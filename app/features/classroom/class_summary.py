@@ -1,4 +1,4 @@
-"""Report of a class as data: questions with counts, passed challenges, and hand-ins."""
+"""Report of a class as data."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""State of a class: present students, the shared session's question, and the teacher's decisions."""
+"""State of a class: present students, question, and the teacher's decisions."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -62,7 +62,6 @@ class Poll:
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
-"""Choices, outcome and verdicts of a poll."""
 
 
 class Classroom:
@@ -126,7 +125,7 @@ class Classroom:
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
     def explore(self) -> None:
-        """Send all students to breakout sessions; without groups if there is a place for each."""
+        """Send all students to breakout sessions; no groups if there is a place for each."""
         if not self.free and len(self.here) <= self.places.most:
             self.places.groups.clear()
         self.free = True
@@ -216,7 +215,7 @@ class Classroom:
             self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))
 
     def progress_of(self, student: str, walk: Walkthrough) -> str:
-        """A walkthrough's progress as JSON, at the shared session's step with a student's own answers."""
+        """Progress as JSON, at the shared session's step with a student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
         for question, ballot in self.ballots.ballots_of(student).items():
             progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
@@ -234,7 +233,7 @@ class Classroom:
         return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
 
     def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
-        """Record a student's report: work in the own session, and answers given here; false if it is empty.
+        """Record a report: work in the own session, and answers here; false if it is empty.
 
         Args:
             walk: the shared session's, for outcomes; None without a lesson.
@@ -280,7 +279,7 @@ def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ..
 
 
 def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
-    """Answers that the run is compared with; the run that shows why an answer is wrong has one of them."""
+    """Answers that the run is compared with."""
     choice = walk.done.choice
     if choice is None:
         return ()

@@ -1,4 +1,4 @@
-"""HTML of a class: histogram, headcount, and lines on a student's ballot."""
+"""HTML of a class: histogram, headcount, and a student's ballot."""
 
 from typing import Final
 
@@ -19,7 +19,7 @@ _NONE: Final = Ballot()
 
 
 def poll_html(poll: Poll, live: bool = False) -> Markup:
-    """Histogram of the answers, and the curves as a cloud; with the measured result once it is known.
+    """Histogram and curves of the answers, with the measured result once known.
 
     Args:
         live: true for the teacher's, before the reveal.
@@ -70,9 +70,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
-    """Number of students, their activity, and the server's load. `expected`: number of students; 0 if
-    unknown.
-    """
+    """Students, their activity, and the server's load. `expected`: number of students; 0 if unknown."""
     present, exploring = classroom.heads
     students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]

@@ -1,5 +1,5 @@
-"""Students' own progress and hand-ins by tab id, and the board: a row a student, under an invented name, and
-a column a step.
+"""Students' own progress and hand-ins, and the board: a row a student, under an invented name, and a column a
+step.
 """
 
 from collections.abc import Mapping
@@ -21,15 +21,14 @@ MOST: Final = 1000
 
 
 class StudentWork:
-    """Progress, passed challenges and hand-ins. A report has a student's work only if the student hands it
-    in.
+    """Progress, passed challenges and hand-ins; a report has only work that the student hands in.
 
     Args:
         record: of a class to resume.
 
     Attributes:
         passed: challenge → students who passed it.
-        nearest: lesson and step of a duel → smallest d − d_m of all students' pushes [m].
+        nearest: lesson and step of a duel → smallest d − d_m of all pushes [m].
     """
 
     def __init__(self, record: ClassRecord = NEW_CLASS) -> None:

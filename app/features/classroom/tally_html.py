@@ -16,8 +16,8 @@ from app.text.templates import macros
 
 
 def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False) -> Markup:
-    """The class's curves over one another, their medians, and the known truth; "" without a curve, unless
-    `asked` shows empty axes.
+    """Curves of a class, their medians, and the known truth; "" without a curve, unless `asked` shows empty
+    axes.
     """
     number, newest = rounds[-1]
     earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves

@@ -1,4 +1,4 @@
-"""Common parts of the figures: the plan with shared runs, the look, and the files (PNG, SVG, CSV).
+"""Common parts of the figures: plan, look, and files.
 
 Each colour has its own dash, so that a figure also reads in black and white.
 """
@@ -96,7 +96,6 @@ def sheet(height: float, width: float = WIDTH) -> Figure:
 
 
 def stack(height: float, rows: int, ratios: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
-    """Figure with stacked panels that share their horizontal axis."""
     figure = sheet(height)
     grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
     figure.align_ylabels()
@@ -130,7 +129,7 @@ class Plan:
         return quick if self.quick else full
 
     def settings(self, law: dict[str, Any] | None = None, **changes: Any) -> RunSettings:
-        """Default settings with the plan's seed, and changes to the law and to other fields."""
+        """Default settings with the plan's seed and changes."""
         return RunSettings(seed=self.seed, law=LawSettings(**(law or {})), **changes)
 
     def run(self, settings: RunSettings, seconds: float, person: TargetSource | None = None) -> Run:

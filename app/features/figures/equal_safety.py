@@ -1,6 +1,4 @@
-"""Laws at equal safety: the largest squared error over the smallest distance, with a curve for each law's
-knob.
-"""
+"""Laws at equal safety: the largest squared error over the smallest distance, a curve a knob."""
 
 from dataclasses import dataclass, replace
 from typing import Final

@@ -1,6 +1,4 @@
-"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso. Drawn without a browser or
-a graphics card.
-"""
+"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso."""
 
 from functools import cache
 from typing import Final
@@ -74,8 +72,8 @@ def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[st
 def _moments(run: Run) -> list[int]:
     """Rows (8,) of a run with the most different postures, in order of time.
 
-    Begins with the posture farthest from the mean, and repeatedly adds the one farthest from all chosen ones,
-    measured by the places of the joints.
+    Begins with the one farthest from the mean, and repeatedly adds the one farthest from all chosen ones, by
+    the places of the joints.
     """
     places = _places(run, run.table[::STRIDE])
     picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]

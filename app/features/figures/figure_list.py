@@ -1,4 +1,4 @@
-"""All figures (the paper's by number and name, ours by name), and the report of their runs."""
+"""All figures, and the report of their runs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -29,8 +29,7 @@ FAST: Final = 10.0
 """Ratio of a law's q̈ to the paper's law's that counts as fast, without a jump."""
 
 SLIDE: Final = 0.01
-"""Movement of the closest points in a step that counts as sliding along the bodies [m]: no arm is that fast.
-"""
+"""Movement of the closest points in a step that counts as sliding along the bodies [m]."""
 
 
 class Jump(NamedTuple):

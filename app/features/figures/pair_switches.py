@@ -21,8 +21,8 @@ MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
 
 
 def draw(plan: Plan) -> Drawn:
-    """Changes of the closest pair and the largest step of q̇ over dt: closest pair against a smooth minimum
-    over all pairs.
+    """Changes of the closest pair and the largest step of q̇ over dt, against a smooth minimum over all
+    pairs.
     """
     steps = plan.either((0.02, 0.01, 0.005, 0.0025, 0.00125), (0.02, 0.005))
     length = plan.either(46.0, 12.0)

@@ -1,4 +1,4 @@
-"""Pictures of a scene by ray casting: two lights, the shadow of the first, a floor, 2 × 2 supersampling.
+"""Pictures of a scene by ray casting: two lights, the shadow of the first, a floor, supersampling.
 
 trimesh casts the rays, with embreex if installed. Colours are computed in linear light and converted to sRGB
 at the end (IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
@@ -30,7 +30,6 @@ from scenes.room_shells import MATERIALS, furniture_glb
 Integers = NDArray[np.int64]
 
 SAMPLES: Final = 2
-"""Samples per pixel along each side."""
 
 KEY: Final = np.array([2.4, -2.0, 4.0]) / np.linalg.norm([2.4, -2.0, 4.0])
 FILL: Final = np.array([-2.5, 2.0, 2.0]) / np.linalg.norm([-2.5, 2.0, 2.0])
@@ -50,7 +49,7 @@ FLOOR_END: Final = 3.4
 """Spacing of the floor's lines, and distance at which they have faded [m]."""
 
 SHADOW_LIFT: Final = 0.003
-"""Offset of a shadow ray above its surface, so that it does not hit it [m]."""
+"""Offset of a shadow ray above its surface [m]."""
 
 LIGHT_RADIUS: Final = 0.025
 """Angular radius of the first light, for soft shadows [rad]."""

@@ -62,7 +62,7 @@ class ContactRun:
                 return
 
     def run(self, seconds: float, approach: float) -> float:
-        """d after `seconds` [s] with the pull and an approach w [m/s]; in [m]."""
+        """d [m] after `seconds` [s] of the pull and an approach w [m/s]."""
         distance = self.measure()
         for _ in range(round(seconds / STEP)):
             row = self._row[self._left]
@@ -204,7 +204,7 @@ LOOKS: Final = {
 
 
 def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
-    """w, and the summary of a run with the settings' inputs at another pace."""
+    """w, and the summary of a run with its inputs at another pace."""
     person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
     made = run(settings, seconds, paced(person, pace))
     return approach(made), made.summary

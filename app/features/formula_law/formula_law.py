@@ -1,6 +1,4 @@
-"""The law of a formula: q̇ = q̇_n + J_d^# c, where the formula gives c, the change of the distance rate
-[m/s].
-"""
+"""The law of a formula: q̇ = q̇_n + J_d^# c, with the change c of the distance rate [m/s]."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -26,7 +24,7 @@ LARGEST: Final = 1e6
 class FormulaLaw(LawOfFile):
     """A visitor's formula as a law, computed in the server's own process.
 
-    Where the formula is not defined, the arm stands still from then on and `problem` gives the reason.
+    Where the formula is not defined, the arm freezes and `problem` gives the reason.
 
     Args:
         formula: gives c [m/s], the change of J_d q̇_n.

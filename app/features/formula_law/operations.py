@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 NAMES: Final = ("d", "u", "w", "v", "d_m", "n")
-"""Names in a formula: distance [m], pull of the task [m/s], approach of the obstacle [m/s], and three
-settings of the law: speed of retreat [m/s], critical distance [m], order.
+"""Distance [m], pull of the task [m/s], approach of the obstacle [m/s], speed of retreat [m/s], critical
+distance [m], order.
 """
 
 FUNCTIONS: Final = {
@@ -23,7 +23,6 @@ FUNCTIONS: Final = {
 COMPARISONS: Final = ("<", "<=", ">", ">=")
 
 Evaluated = Callable[[Sequence[Any]], Any]
-"""Value of a part of a formula, from the values of `NAMES`."""
 
 
 class Operations(NamedTuple):

@@ -1,6 +1,4 @@
-"""A lecture: one shared session for the class, the teacher's control of it, the projector, and breakout
-sessions.
-"""
+"""A lecture: a shared session that a teacher operates, the projector, and breakout sessions."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,7 +1,7 @@
 """Audiences of a lecture: browsers with the same look share what is drawn; all others have their own page.
 
-Nothing is drawn on the server object, since viser sends its elements to all. Each browser gets its audience's
-buffer instead.
+Nothing is drawn on the server object, since viser sends its elements to all; each browser gets its audience's
+buffer.
 """
 
 import threading
@@ -18,8 +18,7 @@ from app.web.server import DuetServer
 from app.web.viser_internals import Message, MessageBuffer, ServerView, shared_messages
 
 MOST: Final = 8
-"""Most audiences, as each is drawn separately. A browser with one more look joins the most similar audience.
-"""
+"""Most audiences, each drawn separately. A browser with one more look joins the most similar one."""
 
 MOST_SCREENS: Final = 4
 """Most audiences of projectors, in addition."""
@@ -28,12 +27,12 @@ SCREEN: Final = "screen"
 """Query key of a projector's link."""
 
 SMALL: Final = "small"
-"""Its value for the small picture on a teacher's page, which does not count as a projector."""
+"""Its value for the small picture on a teacher's page, which is not counted."""
 
 
 class Audience(ServerView):
-    """View for the browsers of one look, drawn and packed once. `watchers`: client ids, set by `Audiences`;
-    `screen`: true for projectors.
+    """View for the browsers of one look, drawn once. `watchers`: client ids, set by `Audiences`; `screen`:
+    for projectors.
     """
 
     def __init__(self, server: viser.ViserServer, look: Look, screen: bool, before: list[Message]) -> None:

@@ -1,4 +1,4 @@
-"""A process of a lecture that has breakout sessions, but not the shared session."""
+"""A process with breakout sessions, without the shared session."""
 
 import logging
 
@@ -21,7 +21,7 @@ log = logging.getLogger("duet.lecture")
 
 
 class BreakoutHost:
-    """Gives every student who is sent here a session. The teacher's decisions come from the shared session."""
+    """Gives every student who is sent here a session; the teacher's decisions come from the shared session."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
@@ -59,9 +59,7 @@ class BreakoutHost:
             self._link.to_first(said)
 
     def _post_work(self, work: WorkAction) -> None:
-        """Send a student's hand-in to the shared session's process, and queue it for pages here; from any
-        thread.
-        """
+        """Send a hand-in to the shared session's process, and queue it here; from any thread."""
         self._link.to_first(work)
         self._work.put(work)
 

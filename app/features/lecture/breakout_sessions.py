@@ -1,4 +1,4 @@
-"""Breakout sessions: a student or a group explores beside the shared session, in this process or another."""
+"""Breakout sessions of students or groups, in this process or another."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
@@ -26,7 +26,7 @@ from app.settings import LOOKS
 
 
 class BreakoutWorkers:
-    """Sends students to other processes, and tracks them. Belongs to the shared session's thread.
+    """Sends students to other processes, and tracks them; on the shared session's thread.
 
     Args:
         post_work: receives their hand-ins.
@@ -39,7 +39,7 @@ class BreakoutWorkers:
         self._said: ClassState | None = None
 
     def load(self, plenary: ServerLoad) -> ServerLoad:
-        """Load of all processes. `plenary`: of the shared session's process."""
+        """Load of all processes. `plenary`: of the shared session's."""
         return combined([plenary, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
@@ -75,26 +75,23 @@ class BreakoutWorkers:
 
 
 AWAY: Final = 5.0
-"""Time that a group waits for its disconnected operator before another member takes over [s]."""
+"""Absence of a group's operator before another member takes over [s]."""
 
 RELOAD: Final = 30.0
-"""The same for a member who was asked to reconnect [s]; on a slow computer a page takes longer than `AWAY`.
-"""
+"""The same for a member who was asked to reconnect [s]; a slow computer needs longer than `AWAY`."""
 
 SHOWN: Final = 60.0
 """Longest shown part of a student's run [s]."""
 
 
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
-    """Newest part of the run of a student's group; None if its session is not here. `student`: its id."""
+    """Newest part of the run of a student's group; None if its session is not here."""
     players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
     return next((Ran(student, player.recorded(SHOWN)) for player in players), None)
 
 
 class BreakoutSessions:
-    """The students' own sessions beside the shared session. `workers`: the processes that have them; None for
-    this one.
-    """
+    """The students' own sessions. `workers`: the processes that have them; None for this one."""
 
     def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
         self._context, self._classroom, self._workers = context, classroom, workers
@@ -108,7 +105,6 @@ class BreakoutSessions:
         return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
 
     def load(self, here: ServerLoad) -> ServerLoad:
-        """Load of all processes. `here`: load of this one."""
         return here if self._workers is None else self._workers.load(here)
 
     def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
@@ -131,8 +127,8 @@ class BreakoutSessions:
                 self._move(one)
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
-        """Give a group its saved session, or one with its last settings, or a new one from `begin`. The first
-        member operates it, the others watch; see `frames`.
+        """Give a group its saved session, one with its last settings, or a new one from `begin`. The first
+        member operates it; see `frames`.
         """
         if self._operators.setdefault(participant.group, participant.id) != participant.id:
             return
@@ -175,8 +171,8 @@ class BreakoutSessions:
             participant.visitor.leave()
 
     def frames(self, participants: Collection[Participant], now: float, elapsed: float) -> None:
-        """Advance and draw every session for all members. `now`: wall time; `elapsed`: since the last frame
-        [s].
+        """Advance and draw every session for all members. `now`, `elapsed`: wall time, and since the last
+        frame [s].
         """
         groups: dict[str, list[Participant]] = {}
         for one in participants:

@@ -1,4 +1,4 @@
-"""Messages between the processes of a lecture, and hand-ins of students."""
+"""Messages between the processes of a lecture."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -65,7 +65,7 @@ class Reported(Action, newest_by=("student",)):
 
 
 class Ran(Action, newest_by=("student",), eq=False):
-    """Newest part of the run that the teacher wants to show, None if it has not begun. `student`: the group."""
+    """Newest part of the run to show, None if it has not begun. `student`: the group."""
 
     student: str
     recorded: Recorded | None

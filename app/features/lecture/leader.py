@@ -20,8 +20,8 @@ MOST: Final = 1000
 class Leader:
     """Decides which browsers may lead: those with the key, or without a key the first tab.
 
-    That tab keeps the lead for `HOLD` after a disconnection. Then only a tab that was not in the class before
-    gets it, so that no student can wait for the lead. `admits` and `gone` belong to the network's thread.
+    That tab keeps the lead for `HOLD`. Then only a tab that is new in the class gets it, so that no student
+    can wait for it. `admits` and `gone` belong to the network's thread.
 
     Args:
         key: None if the server has no key.

@@ -1,4 +1,4 @@
-"""A lecture: one shared session that all see and a teacher operates, and breakout sessions for the students."""
+"""The host of a lecture: its shared session and breakout sessions."""
 
 import logging
 from collections.abc import Callable
@@ -40,8 +40,8 @@ log = logging.getLogger("duet.lecture")
 
 
 class LectureHost:
-    """Shows the shared session in all tabs, each in its language and look. A teacher has the controls: by the
-    key, or without one in the first tab.
+    """Shows the shared session in all tabs, each in its language and look; a teacher (by the key, or the
+    first tab) operates.
 
     Args:
         link: to the processes of the breakout sessions; None for this one.
@@ -85,9 +85,7 @@ class LectureHost:
         return look_of(query, preferred(accept), self._context.options.settings)
 
     def close(self, goes_on: bool = False) -> None:
-        """Save every student's state, and close every session. `goes_on`: true if the next server resumes the
-        lecture.
-        """
+        """Save and close every session. `goes_on`: true if the next server resumes the lecture."""
         self.admission.close()
         if goes_on:
             self._recorder.save(inf)
@@ -146,7 +144,7 @@ class LectureHost:
         self._told = operation, trouble
 
     def _stirred(self) -> bool:
-        """True if anything has arrived for the shared session, or from any browser, since the last frame."""
+        """True if anything has arrived for the shared session or from a browser since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
         return self.session.stirred or heard != self._heard
@@ -182,7 +180,6 @@ class LectureHost:
         return self.classroom.summary(self._book, time()), last
 
     def _address(self, pages: InvitedPages) -> Address | None:
-        """Address if these pages show it now."""
         shown = INVITED.index(self.control.presenter.inviting) >= INVITED.index(pages)
         return self.controls.address if shown else None
 

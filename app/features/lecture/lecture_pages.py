@@ -1,4 +1,4 @@
-"""Pages of a lecture: one for each teacher, of whom one operates, and one for each audience."""
+"""Pages of a lecture: one for each teacher, and one for each audience."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -153,7 +153,7 @@ class PlenaryAudiences:
         return PlenaryPage(audience, self._control, self._context, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
-        """Welcome a student or a projector: banner and answers, or with the teacher's key a clicker's keys."""
+        """Welcome a student (banner and answers) or a projector (with the teacher's key, a clicker's keys)."""
         client, audience, student = watcher.client, watcher.audience, watcher.id
         assert audience is not None
         page = self.pages[audience]

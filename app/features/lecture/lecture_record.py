@@ -1,6 +1,4 @@
-"""Saves a lecture every second (session, answers, lead), so that it outlives its server; of a finished one
-the summary.
-"""
+"""Saves a lecture every second, so that it outlives its server, and the summary of a finished one."""
 
 from time import time
 from typing import Final
@@ -23,7 +21,7 @@ SAVING: Final = 1.0
 
 
 class LectureRecorder:
-    """Saves a running lecture, and its summary when it ends.
+    """Saves a running lecture, and its summary at the end.
 
     Args:
         record: of an interrupted lecture to resume, or None.

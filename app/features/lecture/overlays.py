@@ -1,5 +1,5 @@
-"""Overlays of a lecture's pages: the address; on a projector question, answers, outcome or explanation over
-the dimmed scene, a line below it, or black.
+"""Overlays of a lecture's pages: the address; on a projector question, answers, outcome or explanation, a
+line, or black.
 """
 
 import contextlib
@@ -31,7 +31,7 @@ from app.web.address import Address
 
 
 class Invitation:
-    """The address over a page. A page that opens while the address is shown does not get it."""
+    """The address over a page, not on pages that open later."""
 
     def __init__(self, gui: viser.GuiApi, view: View) -> None:
         self._gui, self._view = gui, view
@@ -97,7 +97,7 @@ class ScreenView:
 
 
 CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
-"""Stations without an overlay → the text of the step that is shown below the scene."""
+"""Stations without an overlay → the text that is shown below the scene."""
 
 
 def screen_html(
@@ -130,7 +130,7 @@ def screen_html(
 
 
 def work_html(work: ShownWork, book: LessonBook) -> Markup:
-    """One student's work over the scene, or the step of a run below it. `book`: in the projector's language."""
+    """One student's work over the scene, or the step of a run below it."""
     at = Bookmark(book).of(*work.step)
     lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
     place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done

@@ -1,4 +1,4 @@
-"""HTML over a lecture's page: a student's banner, and the address with its QR code."""
+"""A student's banner, and the address with its QR code."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""One browser in a lecture: its owner, and its page's parts beside the shared session."""
+"""One browser in a lecture, and its page's parts beside the shared session."""
 
 import viser
 
@@ -79,7 +79,7 @@ class Participant:
                 session.change(key, value)
 
     def leave(self) -> None:
-        """Save the student's own session, and cancel what is being made for a teacher."""
+        """Save the student's own session, and cancel unfinished work for a teacher."""
         if self.visitor is not None and not self.visitor.superseded:
             lessons = self.visitor.session.parts.of(LessonSession)
             if lessons.begun:

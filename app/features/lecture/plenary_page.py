@@ -1,6 +1,4 @@
-"""Watchers' pages: the shared session for an audience or a teacher, and a group's session for its other
-members.
-"""
+"""Watchers' pages: of the shared session, and of a group's session."""
 
 from collections.abc import Callable
 
@@ -61,7 +59,7 @@ class PlenaryPage:
 
     def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
         """Draw a frame; return the question in this language, with its tally after the reveal. A frozen
-        projector keeps its picture, and only its cover changes.
+        projector keeps its picture.
         """
         set_language(self.language)
         presenter = self._control.presenter

@@ -1,6 +1,4 @@
-"""The projector's stations of a step, and their order: scene, question, answers, run, outcome, explanation,
-challenge.
-"""
+"""The projector's stations of a step: scene, question, answers, run, outcome, explanation, challenge."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -16,9 +14,7 @@ from app.i18n.speaking import N_
 ScreenAction = Literal[
     "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
 ]
-"""Actions of a teacher for the projectors: next or previous station; live, frozen or black; the 3-D view
-alone or with panels; timers.
-"""
+"""Next or previous station; live, frozen or black; the 3-D view alone or with panels; timers."""
 
 TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
 """Action → time for answers [s]; 0 for no timer."""
@@ -68,7 +64,7 @@ _OF_PHASE: Final = {
 
 
 class _StagePlace(NamedTuple):
-    """State of the shared session's lesson that decides what the projector shows."""
+    """What decides the projector's picture in the shared session's lesson."""
 
     step: tuple[str, str] | None = None
     phase: Phase | None = None
@@ -118,7 +114,7 @@ class Presenter:
     # ---- the stations ------------------------------------------------------------------------------------------------------
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
-        """Show the station that fits the lesson, if that has changed since the last call.
+        """Show the station that fits the lesson, if that has changed.
 
         Args:
             walk: None while no lesson is open.
@@ -161,7 +157,7 @@ class Presenter:
         return self.blank or self.frozen or self.inviting != "" or self.work is not None
 
     def uncover(self) -> bool:
-        """Show the live picture, and the address nowhere; true if the projectors were covered."""
+        """Show the live picture, without the address; true if the projectors were covered."""
         covered = self.covered
         self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered

@@ -1,4 +1,4 @@
-"""Hotkeys of a class: of its teacher, and of a projector with the teacher's key."""
+"""Hotkeys of a teacher, and of a projector with the teacher's key."""
 
 from typing import Final, Literal
 
@@ -8,7 +8,6 @@ from app.i18n.speaking import N_
 from app.page.panels.hotkeys import Hotkey
 
 PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
-"""Actions of a clicker: next, previous, black, freeze, hide the address."""
 
 PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("present_next", "on", "Page ↓", N_("class: the next thing on the screen"), "pagedown", icon=viser.Icon.ARROW_DOWN),
@@ -18,8 +17,7 @@ PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     # Pressed by the address's script, `page_overlay.js`.
     Hotkey("present_hide", "hide", "Esc", N_("class: the address away"), "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
 )
-"""Keys of a lecture's teacher, which replace their usual meaning, and of a projector with the teacher's key.
-"""
+"""They replace the keys' usual meaning."""
 
 CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     *PRESENTER_KEYS,
@@ -27,4 +25,4 @@ CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("clicker_back", "back", "←", N_("class: the thing before"), "4", relayed="ArrowLeft"),
     Hotkey("clicker_blank", "blank", ".", N_("class: the screen black, or live"), "1", relayed="."),
 )
-"""Additional keys that some clickers send, for a projector with the teacher's key."""
+"""Also keys that some clickers send."""

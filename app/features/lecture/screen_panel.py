@@ -97,7 +97,7 @@ def covers_html(presenter: Presenter) -> Markup:
 
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
-    """Button that opens a projector's window (with the teacher's key), and instructions; see `presenter.js`."""
+    """Button that opens a projector's window (with the teacher's key), and instructions."""
     query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")

@@ -1,4 +1,4 @@
-"""A student's part of a lecture's page: banner, answer buttons and keys, verdict, and hand-in."""
+"""A student's banner, answer buttons and keys, verdict, and hand-in."""
 
 from collections import deque
 from collections.abc import Callable
@@ -33,14 +33,12 @@ _OWN: Final = (
     "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-said,"
     ".duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
-"""Hides the projector's axes and choices and the class's verdict: the student has a board, buttons and an own
-verdict.
-"""
+"""Hides the projector's axes, choices and verdict: the student has a board, buttons and an own verdict."""
 
 
 class Banner:
-    """One line at the top of a page with the teacher's decision, and a button (`take_over`) for a member who
-    may take control.
+    """The teacher's decision at the top of a page, and a button (`take_over`) for a member who may take
+    control.
     """
 
     def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
@@ -49,8 +47,8 @@ class Banner:
         self._buttons: dict[bool, viser.GuiButtonHandle] = {}
 
     def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None, offers: bool) -> None:
-        """Show a text, "" for none. `tab`: the lesson's, if the controls are folded; `offers`: true to show
-        the button.
+        """Show a text, "" for none. `tab`: the lesson's, if the controls are folded; `offers`: show the
+        button.
         """
         in_tab = tab is not None
         with tab or nullcontext():
@@ -108,7 +106,7 @@ class Answers:
             self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student), IN_LESSONS)
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
-        """Show the box for a reason from the vote until the reveal. No two questions share a box."""
+        """Show the box for a reason from the vote until the reveal. No two questions share one."""
         asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
         if asked is not None and asked not in self._reasons and self._panel.tab is not None:
             hint = tr(
@@ -186,7 +184,7 @@ class _Form:
 
 
 class HandInBox:
-    """The hand-in form of a student's page, and the student's progress for the class's counts.
+    """A student's hand-in form, and progress for the class's counts.
 
     Args:
         post_work: receives both, as plain data.

@@ -1,4 +1,4 @@
-"""Performs the teacher's actions and receives the students' answers in the shared session."""
+"""Performs the teacher's actions, and receives the students' answers."""
 
 import re
 from collections.abc import Hashable
@@ -28,10 +28,9 @@ TeacherAction = (
     | Literal["show", "show run", "pace"]
     | ScreenAction
 )
-"""The teacher's actions: all students to the shared or to breakout sessions, pause, reveal the answers, ask
-again, count
-absent students' answers or not, show reasons, set the expected number, show the address; for exploring
-students: show an answer or a run, and open steps.
+"""All students to the shared or to breakout sessions, pause, reveal the answers, ask again, count votes
+without a page or not, show reasons, set the expected number, show the address; show an exploring student's
+answer or run; open steps.
 """
 
 EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})

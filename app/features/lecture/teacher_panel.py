@@ -1,5 +1,5 @@
-"""The teacher's panel: class, board of exploring students, notes and address; or only the notes, while
-another teacher's tab leads. Only the teacher's browsers receive it.
+"""The teacher's panel; only the notes, while another teacher's tab leads. Only the teacher's browsers receive
+it.
 """
 
 from collections.abc import Callable, Mapping
@@ -36,7 +36,7 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 """Label, key with Alt and Shift, action."""
 
 LONGEST_QUOTE: Final = 40
-"""Longest reason in the list for the screen [characters]."""
+"""Longest listed reason [characters]."""
 
 PERIOD: Final = 1.0
 """Period of the board's update [s]."""

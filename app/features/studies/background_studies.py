@@ -1,4 +1,4 @@
-"""All studies of one session's run; maps and curves come in parts, while they are shown."""
+"""All studies of one session's run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -155,7 +155,7 @@ class BackgroundStudies(SessionPart):
         self.questions.follow(before, after, rebuilt)
 
     def measure_smoothness(self) -> None:
-        """Recompute the last 10 s at smaller and smaller time steps, for `questions.smoothness`."""
+        """Recompute the last 10 s at smaller and smaller time steps."""
         session, ghost = self._session, self._session.ghost_run
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (session.inputs, session.settings.run)}
         if ghost.simulation is not None and ghost.source is None:
@@ -163,9 +163,7 @@ class BackgroundStudies(SessionPart):
         self.questions.measure_smoothness(runs)
 
     def match_distance(self) -> None:
-        """Set a law's knob so that it keeps the distance of the other law on the last inputs, see
-        `KnobSearch.ask`.
-        """
+        """Set a law's knob to keep the other law's distance on the last inputs, see `KnobSearch.ask`."""
         session = self._session
         self.knob_search.ask(session.ghost_run.frozen, session.inputs.window(WINDOW))
         if self.knob_search.busy and self.safety_curves is not None:
@@ -173,7 +171,7 @@ class BackgroundStudies(SessionPart):
             self.safety_curves.forget()
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
-        """Replay the run of a link; the visitor's own run waits, and continues after the replay."""
+        """Replay the run of a link; the visitor's own run continues afterwards."""
         if ATTACK in query:
             try:
                 self.counterexample.open(query[ATTACK])

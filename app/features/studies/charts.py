@@ -19,7 +19,6 @@ def _tip(text: str) -> Markup:
 
 
 def trade_off(frame: Frame, height: int) -> Markup:
-    """Map of distance against error over n and v. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.trade_off is None:
         return _tip(tr("The trade-off map is not available for a custom law."))
@@ -28,7 +27,6 @@ def trade_off(frame: Frame, height: int) -> Markup:
 
 
 def safety(frame: Frame, height: int) -> Markup:
-    """Curves of all laws at equal safety. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.safety_curves is None:
         return _tip(tr("Laws are not compared while a custom law runs."))
@@ -36,7 +34,6 @@ def safety(frame: Frame, height: int) -> Markup:
 
 
 def single_steps(frame: Frame, height: int) -> Markup:
-    """Steps of the live run at dt and dt/2. `height`: [CSS px]."""
     seen = magnified(frame)
     return (
         _tip(tr("Single steps are shown of the live run.")) if seen is None else microscope_html(seen, frame.settings.run, height)

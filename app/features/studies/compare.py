@@ -1,4 +1,4 @@
-"""Results of the studies in numbers, on the tab on comparisons."""
+"""Results of the studies on the tab on comparisons."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ from scenes.smoothness import StepStudy
 
 
 class Compute(Action, newest_by=("what",)):
-    """Start smoothness or equal distance, start or stop a search for a counterexample, or replay the worst
+    """Start smoothness or equal distance, start or stop the search for a counterexample, or replay its worst
     run.
     """
 
@@ -98,7 +98,6 @@ class ComparePanel(PagePanel):
         return attack_query(frame.live.settings, attack)
 
     def show(self, frame: Frame) -> None:
-        """Update the panel; hide it if there is nothing to compare."""
         settings, studies = frame.live.settings, self._studies
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
@@ -131,7 +130,7 @@ class ComparePanel(PagePanel):
 
 
 def flash_html(places: tuple[tuple[str, str], ...]) -> Markup:
-    """CSS that makes controls flash, or their tab while another is open. `places`: see `Controls.places`."""
+    """CSS that makes controls, or their closed tab, flash. `places`: see `Controls.places`."""
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )

@@ -284,7 +284,7 @@ class _Search:
 
     def _start(self) -> Array:
         """q (nv,) where the nearest pairs tie just above d_m and their retreats oppose each other, as nearly
-        as the climb comes.
+        as possible.
         """
         dice, low, high = self._dice, self._low, self._high
         best, size = dice.uniform(low, high), 0.6

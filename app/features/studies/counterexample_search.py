@@ -1,6 +1,4 @@
-"""Background searches for a run that breaks the promise under the current settings, with a replay of the
-worst.
-"""
+"""Background searches for a run that breaks the promise."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,7 +16,7 @@ SECONDS: Final = 20.0
 """Shortest wall time of a search [s]."""
 
 STARTS: Final = 16
-"""Smallest number of start postures: on a busy machine a search lasts longer."""
+"""Fewest start postures: on a busy machine a search lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
 """Name of the replay."""

@@ -1,4 +1,4 @@
-"""Sets a law's knob so that it keeps the smallest distance of another law on the recorded inputs."""
+"""Sets a law's knob so that it keeps another law's smallest distance on the recorded inputs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -48,8 +48,7 @@ class KnobSearch:
         return self._asked is not None
 
     def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
-        """Start a search that turns the knob of the ghost's law, and keeps the run's distance; with a frozen
-        ghost the reverse.
+        """Search for the knob of the ghost's law at the run's distance; with a frozen ghost the reverse.
 
         Args:
             frozen: settings of a frozen ghost.

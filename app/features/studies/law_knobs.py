@@ -1,4 +1,4 @@
-"""One knob for each law, to compare laws at the same distance, and the search for its value."""
+"""The knob of each law, and the search for its value at a given distance."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -63,8 +63,7 @@ class KnobMatch:
 
 
 def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]) -> KnobMatch:
-    """Find the value of a law's knob at which its smallest distance equals another law's on the same recorded
-    inputs.
+    """Find the value of a law's knob at which its smallest distance equals another law's on the same inputs.
 
     Tries values over the whole range, then bisects.
 

@@ -1,6 +1,4 @@
-"""Single steps of a run around an instant, and the same steps at half the time step, computed in the
-background.
-"""
+"""Single steps of a run around an instant, also at half the time step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,9 +16,7 @@ from scenes.smoothness import AROUND, avoiding_rates, finer_rows, rows_around, t
 Signal = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
-"""Newest part of the run in which the largest jump is sought, and for which finer steps are computed at least
-[s].
-"""
+"""Newest part of the run, searched for the largest jump and recomputed in finer steps at least [s]."""
 
 STRIDE: Final = 10
 """Steps by which the instant moves."""

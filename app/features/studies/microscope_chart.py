@@ -1,4 +1,4 @@
-"""Single steps of a run around an instant, as dots, with the same steps at half the time step over them."""
+"""Single steps as dots, over those at half the time step."""
 
 import math
 
@@ -14,7 +14,7 @@ from scenes.smoothness import AROUND
 
 
 def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
-    """Chart, and below it the largest step at either time step. `height`: [CSS px]."""
+    """Chart, and the largest step at either time step. `height`: [CSS px]."""
     name, unit, scale, kind = _shown(seen.quantity, seen.joint, run)
     runs = [steps for steps in (seen.finer, seen.steps) if steps is not None]
     values = np.concatenate([steps.values for steps in runs]) * scale

@@ -1,4 +1,4 @@
-"""Studies on the inputs of a session's run: what if, and smoothness."""
+"""Studies on a session's inputs: what if, and smoothness."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -34,8 +34,6 @@ LEAST: Final = 50
 
 @dataclass(frozen=True)
 class Smoothness:
-    """Largest steps of q̇ of the run's law, and of the ghost's if it exists."""
-
     law: StepStudy
     ghost: StepStudy | None
 

@@ -1,4 +1,4 @@
-"""Charts of the price of safety: the trade-off of n and v, and the laws at equal safety."""
+"""Charts of the trade-off of n and v, and of the laws at equal safety."""
 
 import math
 from collections.abc import Iterator
@@ -55,7 +55,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
 
 
 def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
-    """d_min and the largest |e| [m] of the current n and v, interpolated; None while the map is not complete."""
+    """d_min and the largest |e| [m] of the current n and v, interpolated; None while the map is incomplete."""
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None
     table = {(p.order, p.nominal_velocity): (p.d_min, p.e2_max**0.5) for p in points}
@@ -71,7 +71,6 @@ FAR: Final = 0.3
 """End of the axis of d_min [m]."""
 
 _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
-"""Possible ends of the axis of e²."""
 
 
 def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int) -> Markup:
