@@ -140,8 +140,8 @@ def draw(plan: Plan) -> Drawn:
 def expected_bias(run: Run) -> float:
     """|e| of the closed form for the last posture of a run [m].
 
-    At rest ḋ = 0 with w = 0, so that u = λ v / (1 − λ), and q̇_n = J^# K e has to be parallel to J_d: K e =
-    −u J J_dᵀ / (J_d J_dᵀ).
+    At rest ḋ = 0 with w = 0, so that u = λ v / (1 − λ), and q̇_n = J^# K e has to be parallel to J_d:
+    K e = −u J J_dᵀ / (J_d J_dᵀ).
     """
     simulation, law = run.simulation, run.simulation.settings.law
     kinematics, arm = simulation.kinematics, simulation.avoiding
