@@ -1,4 +1,4 @@
-"""A class: its answers by round, the groups that explore, the board of who is where, and the report on it."""
+"""A class: answers, groups, board, and report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,25 +1,25 @@
-"""Which students have a breakout session: one each while the machine can run them, and otherwise one for every group."""
+"""Places for breakout sessions: one a student if possible, otherwise one a group."""
 
 from collections import Counter
 from collections.abc import Iterable
 from typing import Final
 
 HOLD: Final = 60.0
-"""How long a place is held for a student who has disconnected, as in a reload [s]."""
+"""Time for which a disconnected student's place is kept, as in a reload [s]."""
 
 
 def group_size(students: int, places: int) -> int:
-    """Number of students who share a breakout session, at least one."""
+    """Number of students per breakout session, at least one."""
     return max(-(-students // max(places, 1)), 1)
 
 
 class BreakoutPlaces:
-    """The breakout sessions that a class may have, by the id of each student's tab. `most`: how many at once.
+    """Breakout sessions of a class, by tab id. `most`: their largest number.
 
-    A group has the id of the student who was the first in it. Who was in a group comes back to it, also the next time.
+    A group has the id of its first student. Its members return to it, also the next time.
 
     Attributes:
-        groups: the group of every student who has had a place; with a place for everybody each is a group.
+        groups: group of every student who has had a place; with places for all, each student is a group.
     """
 
     def __init__(self, most: int) -> None:
@@ -29,7 +29,7 @@ class BreakoutPlaces:
 
     @property
     def sizes(self) -> Counter[str]:
-        """How many students of each group have a place; every group has a session."""
+        """Number of students with a place in each group; every group has a session."""
         return Counter(self.groups[student] for student in self._holders)
 
     def holds(self, student: str) -> bool:
@@ -37,11 +37,11 @@ class BreakoutPlaces:
         return student in self._holders
 
     def members(self, group: str) -> tuple[str, ...]:
-        """Return the students of a group, also those who are away."""
+        """Students of a group, including absent ones."""
         return tuple(student for student, own in self.groups.items() if own == group)
 
     def give(self, here: Iterable[str], now: float) -> None:
-        """Give places to the present students in this order, after taking those of students who are gone for `HOLD`.
+        """Give places in this order, after freeing those of students absent for `HOLD`.
 
         Args:
             now: the clock [s].
@@ -60,7 +60,9 @@ class BreakoutPlaces:
                 self._holders[student] = now
 
     def _group_for(self, student: str, wanted: int) -> str:
-        """Return a newcomer's group: the one before, a new one while fewer are there than wanted, or the smallest."""
+        """A newcomer's group: the previous one, a new one while there are fewer than `wanted`, or the
+        smallest.
+        """
         sizes, before = self.sizes, self.groups.get(student, "")
         if before in sizes or (before and len(sizes) < self.most):
             return before

@@ -1,4 +1,4 @@
-"""The class's report on the teacher's panel: what the class leaves behind, as a page to print, as a table, or a file a student."""
+"""Downloads of the class's report as a page, a table, or a file a student."""
 
 import time
 from collections.abc import Callable
@@ -20,13 +20,13 @@ from app.settings import Language
 from app.text.templates import macros
 
 Summaries = Callable[[], tuple[ClassSummary, ClassSummary | None]]
-"""Returns what this class leaves behind so far, and what the one before has left, if anything."""
+"""Returns the reports of this class so far and of the last one, or None."""
 
 KINDS: Final = ("HTML", "CSV", "ZIP")
 
 
 class MakeReport(Action, newest_by=("client", "which", "kind")):
-    """Make the report on this class (0) or the one before (1) for a teacher. `client`: of the teacher; `kind`: of `KINDS`."""
+    """Make the report on this class (0) or the last one (1). `kind`: of `KINDS`."""
 
     client: int
     which: int
@@ -34,13 +34,10 @@ class MakeReport(Action, newest_by=("client", "which", "kind")):
 
 
 class ClassDownloads:
-    """Two rows of buttons: for this class, and for the one before. All methods belong to the plenary's thread.
+    """Download buttons for this class and the last one; on the shared session's thread.
 
     Args:
-        session: the plenary's.
-        handlers: of the page; they end with it.
-        jobs: makes the files.
-        book: the lessons in the teacher's language.
+        book: in the teacher's language.
     """
 
     def __init__(
@@ -60,7 +57,6 @@ class ClassDownloads:
         handlers.add(MakeReport, self._make)
 
     def build(self) -> None:
-        """Add the buttons. The caller has opened the container."""
         self._row(
             N_("class report"),
             N_(
@@ -87,7 +83,7 @@ class ClassDownloads:
 
     def _make(self, action: MakeReport) -> None:
         if action.client != self._client.client_id:
-            # Asked for by a teacher who has given the controls away meanwhile.
+            # The teacher who asked has given the controls away.
             return
         set_language(self._language)
         summary = self._summaries()[action.which]
@@ -111,9 +107,7 @@ class ClassDownloads:
         self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
 
     def show(self) -> None:
-        """Hand over what is ready."""
         self._jobs.collect()
 
     def close(self) -> None:
-        """Drop what is being made."""
         self._jobs.close()

@@ -1,4 +1,4 @@
-"""What a class would lose with its server, as parts of the record of its shared session."""
+"""Saved state of a class in its shared session's record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,26 +16,24 @@ NAME: Final = "lecture"
 """Name of the shared session's record in the store."""
 
 _CLASS, _LAST_CLASS = "room", "last_class"
-"""Names of the parts, which earlier releases have given them."""
+"""Names of the parts, from earlier releases."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClassRecord:
-    """What a class would lose with its server, besides the shared session.
+    """State of a class in addition to its shared session.
 
     Attributes:
-        saved: when it was so [s since 1970].
-        ballots: question → id of a student's tab → what was handed in.
-        revealed: the questions with a tally that everybody sees.
-        free: whether the students explore.
-        leader: id of the tab that leads; None while no tab leads.
+        saved: time [s since 1970].
+        ballots: question → tab id → ballot of the last round.
+        free: true while the students explore.
         students: ids of the tabs that do not lead.
-        earlier: question → the ballots of its rounds before the newest one, oldest first.
-        passed: lesson and step → ids of the tabs that have passed the challenge.
-        hand_ins: the reports that were handed in, by the id of a student's tab.
+        earlier: question → ballots of its earlier rounds, oldest first.
+        passed: lesson and step → tabs that passed the challenge.
+        hand_ins: reports by tab id.
         pages_only, pageless: see `app.features.classroom.ballots.Ballots`.
-        names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
-        nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
+        names, pace: invented names by tab id, and open steps for exploring students.
+        nearest: lesson and step of a duel → smallest d − d_m of the class [m].
         groups: see `app.features.classroom.breakout_places.BreakoutPlaces`.
     """
 
@@ -57,11 +55,9 @@ class ClassRecord:
 
 
 NEW_CLASS: Final = ClassRecord()
-"""A class that has done nothing yet."""
 
 
 def with_class(record: VisitorRecord, room: ClassRecord | None, last: ClassSummary | None) -> VisitorRecord:
-    """Record of a shared session with its class, and with the summary of the class before."""
     return with_part(with_part(record, _CLASS, room), _LAST_CLASS, last)
 
 
@@ -71,12 +67,12 @@ def class_of(record: VisitorRecord) -> ClassRecord | None:
 
 
 def last_class_of(record: VisitorRecord) -> ClassSummary | None:
-    """Summary of the class before; None if there was no other."""
+    """Report of the last class, or None."""
     return part_of(record, _LAST_CLASS, ClassSummary)
 
 
 def interrupted(store: SessionStore) -> VisitorRecord | None:
-    """Shared session that broke off less than `AWAY` ago, which goes on; None otherwise. Waits for the disk."""
+    """Shared session interrupted less than `AWAY` ago, to be resumed, or None. Waits for the disk."""
     record = store.named(NAME)
     room = None if record is None else class_of(record)
     return record if room is not None and abs(time() - room.saved) < AWAY else None

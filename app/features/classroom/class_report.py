@@ -1,5 +1,4 @@
-"""What a class leaves behind as one HTML page that prints well (the questions with their counts, the challenges, the reports handed in), as
-lab reports of one student each, and as a table."""
+"""A class's report as a printable HTML page, as one lab report a student, and as a table."""
 
 import io
 import re
@@ -30,7 +29,7 @@ from scenes.wanted import while_wanted
 
 
 def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
-    """Return the report as one HTML file, in which everything that students wrote is escaped.
+    """Report as one HTML file; all texts of students are escaped.
 
     Args:
         lessons: in the language of the report.
@@ -62,8 +61,9 @@ def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], languag
 
 
 def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, list[str]]]:
-    """Yield every step in which a report that was handed in has something, with a mark for each report: ✓ or ✗ for the prediction, ★
-    for a passed challenge, · for anything else that was done."""
+    """Yield every step with a hand-in, and a mark for each: ✓ or ✗ for the prediction, ★ for a passed
+    challenge, · for other work.
+    """
     done = [from_json(one.progress).steps for one in summary.hand_ins]
     for lesson, index, step in _steps(_untested(lessons), {step for steps in done for step in steps}):
         marks: list[str] = []
@@ -76,8 +76,9 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
 
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
-    """Yield all steps that were asked about, or have a challenge that was passed, each with how many answered and the shares that were
-    right in the first and the last round, and how many passed the challenge."""
+    """Yield steps with answers or a passed challenge: number of answers, shares of right ones in the first
+    and last round, passes.
+    """
     asked = summary.asked_in(lessons)
     for lesson, index, step in _steps(lessons, {*asked, *summary.passed}):
         question = lesson.id, step.id
@@ -94,31 +95,27 @@ def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tupl
 
 @dataclass(frozen=True)
 class _Question(PaperStep):
-    """A step with a question, and how a class has answered it."""
+    """A step with a question, and the class's answers."""
 
     asked: AskedQuestion
 
     @property
     def counts(self) -> list[str]:
-        """Number of answers, a text a round."""
         rounds = enumerate(self.asked.rounds, 1)
         return [tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one) for i, one in rounds]
 
     @property
     def rounds(self) -> list[tuple[int, Tally]]:
-        """Return number and counts of the first and the last round."""
         rounds = list(enumerate(self.asked.rounds, 1))
         return [rounds[0], rounds[-1]] if len(rounds) > 1 else rounds
 
     @property
     def words(self) -> tuple[str, str]:
-        """Sentence about a tie, and the number of changed answers."""
         right = None if self.step.question is None else self.step.question.right
         return tie_text(self.asked.rounds[-1]), switches_text(self.asked.switches, right)
 
     @property
     def cloud(self) -> Markup:
-        """Return the curves of the class over the outcome."""
         return cloud_html(self.step.drawing, self.rounds, () if self.outcome is None else self.outcome.curve)
 
 
@@ -131,7 +128,7 @@ def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple
 
 
 def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
-    """Return the reports that were handed in as a ZIP archive of one lab report a student, without plots of runs, for `lwr-duet grade`.
+    """ZIP archive of hand-ins, one lab report a student without plots of runs, for `lwr-duet grade`.
 
     Args:
         lessons, language: as in `class_report_bytes`.
@@ -141,14 +138,14 @@ def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: 
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for number, (name, entries) in enumerate(_reports(summary, lessons), 1):
             page = report_html(tr("Lab report"), entries, None, about=name)
-            # The number keeps apart what is the same without the characters that a file's name must not have.
+            # The number separates names that differ only in characters forbidden in file names.
             plain_name = re.sub(r"[^\w ()-]", "_", name)
             archive.writestr(f"{number:03d} {plain_name}.html", page)
     return out.getvalue()
 
 
 def report_names(reports: Sequence[HandIn]) -> list[str]:
-    """Unique names of the reports: unnamed ones and repeated names get a number."""
+    """Unique names of the reports: unnamed and repeated ones get a number."""
     names: list[str] = []
     for report in reports:
         base = report.name or tr("without a name")
@@ -161,30 +158,28 @@ def report_names(reports: Sequence[HandIn]) -> list[str]:
 
 
 def _untested(lessons: Sequence[Lesson]) -> list[Lesson]:
-    """Return the lessons without the tests that are asked twice, which have a table of their own."""
     return [lesson for lesson in lessons if not lesson.asked]
 
 
 def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterator[tuple[Lesson, int, Step]]:
-    """Yield the wanted steps, each with its lesson and its index there, in the order of the lessons."""
     for lesson in lessons:
         for index, step in enumerate(lesson.steps):
             if (lesson.id, step.id) in wanted:
                 yield lesson, index, step
 
 
-# ---- as a table: a row a question and round, a row a challenge, and a column a report that was handed in -----------------------
+# ---- as a table: a row a question and round, a row a challenge, and a column a report ----------------
 
 COLUMNS: Final = (
     *("lesson", "step", "kind", "round", "students", "drawn"),
     *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
     *("right_answer", "right", "passed", "before", "after", "gain"),
 )
-"""Columns of every row; a column for each report follows."""
+"""Columns of every row, before one for each report."""
 
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:
-    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `class.md`."""
+    """Table as CSV in UTF-8, with a byte order mark for spreadsheets; for the columns see `class.md`."""
     set_language("en")
     found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
     rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)
@@ -216,7 +211,6 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
 
 
 def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
-    """Yield a row a question that was asked before and after, and below it one for each answer before: how many gave which one after."""
     questions, marks = gains(summary.paired, lessons), list[object]([""] * len(summary.hand_ins))
     for one in questions:
         about: dict[str, object] = {"lesson": one.lesson.id, "step": one.step.id, "right_answer": one.right + 1}
@@ -234,7 +228,7 @@ def _gain_cells(gain: Gain) -> dict[str, object]:
 
 
 def _answer(report: HandIn, question: QuestionId, number: int) -> object:
-    """Return the answer of a report in a round, from 1; "" for none."""
+    """Answer of a report in a round (1-based), or ""."""
     answers = report.answers.get(question, ())
     answer = answers[number - 1] if number <= len(answers) else None
     return "" if answer is None else answer + 1

@@ -1,4 +1,4 @@
-"""What a class leaves behind: the questions with their counts, the challenges that were passed, and the reports that were handed in."""
+"""Report of a class as data."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -12,8 +12,6 @@ class AskedQuestion:
     """A question that a class has answered.
 
     Attributes:
-        question: lesson and step.
-        rounds: the counts each time it was asked.
         switches: from the first round to the last one; () for one round.
     """
 
@@ -24,12 +22,12 @@ class AskedQuestion:
 
 @dataclass(frozen=True)
 class HandIn:
-    """What one student has handed in.
+    """One student's hand-in.
 
     Attributes:
-        name: that the student has typed; "" for none.
-        progress: what was done in the lessons, as `app.features.lessons.progress.to_json` writes it.
-        answers: question of the class → the student's answer in every round, None without an answer.
+        name: typed by the student; may be "".
+        progress: JSON, see `app.features.lessons.progress.to_json`.
+        answers: question of the class → answer in every round, or None.
     """
 
     name: str
@@ -39,15 +37,15 @@ class HandIn:
 
 @dataclass(frozen=True)
 class ClassSummary:
-    """A class as plain data, without names but for those in `hand_ins`.
+    """Report of a class; only `hand_ins` has names.
 
     Attributes:
-        saved: when it was so [s since 1970].
-        students: how many have answered a question.
-        asked: in the order in which they were answered.
-        passed: lesson and step → how many students have passed its challenge.
-        hand_ins: by name, those without one at the end.
-        paired: question of a test that is asked twice → the answers before and after, from 0, of each student who gave both.
+        saved: time [s since 1970].
+        asked: in the order of the first answers.
+        passed: lesson and step → number of students who passed.
+        hand_ins: by name, unnamed ones last.
+        paired: question of a repeated test → answers before and after (0-based) of each student who gave
+            both.
     """
 
     saved: float
@@ -58,7 +56,7 @@ class ClassSummary:
     paired: Mapping[QuestionId, tuple[tuple[int, int], ...]] = field(default_factory=dict)
 
     def asked_in(self, lessons: Iterable[Lesson]) -> dict[QuestionId, AskedQuestion]:
-        """Return the questions that the lessons still have, with as many answers as when they were asked."""
+        """Questions that the lessons still have, with an unchanged number of choices."""
         choices = {
             (lesson.id, step.id): len(step.question.choices)
             for lesson in lessons
@@ -69,5 +67,4 @@ class ClassSummary:
 
     @property
     def empty(self) -> bool:
-        """True if there is nothing to report."""
         return not (self.asked or self.passed or self.hand_ins or self.paired)

@@ -1,4 +1,4 @@
-"""The state of a class: the students who are present, the question in the plenary, and the teacher's decisions."""
+"""State of a class: present students, question, and the teacher's decisions."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -24,24 +24,23 @@ from app.web.connection import FilteredConnection
 
 @dataclass(frozen=True, kw_only=True)
 class Poll:
-    """The question in the plenary, and how the class has answered.
+    """The question in the shared session, with the class's answers.
 
     Attributes:
         question: lesson and step.
-        choices: what can be answered, as Markdown.
-        open: whether answers are taken: until the reveal, or until the outcome is in the plenary.
-        revealed: whether everybody sees the tally.
-        outcome: the measured result, line by line; empty before it is in the plenary.
-        right: the choice that the outcome confirms; None before it is in the plenary.
-        verdicts: on each choice; empty before the outcome is in the plenary.
-        drawing: what is drawn; None where no curve is asked for.
-        truth: what the curves are compared with; () before the outcome is in the plenary.
-        first: how the class answered when it was asked for the first time; None if it was not asked again.
+        choices: Markdown.
+        open: true until the reveal, or until the outcome is shown.
+        outcome: measured lines; empty before it is shown.
+        right: the confirmed choice; None before the outcome.
+        verdicts: on each choice; empty before the outcome.
+        drawing: None if the question asks for no curve.
+        truth: true curve; () before the outcome.
+        first: counts of the first round; None if there was only one.
         switches: from the first round to this one.
-        round: from 1.
-        staged: indices of the answers with which the run is compared: the one chosen in the plenary, or all of a tie.
-        unseen: whether it stands on a projector before the reveal: without answers, with empty axes.
-        runs: whether a run answers it.
+        round: 1-based.
+        staged: answers that the run is compared with: the chosen one, or all of a tie.
+        unseen: true on a projector before the reveal: no answers, empty axes.
+        runs: true if a run answers it.
     """
 
     question: QuestionId
@@ -63,26 +62,21 @@ class Poll:
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
-"""Choices, outcome and verdicts of a poll."""
 
 
 class Classroom:
     """The class that the teacher leads. Belongs to the frame loop's thread.
 
     Args:
-        most: breakout sessions at once.
-        record: of the class, which goes on from there.
+        most: largest number of breakout sessions.
+        record: of a class to resume.
 
     Attributes:
-        free: whether the students explore; otherwise they follow.
-        paused: whether all sessions are paused.
-        waiting: how many students want to explore and cannot.
-        elsewhere: the students with breakout sessions in other processes.
+        free: true while the students explore; otherwise they follow.
+        waiting: number of students without a place to explore.
+        elsewhere: students with breakout sessions in other processes.
         load: of the server; None before it was measured.
-        ballots, places: the answers, and the breakout sessions' places.
-        work: what students have done in their own sessions, and have handed in.
-        board: how far those are who explore.
-        pace, wanted: the steps that are open to them, None for all; the student with the run to be shown, "" for none.
+        pace, wanted: open steps for them, None for all; the student of the run to show, or "".
     """
 
     def __init__(self, most: int, record: ClassRecord = NEW_CLASS) -> None:
@@ -102,50 +96,46 @@ class Classroom:
     # ---- the students -------------------------------------------------------------------------------------------------------
 
     def enter(self, client_id: int, student: str, origin: FilteredConnection | None = None) -> None:
-        """Add a student's connection. `student`: id of the tab; `origin`: the connection, where it can vote."""
+        """Add a student's connection. `student`: id of the tab; `origin`: the connection, if it can vote."""
         self._here[client_id] = student, origin
         self._look_at_voters(student)
 
     def leave(self, client_id: int) -> None:
-        """Remove a connection, if it is a student's."""
         self._here.pop(client_id, None)
 
     def _look_at_voters(self, student: str) -> None:
-        """Note where a student comes from, before a vote counts."""
         for one, origin in self._here.values():
             if one == student and origin is not None:
                 self.ballots.note(student, origin)
 
     @property
     def here(self) -> tuple[str, ...]:
-        """All students, each once, in the order of arrival; those elsewhere at the end."""
+        """All students, once each, in the order of arrival; those elsewhere last."""
         return tuple(dict.fromkeys((*(student for student, _ in self._here.values()), *self.elsewhere)))
 
     @property
     def heads(self) -> tuple[int, int]:
-        """How many students there are in all, and in breakout sessions."""
         return len(self.here), sum(self.groups.values())
 
     @property
     def groups(self) -> dict[str, int]:
-        """All groups that have a breakout session, and how many students of each are here; a student alone is a group of one."""
+        """Group with a breakout session → present students; a student alone is a group of one."""
         return Counter(self.places.groups[student] for student in self.here if self.places.holds(student))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
     def explore(self) -> None:
-        """Send all students to breakout sessions; with a place for everybody there are no groups."""
+        """Send all students to breakout sessions; no groups if there is a place for each."""
         if not self.free and len(self.here) <= self.places.most:
             self.places.groups.clear()
         self.free = True
 
     def follow(self) -> None:
-        """Call all students back to the plenary."""
         self.free, self.wanted = False, ""
         self.places.take_all()
 
     def settle(self, able: tuple[str, ...], now: float) -> None:
-        """While the class explores, give places to the students who are able to take one. `now`: the clock [s]."""
+        """Give places to able students while the class explores. `now`: the clock [s]."""
         self.waiting = 0
         if self.free:
             self.places.give(able, now)
@@ -154,11 +144,11 @@ class Classroom:
     # ---- the question ------------------------------------------------------------------------------------------------------
 
     def poll(self, walk: Walkthrough | None, book: LessonBook | None = None) -> Poll | None:
-        """Return the question in the plenary; None if there is none.
+        """The shared session's question, or None.
 
         Args:
-            walk: the plenary's; None while no lesson is open.
-            book: the lessons in the reader's language; None for the plenary's.
+            walk: None while no lesson is open.
+            book: in the reader's language; None for the session's.
         """
         at = None if walk is None else walk.in_book(book)
         if walk is None or at is None or at.step.question is None:
@@ -166,7 +156,7 @@ class Classroom:
         lesson, step, done = at.lesson, at.step, walk.done
         asked, question = at.step.question, (lesson.id, step.id)
         if walk.phase is Phase.PREDICT and done.untouched and question in self.ballots.revealed:
-            # The teacher has begun the step again.
+            # The teacher has restarted the step.
             self.ballots.ask_again(question)
         revealed, counts = question in self.ballots.revealed, self.ballots.counts(question, len(asked.choices), self.here)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
@@ -190,7 +180,7 @@ class Classroom:
         )
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
-        """Return the texts of a question, which are made once in every language and not in every frame."""
+        """Texts of a question, cached for each language: they are needed every frame."""
         cached = self._texts.get(lesson.language)
         if cached is not None and cached[0] is step and cached[1] is outcome:
             return cached[2]
@@ -203,7 +193,7 @@ class Classroom:
         return texts
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
-        """Take a student's answer to the question in the plenary; return whether it was taken."""
+        """Record a student's answer to the current question; false if it is closed."""
         poll = self.poll(walk)
         if poll is None or not poll.open or not 0 <= choice < len(poll.choices):
             return False
@@ -211,7 +201,7 @@ class Classroom:
         return self.ballots.answer(poll.question, student, choice)
 
     def draw(self, walk: Walkthrough | None, student: str, question: QuestionId, curve: Curve) -> bool:
-        """Take a student's curve for a question, if it is in the plenary; return whether it was taken."""
+        """Record a student's curve, if its question is the current one; false if it is closed."""
         poll = self.poll(walk)
         if poll is None or not poll.open or poll.question != question or poll.drawing is None:
             return False
@@ -220,13 +210,12 @@ class Classroom:
         return checked is not None and self.ballots.draw(question, student, checked)
 
     def give_reason(self, walk: Walkthrough | None, student: str, question: QuestionId, reason: str) -> None:
-        """Take the reason of an answer to the question in the plenary."""
         poll = self.poll(walk)
         if poll is not None and poll.open and poll.question == question:
             self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))
 
     def progress_of(self, student: str, walk: Walkthrough) -> str:
-        """Return the progress of a walkthrough, as JSON, at the plenary's step and with a student's own answers."""
+        """Progress as JSON, at the shared session's step with a student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
         for question, ballot in self.ballots.ballots_of(student).items():
             progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
@@ -235,21 +224,20 @@ class Classroom:
     # ---- what is left behind -----------------------------------------------------------------------------------------------
 
     def note(self, group: str, progress: str, now: float) -> None:
-        """Take a group's progress, as JSON: each of its students has done it. `now`: the clock [s]."""
+        """Record a group's progress (JSON) for each of its students. `now`: the clock [s]."""
         self.board.note(group, progress, now)
         for student in self.places.members(group) or (group,):
             self.work.note(student, progress)
 
     def has_work(self, student: str) -> bool:
-        """True if a student has done something that can be handed in."""
         return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
 
     def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
-        """Take a student's report: what was done in the student's own session, and the answers given here; return whether there was any.
+        """Record a report: work in the own session, and answers here; false if it is empty.
 
         Args:
-            walk: the plenary's, for the outcomes of the questions; None without a lesson.
-            progress: of the student's own session, as JSON; "" in the plenary.
+            walk: the shared session's, for outcomes; None without a lesson.
+            progress: of the own session, as JSON; "" in the shared one.
         """
         if progress:
             self.work.note(student, progress)
@@ -291,7 +279,7 @@ def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ..
 
 
 def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
-    """Return the answers with which the run is compared; the run that shows why an answer is wrong has one of them."""
+    """Answers that the run is compared with."""
     choice = walk.done.choice
     if choice is None:
         return ()

@@ -1,4 +1,4 @@
-"""HTML of a class: the histogram of its answers, the headcount, and the lines on what a student has handed in."""
+"""HTML of a class: histogram, headcount, and a student's ballot."""
 
 from typing import Final
 
@@ -19,10 +19,10 @@ _NONE: Final = Ballot()
 
 
 def poll_html(poll: Poll, live: bool = False) -> Markup:
-    """Return the histogram of the class's answers, and its curves as a cloud; once the outcome is known, with the measured result.
+    """Histogram and curves of the answers, with the measured result once known.
 
     Args:
-        live: whether it is the teacher's, before the reveal.
+        live: true for the teacher's, before the reveal.
     """
     tally = poll.tally
     count = tr("{count} answered", count=tally.handed_in) + drawn_too(tally)
@@ -35,7 +35,7 @@ def poll_html(poll: Poll, live: bool = False) -> Markup:
 
 
 def voters_html(voters: VoterCount) -> Markup:
-    """Source of the votes, for the teacher; "" before the first vote."""
+    """Origin of the votes, for the teacher; "" before the first vote."""
     if not voters.votes:
         return Markup()
     pills = [("", tr("votes: {count}", count=voters.votes)), ("", tr("addresses: {count}", count=voters.addresses))]
@@ -45,7 +45,6 @@ def voters_html(voters: VoterCount) -> Markup:
 
 
 def _tie(poll: Poll) -> str:
-    """Sentence about a tie, after the reveal with the answer that the run is compared with."""
     text = tie_text(poll.tally)
     if not text or not poll.revealed or not poll.staged or not poll.runs:
         return text
@@ -56,7 +55,7 @@ def _tie(poll: Poll) -> str:
 
 
 def tied_html(poll: Poll) -> Markup:
-    """Return the verdicts on the answers of a tie, in place of that on the one chosen on the stage; "" for no tie."""
+    """Verdicts on tied answers, in place of the one on the chosen answer; "" without a tie."""
     if len(poll.staged) < 2:
         return Markup()
     verdicts = [(i, verdict) for i in poll.staged if poll.verdicts and (verdict := poll.verdicts[i]) is not None]
@@ -71,7 +70,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
-    """Number of students, what they do, and the server's load. `expected`: students; 0 where it is not known."""
+    """Students, their activity, and the server's load. `expected`: number of students; 0 if unknown."""
     present, exploring = classroom.heads
     students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]
@@ -93,11 +92,11 @@ def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
 
 
 def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = True) -> Markup:
-    """Return the lines on what a student has handed in: what to do, and after the run the verdict.
+    """Lines on a student's ballot: instructions, and after the run the verdict.
 
     Args:
-        first: what the student handed in when it was asked for the first time, if it was asked again.
-        keys: whether the reader has a keyboard.
+        first: the ballot of the first round of a repeated question.
+        keys: true if the reader has a keyboard.
     """
     curves, near = Markup(), Markup()
     if poll.verdicts and poll.drawing is not None and ballot.curve:

@@ -1,5 +1,6 @@
-"""What students have done in sessions of their own, and the reports that they have handed in, by the id of each student's tab; and the
-board of how far each is: a row for each, under an invented name, and a column for each step of a lesson."""
+"""Students' own progress and hand-ins, and the board: a row a student, under an invented name, and a column a
+step.
+"""
 
 from collections.abc import Mapping
 from random import SystemRandom
@@ -13,32 +14,31 @@ from app.features.lessons.tally import QuestionId
 from app.web.traffic_limits import remember
 
 LONGEST_NAME: Final = 60
-"""Characters of a name."""
+"""Longest name [characters]."""
 
 MOST: Final = 1000
-"""Students of whom the newest work is kept; the one that was kept longest makes room."""
+"""Most students with kept work; the oldest is dropped."""
 
 
 class StudentWork:
-    """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in.
+    """Progress, passed challenges and hand-ins; a report has only work that the student hands in.
 
     Args:
-        record: of the class, which goes on from there.
+        record: of a class to resume.
 
     Attributes:
-        passed: the students who have passed each challenge.
-        hand_ins: all reports, by student; see `hand_in`.
-        nearest: lesson and step of a duel → the smallest d less d_m of all students' pushes [m].
+        passed: challenge → students who passed it.
+        nearest: lesson and step of a duel → smallest d − d_m of all pushes [m].
     """
 
     def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
         self.passed = {question: set(students) for question, students in record.passed.items()}
         self.hand_ins, self.nearest = dict(record.hand_ins), dict(record.nearest)
-        # What is handed in again is no less than before.
+        # A repeated hand-in has at least the earlier work.
         self._progress = {student: report.progress for student, report in record.hand_ins.items()}
 
     def note(self, student: str, progress: str) -> None:
-        """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
+        """Record a student's progress (JSON); passed challenges stay passed, and records are kept."""
         remember(self._progress, student, progress, MOST)
         for question, done in from_json(progress).steps.items():
             if done.passed:
@@ -48,12 +48,11 @@ class StudentWork:
                 self.nearest[question] = min(nearest, self.nearest.get(question, nearest))
 
     def progress_of(self, student: str) -> str:
-        """Return a student's newest progress as JSON; "" for none."""
+        """A student's last progress as JSON, or ""."""
         return self._progress.get(student, "")
 
     @property
     def choices(self) -> dict[QuestionId, dict[str, int]]:
-        """Return the answers of all students in sessions of their own, by question and student."""
         found: dict[QuestionId, dict[str, int]] = {}
         for student, progress in self._progress.items():
             for question, done in from_json(progress).steps.items():
@@ -62,7 +61,7 @@ class StudentWork:
         return found
 
     def hand_in(self, student: str, report: HandIn | None) -> None:
-        """Take a report in place of the student's earlier one; None takes that back."""
+        """Record a report, replacing an earlier one; None withdraws it."""
         if report is None:
             self.hand_ins.pop(student, None)
         else:
@@ -70,7 +69,7 @@ class StudentWork:
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
-    """Return a name, or another text of at most `longest` characters, on one line, without characters that are not seen."""
+    """Text of at most `longest` characters, on one line, without invisible characters."""
     line = " ".join(text.split())
     return "".join(character for character in line if character.isprintable())[:longest].strip()
 
@@ -82,14 +81,16 @@ NAMES: Final = tuple(
     "Lovelace Madhava Menger Mirzakhani Möbius Napier Newton Noether Pascal Peano Plemelj Poincaré Ptolemy Pythagoras Ramanujan Riemann "
     "Robinson Seki Somerville Stokes Sylvester Thales Turing Vega Viète Weierstrass Wronski Zu".split()
 )
-"""Mathematicians: enough of them that names in a lecture hall need no numbers."""
+"""Mathematicians: enough that a lecture hall's names need no numbers."""
 
 STUCK: Final = 180.0
-"""Time in one place of one step, from which a student is stuck there [s]."""
+"""Time at one place of a step after which a student is stuck [s]."""
 
 
 class Cell(NamedTuple):
-    """One student's step. `tries`: at its challenge; `here`: whether the student is there; `minutes`: for how long stuck, 0 for not."""
+    """One student's step. `tries`: at its challenge; `here`: the student is there; `minutes`: stuck time, or
+    0.
+    """
 
     finished: bool = False
     tries: int = 0
@@ -98,7 +99,7 @@ class Cell(NamedTuple):
 
 
 class BoardRow(NamedTuple):
-    """One student, or a group of `members`. `lesson`: number of the lesson where they are, 0 for the board's."""
+    """One student, or a group of `members`. `lesson`: number of their lesson, 0 for the board's."""
 
     name: str
     cells: tuple[Cell, ...]
@@ -107,7 +108,7 @@ class BoardRow(NamedTuple):
 
 
 class ProgressBoard:
-    """Belongs to the plenary's thread. `names`: the invented names by student."""
+    """Belongs to the shared session's thread. `names`: invented names by student."""
 
     def __init__(self) -> None:
         self.names: dict[str, str] = {}
@@ -117,7 +118,7 @@ class ProgressBoard:
     # ---- invented names ----------------------------------------------------------------------------------------------------
 
     def name_of(self, student: str) -> str:
-        """Return a student's invented name, drawn once."""
+        """A student's invented name, drawn once."""
         if student not in self.names:
             turn, taken = 0, set(self.names.values())
             while not self._drawn:
@@ -128,13 +129,13 @@ class ProgressBoard:
         return self.names[student]
 
     def student_of(self, name: str) -> str | None:
-        """Student with an invented name; None if there is no such student."""
+        """Student with an invented name, or None."""
         return next((student for student, own in self.names.items() if own == name), None)
 
     # ---- progress ----------------------------------------------------------------------------------------------------------
 
     def note(self, student: str, progress: str, now: float) -> None:
-        """Take a student's progress, as JSON. `now`: the clock [s]."""
+        """Record a student's progress (JSON). `now`: the clock [s]."""
         self.name_of(student)
         seen = from_json(progress)
         place = seen.lesson, seen.step, seen.phase, seen.at(seen.lesson, seen.step).passed
@@ -142,15 +143,14 @@ class ProgressBoard:
         self._seen[student] = seen, place, before[2] if before is not None and before[1] == place else now
 
     def progress_of(self, student: str) -> Progress:
-        """Return a student's newest progress."""
         return self._seen[student][0] if student in self._seen else Progress()
 
     def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[BoardRow, ...]:
-        """Return the rows of those who explore, by name.
+        """Rows of the exploring students, by name.
 
         Args:
-            groups: how many students each has.
-            at: the lesson of the board, and the step where all begin.
+            groups: number of students in each.
+            at: the board's lesson, and the first step of all.
             now: the clock [s].
         """
         return tuple(sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items()))

@@ -1,4 +1,6 @@
-"""The answers of a class as bars, curves and words; a question that was asked again has two bars an answer, the first round's pale."""
+"""Answers of a class as bars, curves and words; a repeated question has two bars an answer, the first round's
+pale.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,8 +16,9 @@ from app.text.templates import macros
 
 
 def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False) -> Markup:
-    """Return the class's curves over one another, their medians, and the truth once it is known; "" without a curve, unless `asked` shows
-    the empty axes."""
+    """Curves of a class, their medians, and the known truth; "" without a curve, unless `asked` shows empty
+    axes.
+    """
     number, newest = rounds[-1]
     earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves
     if drawing is None or not (curves or earlier or asked):
@@ -29,12 +32,12 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
 
 
 def drawn_too(tally: Tally) -> str:
-    """Number of students who chose an answer and who drew, to follow the number who did either; "" without a drawing."""
+    """Numbers of students who chose and who drew, to follow their total; "" without a drawing."""
     return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
 
 
 def tie_text(tally: Tally) -> str:
-    """Return that the most frequent answers are as many; "" where one is ahead."""
+    """Sentence that names the tied answers; empty if there is no tie."""
     if len(tally.favourites) < 2:
         return ""
     *others, last = (str(i + 1) for i in tally.favourites)
@@ -43,7 +46,9 @@ def tie_text(tally: Tally) -> str:
 
 
 def switches_text(switches: Sequence[Switch], right: int | None) -> str:
-    """Changed answers: how many, to which, and from and to the right one once it is known; "" if no student answered twice."""
+    """Number of changed answers, and which, once known from and to the right one; "" if no student answered
+    twice.
+    """
     both = sum(one.students for one in switches)
     moved = [one for one in switches if one.before != one.after]
     if not both:

@@ -1,4 +1,4 @@
-"""A custom law: one function in one file, run in a process of its own, reloaded on save, and tested with reasons."""
+"""A custom law: a function in a file, run in its own process, reloaded on save, and tested."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _HERE: Final = Path(__file__).parent
 
 
-# The value is the core's, see `app.session.late_law.GHOST`, which this file does not import for the sake of the command line.
+# Value of `app.session.late_law.GHOST`, not imported here, to keep the command line fast.
 _CHOICES: Final = {"ghost": {"own": N_("My own law (file or formula)")}}
 
 

@@ -1,4 +1,4 @@
-"""The runs and situations in which laws are tested: the product's own rooms, bounds and integration, with the law put in."""
+"""Runs and situations for the tests: the product's scenes, bounds and integration."""
 
 import itertools
 import math
@@ -21,18 +21,18 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
 PIECES: Final = 48
-"""Number of pieces of a run; a curve has the worst value of each."""
+"""Parts of a run; a curve has the worst value of each."""
 
 
 @dataclass(frozen=True)
 class TrialCurve:
-    """What a run showed, for a plot: the worst value in each of `PIECES` parts of its time.
+    """Plot data of a run: the worst value in each of `PIECES` parts.
 
     Attributes:
         quantity: "d" [m], "e" [m] or "dq_step" [rad/s].
         seconds: length of the run.
-        limit: what is asked for; None where it is no value of the quantity.
-        lines: name ("" for none) → values, SI; None where there is none.
+        limit: required value, or None.
+        lines: name (may be "") → values [SI]; None for an infinite value.
     """
 
     quantity: Literal["d", "e", "dq_step"]
@@ -46,10 +46,9 @@ class TrialResult:
     """Result of one test.
 
     Attributes:
-        reason: which one, and by how much it holds or fails; a `Message`.
-        curve: of the run that failed; None where the test has no run, or is passed.
-        line: of the file where it failed, counted from 1; None where no line is to blame.
-        as_template: whether all answers so far are those of the template's law.
+        reason: which condition, and its margin; a `Message`.
+        line: 1-based line of the file where it failed, or None.
+        as_template: true if all answers so far are those of the template's law.
     """
 
     name: str
@@ -61,7 +60,7 @@ class TrialResult:
 
 
 def worst_values(values: Array, least: bool = False) -> list[float | None]:
-    """Return the largest (or least) value in each of `PIECES` parts of values (steps,); None where it is infinite."""
+    """Largest (or least) value in each of `PIECES` parts of values (steps,); None where it is infinite."""
     edges = np.linspace(0, len(values), PIECES + 1)
     parts = [values[int(a) : max(int(b), int(a) + 1)] for a, b in itertools.pairwise(edges)]
     found = [float((part.min() if least else part.max()) if len(part) else math.inf) for part in parts]
@@ -69,13 +68,13 @@ def worst_values(values: Array, least: bool = False) -> list[float | None]:
 
 
 def distance_curve(table: Array) -> TrialCurve:
-    """Return d over a run. `table`: its steps (steps, columns of `scenes.history`)."""
+    """d over a run. `table`: (steps, columns of `scenes.history`)."""
     d, seconds = table[:, COLUMN["d"]], float(table[-1, COLUMN["t"]])
     return TrialCurve("d", seconds, CRITICAL_DISTANCE, {"": worst_values(d, least=True)})
 
 
 def error_curve(table: Array, limit: float) -> TrialCurve:
-    """Return |e| over a run; see `distance_curve`."""
+    """|e| over a run; see `distance_curve`."""
     e, seconds = np.sqrt(table[:, COLUMN["e2"]]), float(table[-1, COLUMN["t"]])
     return TrialCurve("e", seconds, limit, {"": worst_values(e)})
 
@@ -84,8 +83,7 @@ class Candidate(Law, Protocol):
     """A law that may fail.
 
     Attributes:
-        problem: why it has; None if it has not.
-        seconds: time that its newest call took [s].
+        seconds: duration of the last call [s].
     """
 
     @property
@@ -96,41 +94,36 @@ class Candidate(Law, Protocol):
 
 
 CRITICAL_DISTANCE: Final = 0.15
-"""d_m that the tests ask for [m]."""
+"""d_m in the tests [m]."""
 
 DT: Final = 0.005
-"""Time step, unless a test says otherwise [s]."""
+"""Default time step [s]."""
 
 FAR: Final = 2.5
-"""Distance of an obstacle that is not near, in d_m."""
+"""Distance of a far obstacle, in d_m."""
 
 DEPTH: Final = 0.05
-"""How deep inside each other the arms begin [m]."""
+"""Initial overlap of the arms [m]."""
 
 LENGTHS: Final = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-6, 0.0)
-"""|J_d| of the situations in which the arm has less and less of a lever [m/rad]."""
+"""|J_d| of the situations near a singularity [m/rad]."""
 
 TOP_SPEED: Final = 1.92
 """Top speed of the joints in these situations [rad/s], the LWR's slowest."""
 
 PATIENCE: Final = 10.0
-"""Time that all calls of one run may take together [s]."""
+"""Total time for all calls of one run [s]."""
 
 
 class TrialStopped(Exception):
-    """The law failed, or takes so long that the test would not end; the message says why.
-
-    Attributes:
-        curve: of the run so far, if there is one.
-        line: of the file, see `TrialResult`.
-    """
+    """The law failed, or is too slow; the message gives the reason. `curve`: of the run so far, or None."""
 
     curve: TrialCurve | None = None
     line: int | None = None
 
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
-    """Return an experiment at its start, with a law of its own or (None) unprotected."""
+    """Experiment at its start, with a law or (None) unprotected."""
     unprotected = LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE)
     simulation = Simulation(RunSettings(scene=scene, dt=dt, path=path, law=unprotected))  # pyright: ignore[reportArgumentType]
     if law is not None:
@@ -139,7 +132,7 @@ def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay")
 
 
 def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None]) -> Array:
-    """Return the history's table after one step a target.
+    """Make one step for each target; return the history's table.
 
     Raises:
         TrialStopped: the law has failed, or is too slow.
@@ -167,11 +160,7 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
 
 
 def stop_if_failed(law: Candidate) -> None:
-    """End the test if its law has failed.
-
-    Raises:
-        TrialStopped: with the problem.
-    """
+    """Raise `TrialStopped` if the law has failed."""
     if law.problem is not None:
         stopped = TrialStopped(law.problem.text)
         stopped.line = law.problem.line
@@ -179,13 +168,13 @@ def stop_if_failed(law: Candidate) -> None:
 
 
 def largest_error(table: Array) -> float:
-    """Return the largest |e| of a run [m]. `table`: its steps (steps, columns of `scenes.history`)."""
+    """Largest |e| of a run [m]. `table`: (steps, columns of `scenes.history`)."""
     return float(table[:, COLUMN["e2"]].max()) ** 0.5
 
 
 @cache
 def error_of_the_task_alone() -> float:
-    """Return the largest |e| of two seconds of the circle with nothing to keep clear of [m]."""
+    """Largest |e| of two seconds of the circle without an obstacle [m]."""
     simulation = enter(SOLO, None, path="circle")
     for _ in range(round(2.0 / DT)):
         simulation.step(None)
@@ -193,7 +182,7 @@ def error_of_the_task_alone() -> float:
 
 
 def put_the_ball_away(simulation: Simulation) -> None:
-    """Begin with the ball `FAR` · d_m from the hand, on the side away from its path."""
+    """Begin with the ball at `FAR` · d_m from the hand, away from its path."""
     ball = simulation.room.ball
     assert ball is not None
     q = simulation.positions.copy()
@@ -203,7 +192,7 @@ def put_the_ball_away(simulation: Simulation) -> None:
     distance = 0.0
     q[ball] = hand
     for _ in range(20):
-        # The ball has a radius, and the hand is none: the distance is measured, not computed.
+        # The ball has a radius, and the hand has none: the distance is measured, not computed.
         q[ball] += way * (FAR * CRITICAL_DISTANCE - distance)
         simulation.reset(q)
         distance = simulation.sample().distance
@@ -212,7 +201,9 @@ def put_the_ball_away(simulation: Simulation) -> None:
 
 @cache
 def overlapping() -> tuple[float, ...]:
-    """Return a posture q (nv,) in which the arms overlap by `DEPTH`: the guided arm was pushed into an unprotected one."""
+    """Posture q (nv,) in which the arms overlap by `DEPTH`: the guided arm was pushed into an unprotected
+    one.
+    """
     simulation = enter(HOLD, None)
     goal = HandTarget(simulation.kinematics.hand_pose(simulation.avoiding).translation.copy())
     while simulation.sample().distance > -DEPTH:
@@ -222,10 +213,10 @@ def overlapping() -> tuple[float, ...]:
 
 @cache
 def hard_situations() -> tuple[Situation, ...]:
-    """Return situations with less and less of a lever, and with distances at which 1/d is no help."""
+    """Situations with less and less |J_d|, and distances at which 1/d fails."""
     signs = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
     row, J = signs / math.sqrt(7.0), np.random.default_rng(1).uniform(-0.5, 0.5, (3, 7))
-    # The task pulls towards the obstacle, and elsewhere as well.
+    # The task pulls towards the obstacle, and elsewhere.
     nominal = -0.1 * signs
     nominal[:2] = 0.05
     bound = np.full(7, TOP_SPEED)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from app.recording.headless_law import HeadlessLaw
 
 EDITED: Final = Path("my_law.py")
-"""File that is edited on the page if no option names another."""
+"""Default file that is edited on the page."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class CustomLawOptions(FeatureOptions):
 
     @property
     def edited(self) -> Path | None:
-        """File that the person who started the server may edit on the page; None if they may not."""
+        """File that the person who started the server may edit on the page, or None."""
         return (self.law_file or self.unnamed).absolute() if self.edit_law else None
 
     def existing_file(self) -> Path | None:
-        """The file that runs in every session; None if no file was named.
+        """File that runs in every session, or None.
 
         Raises:
             BadInputFile: it does not exist.
@@ -50,7 +50,7 @@ class CustomLawOptions(FeatureOptions):
         return path
 
     def fits(self, options: ServeOptions) -> None:
-        """Refuse the editor if others could reach the page, as what is written there is a program."""
+        """Refuse the editor if others could reach the page: a law is a program."""
         if not self.edit_law:
             return
         shared = {

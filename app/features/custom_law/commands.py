@@ -53,7 +53,7 @@ def law_test(command: LawTest) -> int:
     """Print one line for each test; return the exit code, 0 if all are passed, else 1.
 
     Raises:
-        BadInputFile: there is no such file, or it cannot be read.
+        BadInputFile: the file does not exist, or cannot be read.
     """
     with ending_at_once():
         from app.features.custom_law.examination import examine, verdict_table

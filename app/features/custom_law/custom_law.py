@@ -1,4 +1,4 @@
-"""A custom law: a file with a function `law(situation)`, run in a process of its own."""
+"""A custom law: a file with a function `law(situation)`, run in its own process."""
 
 import errno
 import hashlib
@@ -19,49 +19,48 @@ from scenes.files import read_file, readable
 from scenes.law_answers import LawOfFile
 
 LOOK: Final = 0.5
-"""Time between two looks at the file [s]."""
+"""Period of the check for a changed file [s]."""
 
 LARGEST: Final = 2**20
-"""Largest size of a file [bytes]."""
+"""Largest file [bytes]."""
 
 MOST: Final = 0.0125
-"""Time that the calls of one frame may wait at most [s]."""
+"""Longest wait for the calls of one frame [s]."""
 
 LONG: Final = 0.1
-"""Time after which the page says that a call waits [s]."""
+"""Waiting time after which the page reports a call [s]."""
 
 _MISSED: Final = 4
-"""Looks in a row without a file, after which it is away."""
+"""Consecutive checks without a file, after which it is away."""
 
 
 class CustomLaw(LawOfFile):
-    """A law that calls `law(situation)` of a file, in a process of its own.
+    """A law that calls `law(situation)` of a file in its own process.
 
-    The first call starts the process, and a changed file restarts it; there is never more than one. Where the law
-    fails, q̇ = 0: the arm freezes until the file has changed, or `restart`, and `problem` says why. Methods raise no exception of the
-    law, only `Unanswered`. All methods belong to one thread; one `CustomLaw` may be the law of several
-    simulations of that thread.
-
-    The same situations give the same bits if the law keeps no state between two calls.
+    The first call starts the process, and a changed file restarts it; there is never more than one. Where the
+    law fails, q̇ = 0 until the file changes or `restart`. Methods raise no exception of the law, only
+    `Unanswered`. All methods belong to one thread. The same situations give the same bits if the law keeps no
+    state between calls.
 
     Args:
-        waits: whether a call waits for its answer as long as the limits allow. If not, all calls until the next `allow` wait no longer
-            than that says, and one that is not answered by then raises `Unanswered`: it is to be made again, and does not ask again.
-        text: of the file, if it is known already; None to read it.
+        waits: if true, a call waits for its answer up to the limits. If false, calls wait only as long as
+            `allow` grants in total; an unanswered call raises `Unanswered`, and its repetition does not ask
+            again.
+        text: of the file, if known; None to read it.
 
     Attributes:
-        problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
-            given velocities; `refresh` asks it for some, so that it also disappears while nothing moves.
-        sha256: of the file as it was read last, in hexadecimal digits.
-        need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
+        problem: reason of the failure, or None. After a change of the file it stays until the new file has
+            given velocities; `refresh` asks for them, so that it also disappears at rest.
+        sha256: hexadecimal, of the file as last read.
+        need: mean time of about ten calls inside the law [s]; 0 before the first one.
 
     Raises:
-        BadInputFile: there is no such file, or it cannot be read.
+        BadInputFile: the file does not exist, or cannot be read.
     """
 
     wants_task: ClassVar[bool] = True
     wants_all_pairs: ClassVar[bool] = True
-    """A file with `WANTS_ALL_PAIRS = False` does not get them."""
+    """False for a file with `WANTS_ALL_PAIRS = False`."""
 
     def __init__(
         self,
@@ -81,20 +80,17 @@ class CustomLaw(LawOfFile):
         self.sha256 = hashlib.sha256(self._text).hexdigest()
         self._looked = monotonic()
         self._idle = False
-        """Whether no process is to be started: the law has failed, or is closed."""
+        """True if no process may start: the law failed, or is closed."""
         self._closed = False
         self._lam: tuple[float, float] | None = None
-        """The newest distance that λ was given at, and λ: at rest and in an empty room it is the same step after step."""
+        """Last distance and its λ: at rest and without an obstacle they repeat."""
         self._question: VelocityQuestion | None = None
-        """The newest situation, as it was asked about."""
+        """Last situation that was asked."""
         self._answers: dict[LawQuestion, Array] = {}
-        """Answers for the present step, which may have to be repeated."""
         self._curves: dict[type[LawQuestion], tuple[LawQuestion, Array]] = {}
-        """The newest curves for charts: question and answer."""
         self._left = 0.0
-        """How long calls may still wait [s]."""
+        """Remaining waiting time [s]."""
         self._since: float | None = None
-        """Since when a call has waited."""
         self._missed = 0
 
     def __enter__(self) -> Self:
@@ -105,35 +101,35 @@ class CustomLaw(LawOfFile):
 
     @property
     def pid(self) -> int | None:
-        """Id of the process; None while there is none."""
+        """Id of the process, or None."""
         return self._process.pid if self._process is not None else None
 
     @property
     def away(self) -> bool:
-        """Whether the file has not been there for a while; what was read of it last stays in force."""
+        """True if the file has been missing for a while; its last content stays in force."""
         return self._missed >= _MISSED
 
     @property
     def seconds(self) -> float:
-        """Time that the newest call took inside the law, without the way there and back [s]; nan if there was none."""
+        """Time of the last call inside the law, without transport [s]; nan before the first."""
         return self._process.seconds if self._process is not None else float("nan")
 
     @property
     def ready(self) -> bool:
-        """Whether the file is loaded and has not failed; nothing is loaded before the first call or `restart`."""
+        """True if the file is loaded and has not failed; the first call or `restart` loads it."""
         return self._process is not None and self._ready(False) is not None
 
     @property
     def waiting(self) -> bool:
-        """Whether a call has been waiting for so long that it is worth a word."""
+        """True if a call has waited long enough to be reported."""
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:
-        """Allow the calls this much more waiting time together, at most `MOST` with what is left [s]."""
+        """Add waiting time for the calls, at most `MOST` in total [s]."""
         self._left = min(self._left + seconds, MOST)
 
     def step_made(self) -> int:
-        """Forget the answers for the step, which was made; return the number of calls of the law for it."""
+        """Clear the answers of the step; return its number of calls."""
         calls = sum(isinstance(question, VelocityQuestion) for question in self._answers)
         self._answers.clear()
         return calls
@@ -142,17 +138,17 @@ class CustomLaw(LawOfFile):
         """Return q̇ (n,) [rad/s]; zeros where the law fails.
 
         Raises:
-            Unanswered: there is no answer yet.
+            Unanswered: the answer is pending.
         """
         self._question = VelocityQuestion.of(situation)
         velocities = self._ask(self._question)
         return np.zeros(len(situation.nominal)) if velocities is None else velocities.copy()
 
     def activation(self, distance: float) -> float:
-        """Value of the file's `activation(distance)`, in [0, 1]; 0 if it has none, or has failed.
+        """The file's `activation(distance)`, in [0, 1]; 0 if it has none, or failed.
 
         Raises:
-            Unanswered: there is no answer yet.
+            Unanswered: the answer is pending.
         """
         if self._lam is not None and self._lam[0] == distance:
             return self._lam[1]
@@ -166,23 +162,23 @@ class CustomLaw(LawOfFile):
         return self._lam[1]
 
     def activations(self, distances: Array) -> Array:
-        """Return λ (k,) at distances (k,) for a chart: the newest answer to this; nan until there is one."""
+        """Last λ (k,) at distances (k,) for a chart; nan until known."""
         process = self._ready(self._waits)
         if process is not None and not process.has_activation:
             return np.zeros(len(distances))
         return self._curve(ActivationsQuestion(distances.tobytes()), len(distances))
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return `line_rate` (k,) at distances (k,) for a chart: the newest answer, of a moment ago; nan until there is one."""
+        """Last `line_rate` (k,) at distances (k,) for a chart; nan until known."""
         return self._curve(RatesQuestion(distances.tobytes(), pull, approach, square), len(distances))
 
     def refresh(self) -> bool:
-        """Load the file if it has changed; true if so. It is read at most every 0.5 s, so call it every frame."""
+        """Load a changed file; true if so. Call it every frame: it reads at most every 0.5 s."""
         now = monotonic()
         if self._closed:
             return False
         if self._process is not None:
-            # So that a file that has been broken, or mended, is noticed while nothing moves.
+            # So that a broken or repaired file is noticed at rest.
             self._listen()
         if now - self._looked < LOOK:
             return False
@@ -190,7 +186,7 @@ class CustomLaw(LawOfFile):
         stamp = _stamp(self.path)
         self._missed = self._missed + 1 if stamp is None else 0
         if stamp is None or stamp == self._stamp:
-            # Editors replace a file by removing it first: that it is away is no news.
+            # Editors replace a file by removing it first: a missing file is normal for a moment.
             return False
         self._stamp = stamp
         try:
@@ -207,7 +203,7 @@ class CustomLaw(LawOfFile):
         return True
 
     def _listen(self) -> None:
-        """Take in new answers; ask a process that has not given velocities yet for the newest ones."""
+        """Read new answers; ask a process without velocities for the last ones."""
         process = self._ready(False)
         if process is None:
             return
@@ -222,11 +218,11 @@ class CustomLaw(LawOfFile):
             self._since = None
 
     def load(self) -> bool:
-        """True if the file could be loaded; waits for it, whatever `waits` is."""
+        """Load the file and wait for it, whatever `waits` is; true if it could be loaded."""
         return self._ready(True) is not None
 
     def restart(self) -> None:
-        """Restart the process with the text as it is; for failures that the machine caused."""
+        """Restart the process with the same text, for failures that the machine caused."""
         if self._closed:
             return
         self._end()
@@ -234,12 +230,11 @@ class CustomLaw(LawOfFile):
         self._ready(False)
 
     def close(self) -> None:
-        """End the process; from now on q̇ = 0."""
+        """End the process; q̇ = 0 from now on."""
         self._end()
         self._closed = self._idle = True
 
     def _ready(self, wait: bool) -> LawProcess | None:
-        """Return the process if it can be asked; start it if there is none and there may be one."""
         if self._idle:
             return None
         try:
@@ -253,12 +248,12 @@ class CustomLaw(LawOfFile):
         except OSError as error:
             self._fail(problem_of(self.file, LazyText("its process could not be started: {error}", error=str(error))))
             return None
-        # The file, not the class, has the last word.
+        # The file decides, not the class.
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
         return self._process
 
     def _loaded(self) -> LawProcess | None:
-        """Return the process if it is there to be asked; None if the law has failed.
+        """Process that can be asked; None if the law has failed.
 
         Raises:
             Unanswered: the file is not loaded yet.
@@ -269,17 +264,17 @@ class CustomLaw(LawOfFile):
         return process
 
     def _ask(self, question: LawQuestion) -> Array | None:
-        """Return the answer to a question of the present step; None if the law has failed.
+        """Answer to a question of the current step; None if the law has failed.
 
         Raises:
-            Unanswered: it is not there yet.
+            Unanswered: the answer is pending.
         """
         while (process := self._loaded()) is not None:
             if question in self._answers:
-                # With `waits` no step is repeated, and a law may answer the same question differently the next time.
+                # With `waits` no step is repeated, and a law may answer a repeated question differently.
                 return self._answers.pop(question) if self._waits else self._answers[question]
             kind = type(question)
-            # A law that took longer the last time, or did not answer in an earlier frame, would be waited for in vain.
+            # Do not wait for a law that was slower last time, or did not answer in an earlier frame.
             in_vain = process.asked(kind) or (kind is VelocityQuestion and process.seconds > self._left)
             if not process.asked(kind):
                 self._post(process, question)
@@ -295,7 +290,7 @@ class CustomLaw(LawOfFile):
         return Unanswered()
 
     def _curve(self, question: LawQuestion, count: int) -> Array:
-        """Return the newest curve (count,) of a kind, nan until there is one; ask for this one if it is another."""
+        """Last curve (count,) of a kind, nan until known; ask again if the question changed."""
         process, kind = self._ready(self._waits), type(question)
         if process is not None and self._curves.get(kind, (None,))[0] != question and not process.asked(kind):
             self._post(process, question)
@@ -311,7 +306,7 @@ class CustomLaw(LawOfFile):
             self._fail(failed.problem)
 
     def _take_in(self, process: LawProcess, seconds: float) -> bool:
-        """Take in the next answer; return whether it came in time [s]."""
+        """Read the next answer; true if it came within `seconds`."""
         try:
             news = process.answer(seconds) if process is self._process else None
         except LawFailed as failed:
@@ -344,7 +339,7 @@ class CustomLaw(LawOfFile):
 
 
 def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """Return the stamp of a file, which changes when it is written; None if there is no file."""
+    """Stamp of a file that changes when it is written; None for a missing file."""
     try:
         found = path.stat()
     except OSError:
@@ -353,10 +348,10 @@ def _stamp(path: Path) -> tuple[int, int, int] | None:
 
 
 def read_law(path: Path) -> bytes:
-    """Return a law's file as it is.
+    """Read a law's file.
 
     Raises:
-        BadInputFile: see there.
+        BadInputFile: it cannot be read, or is too large.
     """
     try:
         return read_file(path, LARGEST)

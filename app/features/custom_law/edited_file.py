@@ -1,4 +1,4 @@
-"""A law's file as it is edited on the page: read, and written whole where no other editor has changed it meanwhile."""
+"""A law's file on the page: read, and written unless another editor has changed it."""
 
 import hashlib
 import shlex
@@ -10,16 +10,15 @@ from controllers.errors import BadInputFile
 from scenes.files import readable, replacing
 
 MOST: Final = 48_000
-"""Largest size of what is edited [bytes]; as a message it has to pass the gate."""
+"""Largest edited text [bytes]; it has to pass the gate as one message."""
 
 
 class Version(NamedTuple):
-    """What a file holds.
+    """Content of a file.
 
     Attributes:
         text: with one character at the end of each line.
-        sha256: of the file, in hexadecimal digits; "" of one that is not there yet.
-        newline: what ends its lines.
+        sha256: hexadecimal, of the file; "" for a new one.
     """
 
     text: str
@@ -28,7 +27,7 @@ class Version(NamedTuple):
 
 
 class ChangedMeanwhile(Exception):
-    """Another editor has changed the file. `version`: what it holds now."""
+    """Another editor has changed the file. `version`: its current content."""
 
     def __init__(self, version: Version) -> None:
         super().__init__(version.sha256)
@@ -42,7 +41,7 @@ def first_text(path: Path) -> str:
 
 
 def read_version(path: Path) -> Version:
-    """Content of a file; of a missing one, the text that it is begun with.
+    """Content of a file, or the first text for a missing one.
 
     Raises:
         BadInputFile: it cannot be read, or not be edited.
@@ -60,11 +59,7 @@ def read_version(path: Path) -> Version:
 
 
 def check_text(path: Path, text: str) -> None:
-    """Check that a text can be edited and saved here.
-
-    Raises:
-        BadInputFile: it cannot.
-    """
+    """Raise BadInputFile if a text cannot be edited and saved here."""
     if len(text.encode()) > MOST:
         raise BadInputFile("{path}: is larger than {size} kB, too large to be edited here.", path=path, size=MOST // 1000)
     if "\0" in text:
@@ -72,14 +67,14 @@ def check_text(path: Path, text: str) -> None:
 
 
 def save_text(path: Path, text: str, base: str) -> Version:
-    """Write a text, as a whole or not at all, and return it as it stands.
+    """Write a text atomically, and return it as saved.
 
     Args:
-        base: `sha256` of the version that the text was made from.
+        base: `sha256` of the version that was edited.
 
     Raises:
-        ChangedMeanwhile: the file holds another version, and another text; it is left alone.
-        BadInputFile: the text is none for a file, or the file cannot be read or written.
+        ChangedMeanwhile: the file has another version and another text; it is not changed.
+        BadInputFile: the text does not fit a file, or the file cannot be read or written.
     """
     check_text(path, text)
     now = read_version(path)

@@ -1,4 +1,4 @@
-"""The six tests on a file: at once, or in the background one after another, where every verdict appears as soon as it is known."""
+"""The six tests of a file, at once or in the background."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -28,19 +28,20 @@ def examine(
     only: Sequence[str] | None = None,
     text: bytes | None = None,
 ) -> Iterator[TrialResult]:
-    """Yield the verdict of each test on a file as soon as it is known; a law that fails in one is restarted for the next one.
+    """Yield the verdict of each test as soon as it is known; a law that failed is restarted for the next
+    test.
 
     Args:
-        only: names of the tests to be made; None for all six.
-        text: the file as it is to be tested, whatever it holds by now; None for what it holds.
+        only: names of the tests; None for all six.
+        text: content to test; None for the file's current one.
 
     Raises:
-        BadInputFile: there is no such file, or it cannot be read.
+        BadInputFile: the file does not exist, or cannot be read.
         Stopped: before a call, see `scenes.wanted`.
     """
     with _Examined(path, limits, text) as law:
         if not law.load():
-            # It cannot even be loaded: one reason for all.
+            # It cannot be loaded: one reason for all.
             reason, line = law.problem or ("the file could not be loaded.", None)
             yield from (TrialResult(name, False, reason, line=line) for name in only or TRIALS)
             return
@@ -52,15 +53,16 @@ def examine(
 
 
 def examine_one(path: Path, text: bytes, name: str) -> TrialResult:
-    """Return the verdict of one test on a file; see `examine`. For a process of its own."""
+    """Verdict of one test on a file, for its own process; see `examine`."""
     return next(examine(path, only=(name,), text=text))
 
 
 class _Examined(CustomLaw):
-    """A law that waits to be loaded, and stops on request. It times the calls, since a file can change the clock of its process.
+    """A law that waits for loading, stops on request, and times calls itself, since a file can change its
+    process's clock.
 
     Attributes:
-        as_template: whether all its answers are those of the template's law.
+        as_template: true if all answers are those of the template's law.
     """
 
     def __init__(self, path: Path, limits: LawLimits, text: bytes | None) -> None:
@@ -72,20 +74,20 @@ class _Examined(CustomLaw):
         check_wanted()
         begin, used = perf_counter() - self._without_core, self._processor_time
         velocities = super().__call__(situation)
-        # Both processes may wait for a core at once, which is then taken off twice: what the law has computed counts in any case.
+        # If both processes wait for a core, both waits are subtracted: the computing time is a lower bound.
         self._seconds = max(perf_counter() - self._without_core - begin, self._processor_time - used, super().seconds)
-        # Of a law that fails the velocities are 0.
+        # The velocities of a failed law are 0.
         self.as_template &= np.allclose(velocities, template.law(situation), rtol=1e-6, atol=1e-9)
         return velocities
 
     @property
     def seconds(self) -> float:
-        """Return the time that the newest call took, as seen from here, without the time during which a process waited for a core [s]."""
+        """Time of the last call, measured here, without waiting for a core [s]."""
         return self._seconds
 
     @property
     def _processor_time(self) -> float:
-        """Processor time of the law's process so far [s]; 0 if there is no process, or the system does not say."""
+        """Processor time of the law's process so far [s]; 0 without a process, or if the system does not say."""
         return (self.pid is not None and processor_time(self.pid)) or 0.0
 
     @property
@@ -94,7 +96,6 @@ class _Examined(CustomLaw):
 
 
 def verdict_table(path: Path, verdicts: list[TrialResult]) -> str:
-    """Return the verdicts as text: one line a test, and how many passed."""
     width = max(len(verdict.name) for verdict in verdicts)
     lines = [
         f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}{'' if v.passed else f' {advice(v.name)}'}"
@@ -105,14 +106,13 @@ def verdict_table(path: Path, verdicts: list[TrialResult]) -> str:
 
 
 class ExaminationProgress(NamedTuple):
-    """How far the tests are.
+    """Progress of the tests.
 
     Attributes:
-        file: name of the file that is tested; None where there is nothing to be tested.
-        verdicts: known so far, in the order of `TRIALS`; empty if the tests were never made.
-        running: whether there are more to come.
-        message: why they could not be made; "" if all is well.
-        typed: True if the law is typed on the page, and in no file.
+        file: name of the tested file, or None.
+        verdicts: so far, in the order of `TRIALS`; empty if the tests were never made.
+        message: reason why they could not be made, or "".
+        typed: true if the law is typed on the page, without a file.
     """
 
     file: str | None = None
@@ -127,12 +127,7 @@ class ExaminationProgress(NamedTuple):
 
 
 class Examination:
-    """The tests of one visitor's file; all methods belong to one thread.
-
-    Args:
-        background: where they are made.
-        wake: called, from any thread, when there is news.
-    """
+    """The tests of one visitor's file, on one thread. `wake`: called from any thread on a new result."""
 
     def __init__(self, path: Path, background: Jobs, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
@@ -140,7 +135,7 @@ class Examination:
         self.progress = self._none = ExaminationProgress(readable(path.name))
 
     def begin(self) -> None:
-        """Make all tests on the file as it is now, whatever is saved meanwhile; tests that are under way are given up.
+        """Cancel running tests, and begin all on the current content of the file.
 
         Raises:
             BadInputFile: it cannot be read.
@@ -151,11 +146,10 @@ class Examination:
         self.progress = self._none._replace(running=True)
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:
-        """Function that makes a test, and its arguments before the name of the test."""
         return examine_one, (self._path, read_law(self._path))
 
     def advance(self) -> bool:
-        """Take in what is known by now; return whether that is news."""
+        """Collect new verdicts; true if there are any."""
         if not self.progress.running:
             return False
         verdicts: list[TrialResult] = []

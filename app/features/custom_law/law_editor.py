@@ -1,5 +1,6 @@
-"""An editor for a law of one's own, in the tab on comparisons and where a feature asks for one. The script `law_editor.js`
-does the editing; here the file is saved, run beside the paper's law, and tested."""
+"""Editor for a custom law: `law_editor.js` edits; here the file is saved, run beside the paper's law, and
+tested.
+"""
 
 import json
 from collections.abc import Mapping
@@ -40,46 +41,42 @@ WORDS: Final = {
     "take": N_("Take the file’s text"),
     "large": N_("This text is too large to be edited here."),
 }
-"""What the script says."""
+"""Texts of the script."""
 
 
 class RunLaw(Action):
-    """Save the law and run it. `entry`: as the script sends it: number, space, `Version.sha256` that was edited, line break, text."""
+    """Save the law and run it. `entry`, from the script: number, space, edited `Version.sha256`, line break,
+    text.
+    """
 
     entry: str
 
 
 class LawTask(Protocol):
-    """What leads the session and asks for a custom law at times."""
+    """A part that leads the session and may ask for a custom law."""
 
     @property
-    def asked(self) -> bool:
-        """True while a custom law is asked for."""
-        ...
+    def asked(self) -> bool: ...
 
     @property
     def tab(self) -> viser.GuiTabHandle | None:
-        """Where it is asked for, and the editor is shown too; None while that is not on the page."""
+        """Second tab for the editor; None while it is not on the page."""
         ...
 
     @property
-    def order(self) -> float:
-        """Place of the editor in that tab."""
-        ...
+    def order(self) -> float: ...
 
-    def run_again(self) -> None:
-        """Begin the run again, with the law that was just saved."""
-        ...
+    def run_again(self) -> None: ...
 
 
 class LawText:
-    """What is edited: a law's text, with a way to save it and to run it.
+    """A law's text that can be edited, saved and run.
 
     Attributes:
-        name: of the text, for the browser's memory.
-        words: key of `WORDS` → what the script says instead.
+        name: key in the browser's memory.
+        words: replacements in `WORDS`.
         most: largest size [bytes].
-        rows: height at first [lines].
+        rows: initial height [lines].
     """
 
     name = ""
@@ -93,15 +90,13 @@ class LawText:
         return True
 
     def title(self) -> str:
-        """What a screen reader calls the editor."""
         return self.name
 
     def place(self) -> Markup:
-        """Heading over the editor, with the place of the script's."""
         raise NotImplementedError
 
     def read(self) -> Version:
-        """The text as it is now.
+        """Return the current text.
 
         Raises:
             DuetError: it cannot be read.
@@ -109,7 +104,7 @@ class LawText:
         raise NotImplementedError
 
     def save(self, text: str, base: str) -> Version:
-        """Save a text, and return it. `base`: `sha256` of the version that it was made from.
+        """Save and return a text. `base`: `sha256` of the edited version.
 
         Raises:
             ChangedMeanwhile: another editor has changed it.
@@ -118,21 +113,11 @@ class LawText:
         raise NotImplementedError
 
     def run(self) -> None:
-        """Let the session run the law that was saved.
-
-        Raises:
-            DuetError: it cannot be run.
-        """
         raise NotImplementedError
 
 
 class FileText(LawText):
-    """The text of a file.
-
-    Args:
-        session: runs its law.
-        path: of the file, which is written when it is run for the first time.
-    """
+    """Text of a file, which is written when it first runs."""
 
     def __init__(self, session: Session, path: Path) -> None:
         self._session, self._path = session, path
@@ -152,15 +137,7 @@ class FileText(LawText):
 
 
 class LawEditor(PagePanel):
-    """The editor on the page of a person who may write a law there.
-
-    Args:
-        page: of that person.
-        text: what is edited.
-
-    Attributes:
-        task: place of a feature.
-    """
+    """The editor on the page of a person who may write a law there. `task`: a feature's second place."""
 
     def __init__(self, page: PanelContext, text: LawText) -> None:
         self._gui, self._session, self._text = page.client.gui, page.session, text
@@ -179,7 +156,6 @@ class LawEditor(PagePanel):
         page.handlers.add(RunLaw, self._save_and_run)
 
     def _add(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
-        """Add the place of the editor, which stays as it is, and what the script is to know."""
         return self._gui.add_html(self._text.place(), order=order), self._gui.add_html("", order=order)
 
     def _read(self) -> None:
@@ -189,7 +165,6 @@ class LawEditor(PagePanel):
             self._refused = str(error)
 
     def _save_and_run(self, action: RunLaw) -> None:
-        """Save and run what was written."""
         head, _, text = action.entry.partition("\n")
         self._number, _, base = head.partition(" ")
         self._said, self._refused = "saved", ""
@@ -202,10 +177,9 @@ class LawEditor(PagePanel):
             self._said, self._refused = "refused", str(error)
 
     def _run(self) -> None:
-        """Run the law beside the paper's law from the beginning, and test it."""
         session, asked = self._session, self.task is not None and self.task.asked
         if session.parts.lead and not asked:
-            # The run is about another law.
+            # The run had another law.
             return
         session.change("ghost", DEFAULT_LAW)
         self._text.run()
@@ -217,14 +191,13 @@ class LawEditor(PagePanel):
             tests.begin()
 
     def show(self, frame: Frame) -> None:
-        """Offer the editor where it is of use, with what became of the law."""
         law, task, tests = frame.live.law_status, self.task, tests_of(self._session)
         tab = None if task is None else task.tab
         offered = self._text.offered
         in_task = offered and task is not None and task.asked and tab is not None
         in_compare = offered and not self._session.parts.lead and matters("ghost", frame.live.settings)
         if law.sha256 not in (self._seen, self._version.sha256, ""):
-            # Another editor has saved it; what is being written here stays.
+            # Another editor has saved it; the text here stays.
             self._said = ""
             self._read()
         self._seen = law.sha256
@@ -263,7 +236,6 @@ class LawEditor(PagePanel):
 
 
 def _lamp(tests: ExaminationProgress, place: int, name: str) -> tuple[str, str]:
-    """State of a test's lamp, and its name."""
     if place < len(tests.verdicts):
         verdict = tests.verdicts[place]
         return "ok" if verdict.passed else "no", f"{tr(name)}: {tr(verdict.reason)}"

@@ -1,4 +1,4 @@
-"""A law's file: loading and calling it in its own process, and error messages in its terms."""
+"""A law's file in its own process, with error messages about its lines."""
 
 import contextlib
 import inspect
@@ -18,17 +18,19 @@ from controllers.errors import LazyText, joined
 from controllers.laws.situation import Situation
 
 Array = NDArray[np.float64]
-"""As in `controllers.kinematics`; the law's process does without the libraries of that."""
+"""As in `controllers.kinematics`, without its libraries in the law's process."""
 
 JOINTS = 7
-"""Number of joints of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
+"""Joints of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
 
 LOOSE = 100.0
-"""Bounds in `one_joint` [rad/s]: none that anything would meet."""
+"""Unreachable bounds in `one_joint` [rad/s]."""
 
 
 def one_joint(distance: float, pull: float, approach: float, square: float) -> Situation:
-    """Return a situation in which only the first joint moves the distance, with |J_d|² = `square`, 1 if that is 0; see `Law.line_rate`."""
+    """Situation in which only the first joint moves the distance, with |J_d|² = `square`, 1 if that is 0; see
+    `Law.line_rate`.
+    """
     length = square**0.5 if square > 0.0 else 1.0
     nominal, row = np.zeros(JOINTS), np.zeros(JOINTS)
     nominal[0], row[0] = -pull / length, length
@@ -38,24 +40,24 @@ def one_joint(distance: float, pull: float, approach: float, square: float) -> S
 
 
 FILENAME: Final = "<own law>"
-"""What the file is called in tracebacks: plain letters, whatever its real name, so that every tool can print it."""
+"""File name in tracebacks: plain letters, which every tool can print."""
 
 LONGEST: Final = 300
-"""Characters of a message."""
+"""Longest message [characters]."""
 
 CURVE: Final = 0.02
-"""Time for a whole curve of a chart [s]; what is missing then is left out of the picture."""
+"""Time for a whole curve of a chart [s]; the rest of the picture is left out."""
 
 BALLAST: Final = 4 * 2**20
-"""Memory kept for saying that there is no more [bytes]."""
+"""Memory reserved to report that memory is exhausted [bytes]."""
 
 
 class Wrong(Exception):
-    """Something is wrong with the file.
+    """A fault of the file.
 
     Args:
-        text: what, and what was expected; or with parts its template, see `LazyText`.
-        line: where; None if unknown.
+        text: fault and expectation, or with parts its template, see `LazyText`.
+        line: None if unknown.
     """
 
     def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:
@@ -70,15 +72,14 @@ class LawFile:
 
     Args:
         path: for `__file__`.
-        text: the file as it is, in whatever encoding it declares.
-        memory: what it may take, for the message when it wants more [bytes].
+        text: raw content, in its declared encoding.
+        memory: its limit, for the message when it is exceeded [bytes].
 
     Attributes:
-        wants_all_pairs: whether it reads `rows`, `distances` and `approaches`.
-        has_activation: whether it has a function `activation`.
+        wants_all_pairs: true if it reads `rows`, `distances` and `approaches`.
 
     Raises:
-        Wrong: it does not compile, it fails while it is read, or there is no function `law` of one argument.
+        Wrong: it does not compile, fails while it is read, or has no function `law` of one argument.
     """
 
     def __init__(self, path: str, text: bytes, memory: int) -> None:
@@ -94,7 +95,7 @@ class LawFile:
         except (RecursionError, MemoryError):
             self._ballast = None
             raise Wrong("its text is nested too deeply, or too long, for Python") from None
-        # Not "__main__": what stands under `if __name__ == "__main__"` is for trying it out by hand.
+        # Not "__main__": code under `if __name__ == "__main__"` is for trials by hand.
         names: dict[str, Any] = {"__name__": "own_law", "__file__": path}
         try:
             exec(code, names)
@@ -108,7 +109,7 @@ class LawFile:
         self.wants_all_pairs = bool(names.get("WANTS_ALL_PAIRS", True))
 
     def _function(self, names: dict[str, Any], name: str, argument: str) -> Callable[[Any], Any] | None:
-        """Return a function of the file that takes one argument; None if there is none of this name."""
+        """Function of one argument by name, or None."""
         function = names.get(name)
         if function is None:
             return None
@@ -130,14 +131,14 @@ class LawFile:
                 error=str(error),
             ) from None
         except ValueError:
-            pass  # Written in C: it will turn out when it is called.
+            pass  # Written in C: the call will show it.
         return function
 
     def velocities(self, situation: Situation) -> tuple[Array, float]:
-        """Return q̇ (n,) [rad/s] and the time that it took [s].
+        """Return q̇ (n,) [rad/s] and its computing time [s].
 
         Raises:
-            Wrong: an exception, or something else than n finite numbers.
+            Wrong: an exception, or a result other than n finite numbers.
         """
         law, n = self._law, len(situation.row)
         assert law is not None
@@ -152,7 +153,6 @@ class LawFile:
             raise self._explained(error, _line_of(law)) from None
 
     def _checked(self, result: Any, n: int) -> Array:
-        """Return the result of `law` as an array (n,) of finite numbers."""
         line = _line_of(self._law)
         parts = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
         if result is None:
@@ -190,7 +190,7 @@ class LawFile:
         """Return λ at a distance [m].
 
         Raises:
-            Wrong: an exception, or no number from 0 to 1.
+            Wrong: an exception, or a result that is not in [0, 1].
         """
         function, line = self._activation, _line_of(self._activation)
         assert function is not None
@@ -211,11 +211,13 @@ class LawFile:
         return lam
 
     def activations(self, distances: Array) -> Array:
-        """Return λ (k,) at distances (k,) [m]; nan where the function fails, or time is up."""
+        """Return λ (k,) at distances (k,) [m]; nan after a failure or the time limit."""
         return _curve(self.activation, distances)
 
     def rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return J_d q̇ (k,) [m/s] of one pair at distances (k,), see `Law.line_rate`; nan where the law fails, or time is up."""
+        """Return J_d q̇ (k,) [m/s] of one pair at distances (k,), see `Law.line_rate`; nan after a failure or
+        the time limit.
+        """
 
         def rate(distance: float) -> float:
             situation = one_joint(distance, pull, approach, square)
@@ -225,7 +227,7 @@ class LawFile:
         return _curve(rate, distances)
 
     def _explained(self, error: BaseException, otherwise: int | None) -> Wrong:
-        """Return the message and the line of an exception in the file; `otherwise` if it names no line."""
+        """Message and line of an exception in the file; `otherwise` if it has no line."""
         self._ballast = None
         line = otherwise
         for frame, number in traceback.walk_tb(error.__traceback__):
@@ -241,7 +243,7 @@ class LawFile:
 
 
 def _curve(function: Callable[[float], float], distances: Array) -> Array:
-    """Return a function's values (k,) at distances (k,) [m]; nan where it fails, or time is up."""
+    """Values (k,) of a function at distances (k,) [m]; nan after a failure or the time limit."""
     found = np.full(len(distances), np.nan)
     end, waited = perf_counter() + CURVE, without_core(os.getpid())
     for i, distance in enumerate(distances.tolist()):
@@ -254,7 +256,7 @@ def _curve(function: Callable[[float], float], distances: Array) -> Array:
 
 
 def _is_text(text: bytes) -> bool:
-    """True if all bytes are text in the declared encoding, UTF-8 by default. What Python says to others depends on its version."""
+    """True if all bytes are valid in the declared encoding (Python's own message depends on its version)."""
     try:
         return "\0" not in decode_source(text)
     except (SyntaxError, ValueError, LookupError):
@@ -262,7 +264,7 @@ def _is_text(text: bytes) -> bool:
 
 
 def quoted(text: bytes, line: int | None) -> str:
-    """Return “, in …” with a line of a file, counted from 1; "" if there is none."""
+    """“, in …” with a line of a file (1-based), or ""."""
     try:
         lines = decode_source(text).splitlines()
     except (SyntaxError, UnicodeDecodeError):
@@ -271,6 +273,5 @@ def quoted(text: bytes, line: int | None) -> str:
 
 
 def _line_of(function: object) -> int | None:
-    """First line of a function of the file; None if it is not of the file."""
     code: CodeType | None = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
     return code.co_firstlineno if code is not None and code.co_filename == FILENAME else None

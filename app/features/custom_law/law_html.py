@@ -1,4 +1,4 @@
-"""What the page says of a custom law: how to begin, whether its file runs, and its six tests."""
+"""A custom law on the page: commands, state, and tests."""
 
 from typing import Final
 
@@ -9,18 +9,15 @@ from app.features.custom_law.trials import TRIALS, WHY, advice
 from app.text.templates import macros
 
 COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
-"""What has to be typed to have a custom law on the page."""
 
 
 def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
     """State of a custom law, in a lesson and in the tab on comparisons.
 
     Args:
-        progress: of the six tests.
-        problem: why the arm stands still; "" if all is well.
-        away: whether the file is gone.
-        passed: whether the challenge was ever passed.
-        edits: whether the file is written on the page.
+        problem: reason why the arm is frozen, or "".
+        away: true if the file is gone.
+        passed: true if the challenge was ever passed.
     """
     template = macros("features/custom_law/law_tests.html")
     return template.law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)

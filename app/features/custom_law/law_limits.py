@@ -1,4 +1,4 @@
-"""Limits of a custom law's process in time and memory, which do not count an overloaded machine, and the law's problems."""
+"""Time and memory limits of a law's process, which allow for an overloaded machine."""
 
 import sys
 import time
@@ -10,13 +10,13 @@ from controllers.errors import LazyText
 
 @dataclass(frozen=True)
 class LawLimits:
-    """Time and memory for the process of a law.
+    """Limits of a law's process.
 
     Attributes:
-        start: time until the process is up, before it has seen the file [s]; nothing that the file could do anything about.
-        load: time for reading the file, and for the first call, which may have to load a library [s].
-        call: time for every further call [s].
-        memory: what it may take in addition to Python and NumPy [bytes].
+        start: until the process runs, before it reads the file [s].
+        load: for reading the file, and for the first call, which may load a library [s].
+        call: for every further call [s].
+        memory: in addition to Python and NumPy [bytes].
     """
 
     start: float = 30.0
@@ -29,8 +29,8 @@ class LawProblem(NamedTuple):
     """Why a law is not in force.
 
     Attributes:
-        text: one line for its author: file, line if it is known, what is wrong, what was expected.
-        line: of the file, counted from 1; None if unknown.
+        text: one line for its author: file, line if known, fault, expectation.
+        line: 1-based; None if unknown.
     """
 
     text: str
@@ -44,19 +44,11 @@ def problem_of(name: str, what: str, line: int | None = None) -> LawProblem:
 
 
 LONGEST: Final = 20.0
-"""Multiples of the limit after which it is too long whatever the reason."""
+"""Multiple of the limit that is too long for any reason."""
 
 
 class Patience:
-    """A time limit that does not count the time during which the other process waited for a core, where the system can tell.
-
-    Args:
-        process: id of the other process.
-        limit: [s].
-
-    Attributes:
-        limit: [s].
-    """
+    """A time limit [s] that excludes the other process's waits for a core, if the system can tell."""
 
     def __init__(self, process: int, limit: float) -> None:
         self.limit = limit
@@ -79,7 +71,7 @@ class Patience:
 
 
 def without_core(process: int) -> float:
-    """Time that the first thread of a process has waited for a core so far [s]; 0 if the system does not say."""
+    """Time that the first thread of a process has waited for a core [s]; 0 if the system does not say."""
     try:
         with open(f"/proc/{process}/schedstat", encoding="ascii") as file:
             return int(file.read().split()[1]) * 1e-9
@@ -88,18 +80,18 @@ def without_core(process: int) -> float:
 
 
 def processor_time(process: int) -> float | None:
-    """Processor time of a process so far, all threads [s]; None if the system does not say."""
+    """Processor time of all threads of a process [s]; None if the system does not say."""
     if sys.platform != "linux":
         return None
     try:
-        # The number that Linux gives to the clock of a process (CPUCLOCK_SCHED in its posix-timers).
+        # Linux's clock id of a process (CPUCLOCK_SCHED in its posix-timers).
         return time.clock_gettime(~process << 3 | 2)
     except OSError:
         return None
 
 
 def wants_a_core(process: int) -> bool:
-    """True if a process runs, or would if it were given a core."""
+    """True if a process runs, or waits for a core."""
     try:
         with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()[0] == "R"
@@ -108,20 +100,20 @@ def wants_a_core(process: int) -> bool:
 
 
 SHARE: Final = 0.4
-"""Part of the wall time that the frame thread waits for all custom laws together."""
+"""Share of the wall time that the frame thread waits for all custom laws."""
 
 _LATELY: Final = 0.5
-"""Time after which a law that was not called does not count any more [s]."""
+"""Time after which a law that was not called is ignored [s]."""
 
 
 class LawTimeShare:
-    """`SHARE` in equal parts, one for every session that calls a custom law."""
+    """Divides `SHARE` equally among the sessions that call a custom law."""
 
     def __init__(self) -> None:
         self._called: dict[int, float] = {}
 
     def part(self, session: int) -> float:
-        """Return the part of the wall time that one session's law has. `session`: any number of its own; its law is called now."""
+        """Share of the wall time for a session's law, which is called now."""
         now = time.monotonic()
         self._called[session] = now
         self._called = {one: when for one, when in self._called.items() if now - when < _LATELY}

@@ -1,4 +1,4 @@
-"""The custom law of a server: a law for each session, and the editor on the page of the person who started the server."""
+"""The custom law of a server, and the editor for the person who started it."""
 
 from app.features.custom_law.command_options import CustomLawOptions
 from app.features.custom_law.law_editor import FileText, LawEditor
@@ -11,9 +11,6 @@ from app.session.late_law import LateLawMaker
 
 class OpenedLaw(OpenedFeature):
     """The law of a server's options.
-
-    Args:
-        options: of the server.
 
     Raises:
         BadInputFile: the file does not exist.

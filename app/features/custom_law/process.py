@@ -1,4 +1,4 @@
-"""The page's side of a custom law's process: start it, load the file, ask questions, explain failures, end it with its descendants."""
+"""The page's side of a law's process: start, load, ask, explain failures, and end it with its descendants."""
 
 import contextlib
 import math
@@ -38,18 +38,18 @@ from scenes.children import ONE_THREAD
 from scenes.files import readable
 
 _TRACE: Final = 0.2
-"""Time that a process has for reporting where it is, before it is ended [s]; while it waits for a core it has more."""
+"""Time for a process to report its place before it is ended [s]; extended while it waits for a core."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
 _MOST: Final = 65536
-"""Largest report that is read [bytes]."""
+"""Largest report [bytes]."""
 _LARGEST: Final = 2**20
 """Largest message [bytes]."""
 _STALLED: Final = 1
-"""Time after which a message that is only half there, or half sent, breaks the connection [s]."""
+"""Time after which a partial message breaks the connection [s]."""
 
 
 def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connection]":
-    """Start a process for a file, which may take so much memory [bytes]; return it, and our end of the line to it."""
+    """Start a process for a file, with a limit of `memory` [bytes]; return it, and our end of the connection."""
     ours, theirs = multiprocessing.Pipe()
     handle, posix = theirs.fileno(), os.name == "posix"
     if posix:
@@ -63,7 +63,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
         stderr=subprocess.PIPE,
         pass_fds=(handle,) if posix else (),
         close_fds=posix,
-        # Ctrl+C is for the page, and what the law starts goes with it.
+        # Ctrl+C is for the page, and the law's descendants end with it.
         start_new_session=True,
         env=os.environ | ONE_THREAD,
         cwd=path.parent,
@@ -73,7 +73,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
 
 
 def _break_when_stalled(line: Connection) -> None:
-    """Limit the time of every read and write, so that a law which writes to the connection itself cannot block the page."""
+    """Limit every read and write, so that a law that writes to the connection cannot block the page."""
     with socket.fromfd(line.fileno(), socket.AF_UNIX, socket.SOCK_STREAM) as end:
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             end.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", _STALLED, 0))
@@ -95,7 +95,7 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
 
 
 def kill_group(process: "subprocess.Popen[bytes]") -> None:
-    """Kill a process that began a session, and its descendants, unless it was reaped: then its id may belong to another process."""
+    """Kill a process group, unless its leader was reaped: the id may belong to another."""
     if process.returncode is not None:
         return
     with contextlib.suppress(OSError):
@@ -106,9 +106,9 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 
 
 _SLICE: Final = 0.02
-"""Time between two checks of the limit while a call waits [s]."""
+"""Period of the limit's check while a call waits [s]."""
 _LONG_SLICE: Final = 0.25
-"""The same where a call waits without a limit of its own: a process that looks often waits for a core as often, see `examination`."""
+"""The same for a call without a limit: each check also waits for a core, see `examination`."""
 
 _R = TypeVar("_R", bound=Reply)
 
@@ -122,13 +122,12 @@ class LawFailed(Exception):
 
 
 class LawProcess:
-    """A process that runs `app.features.custom_law.worker` with one version of a file. It ends at the latest when this object is
-    collected, or when this process ends.
+    """A process that runs `app.features.custom_law.worker` with one version of a file. It ends at the latest
+    when this object is collected, or this process ends.
 
     Attributes:
-        wants_all_pairs, has_activation: what the file says, once it is ready.
-        seconds: time of the newest call inside the law, without the way there and back [s]; nan before the first answer.
-        end: ends it and everything that it started; can be called again.
+        seconds: time of the last call inside the law, without transport [s]; nan before the first answer.
+        end: ends it and its descendants; can be called again.
     """
 
     def __init__(self, path: Path, text: bytes, limits: LawLimits) -> None:
@@ -148,10 +147,7 @@ class LawProcess:
         self._called: set[type[LawQuestion]] = set()
 
     def ready(self, wait: bool) -> bool:
-        """True if it can be asked.
-
-        Args:
-            wait: until it can.
+        """True if it can be asked; `wait` waits for that.
 
         Raises:
             LawFailed: the file cannot be used.
@@ -179,7 +175,7 @@ class LawProcess:
         return any(type(question) is kind for question in self._asked)
 
     def ask(self, question: LawQuestion) -> None:
-        """Ask a question; only once it is ready.
+        """Ask a question, once it is ready.
 
         Raises:
             LawFailed: the process is gone.
@@ -190,10 +186,10 @@ class LawProcess:
             self._be_patient()
 
     def answer(self, seconds: float) -> tuple[LawQuestion, Numbers] | None:
-        """Return the question that was asked first, and its answer; None if that is not there in time.
+        """Oldest question with its answer; None if it is still pending.
 
         Args:
-            seconds: how long to wait, at most until the law has had its time [s].
+            seconds: longest wait, at most the law's limit [s].
 
         Raises:
             LawFailed: an exception, an invalid result, no answer in time, or the process is gone.
@@ -209,13 +205,13 @@ class LawProcess:
         return question, numbers
 
     def _be_patient(self) -> None:
-        """Start the time limit of the question that is answered next; the first of its kind may have to load a library."""
+        """Start the time limit of the next question; the first of its kind may have to load a library."""
         kind = type(self._asked[0])
         self._patience = Patience(self.pid, self._limits.call if kind in self._called else self._limits.load)
         self._called.add(kind)
 
     def _receive(self, kind: type[_R], seconds: float) -> _R | None:
-        """Return the next reply, which must be of a kind; None if it is not there in time."""
+        """Next reply, of the given type; None if it is still pending."""
         end, pause = monotonic() + seconds, _SLICE if seconds < math.inf else _LONG_SLICE
         while True:
             left = max(end - monotonic(), 0.0)
@@ -250,7 +246,7 @@ class LawProcess:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
-        """Return the next message; None if it is not there in time [s]."""
+        """Next message; None if it does not come within `seconds`."""
         try:
             # `Connection.poll` makes a selector at every call, which costs more than the message.
             there = self._line.poll(seconds) if self._poll is None else self._poll.poll(1e3 * seconds)
@@ -297,7 +293,7 @@ class LawProcess:
         return self._lost(joined((what, quoted(self._text, line)), ""), line)
 
     def _place(self) -> int | None:
-        """Return the line of the file that runs now; None if unknown. End it next."""
+        """Line of the file that runs now, or None. The process has to be ended next."""
         if not hasattr(signal, "SIGUSR1"):
             return None
         with contextlib.suppress(OSError):
@@ -305,25 +301,28 @@ class LawProcess:
         return _line_in(self._trace())
 
     def _last_words(self) -> tuple[int | None, str, int | None]:
-        """Return its exit code (minus the signal that ended it; None if it lives), its last output, and the line of the file that ran;
-        to be called when the connection is broken."""
+        """Exit code (minus the signal; None if alive), last output, and last line of the file, once the
+        connection broke.
+        """
         patience = Patience(self.pid, _TRACE)
         while self._alive() and not patience.over:
             time.sleep(0.001)
         if not self._alive():
-            # What it started, as long as its id is still its own.
+            # Its descendants, while its id is still its own.
             kill_group(self._process)
         code, trace = self._process.poll(), self._trace()
         return code, trace.decode(errors="replace").strip(), _line_in(trace)
 
     def _alive(self) -> bool:
-        """True if it runs; where the system can tell, without releasing its id."""
+        """True if it runs; if the system can tell, without releasing its id."""
         if not hasattr(os, "waitid"):
             return self._process.poll() is None
         return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
     def _trace(self) -> bytes:
-        """Return its report of a crash or of its place: as soon as that names a line, or the process has ended, or `_TRACE` is over."""
+        """Report of a crash or of its place: when it names a line, the process has ended, or `_TRACE` is
+        over.
+        """
         stream, report, patience = self._process.stderr, b"", Patience(self.pid, _TRACE)
         assert stream is not None
         if os.name != "posix":

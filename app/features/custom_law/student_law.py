@@ -1,4 +1,4 @@
-"""The law of a student's file in one session: which run uses it, and how long it may be waited for."""
+"""The custom law of one session, and its share of waiting time."""
 
 import math
 from collections.abc import Callable
@@ -17,12 +17,7 @@ from scenes.settings import RunSettings
 
 
 class SessionLaw(Law, Protocol):
-    """A law that a session is given; see `CustomLaw` for what its members mean.
-
-    Attributes:
-        file, sha256: name of its file, and its hash in hexadecimal digits.
-        problem: why it is not in force; None if all is well.
-    """
+    """A session's law; see `CustomLaw` for its members."""
 
     file: str
     sha256: str
@@ -47,18 +42,14 @@ class SessionLaw(Law, Protocol):
 
 
 class StudentLaw(LateLaw):
-    """The law that a session runs in a process of its own; nothing happens here in a session without a file.
+    """The session's law in its own process; does nothing without a file.
 
     Args:
-        path: of the file; None without one.
-        share: how long the laws of all sessions together may be waited for.
-        background, wake: where the file is tested, and what is called when there is news, see `Examination`.
+        share: waiting time of the laws of all sessions.
+        background, wake: see `Examination`.
 
     Attributes:
-        in_ghost: see `LateLaw`.
-        enabled: whether the run or the ghost uses it at all.
-        path: of the file, see there.
-        examination: the tests of the file; None without a file or a background.
+        enabled: true if the run or the ghost uses it.
     """
 
     def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:
@@ -70,12 +61,11 @@ class StudentLaw(LateLaw):
         if path is not None:
             self.open(path)
         self._part = SHARE
-        """Part of the wall time that its calls may be waited for."""
         self._allowed = math.inf
-        """Time that a call of it may take in real time [s]."""
+        """Longest call in real time [s]."""
 
     def open(self, path: Path) -> None:
-        """Take a file, as it is now, in the place of the one that there was.
+        """Replace the law by a file's.
 
         Raises:
             BadInputFile: it cannot be read; nothing is changed.
@@ -85,7 +75,7 @@ class StudentLaw(LateLaw):
         self.path = path
 
     def take(self, law: SessionLaw | None, tests: Examination | None = None) -> None:
-        """Take a law that is not of a file, or (None) no law, in the place of the one that there was. `tests`: of it."""
+        """Replace the law by one without a file, or by None. `tests`: of the new law."""
         self.close()
         self.law, self.path, self.examination = law, None, tests
 
@@ -116,7 +106,7 @@ class StudentLaw(LateLaw):
         return LateLawStatus(file, ghost_file, problem, law.away, law.waiting, slow, law.sha256, line)
 
     def advance(self, elapsed: float, paused: bool) -> None:
-        """Look at the file, and let the law have its share of a frame."""
+        """Check the file, and grant the law its share of a frame."""
         if self.examination is not None:
             self.examination.advance()
         if self.law is None:
@@ -131,7 +121,6 @@ class StudentLaw(LateLaw):
             self._allowed = self._part * run.dt / speed / max(self.law.step_made(), 1)
 
     def close(self) -> None:
-        """End its process, and give up its tests."""
         if self.law is not None:
             self.law.close()
         if self.examination is not None:
@@ -139,7 +128,7 @@ class StudentLaw(LateLaw):
 
 
 def student_law(session: Session) -> StudentLaw:
-    """The student's law of a session, which has one without a file unless it was given another."""
+    """The session's `StudentLaw`, without a file by default."""
     if not isinstance(session.law, StudentLaw):
         law = StudentLaw(None, LawTimeShare(), session.background, session.wake)
         law.in_ghost = session.law.in_ghost
@@ -148,7 +137,7 @@ def student_law(session: Session) -> StudentLaw:
 
 
 def let_custom_law_run(session: Session, runs: bool) -> None:
-    """Switch the student's law on or off, as a lesson asks for it; the run is reset."""
+    """Switch the custom law for a lesson; the run is reset."""
     law = student_law(session)
     if runs != law.enabled:
         law.enabled = runs
@@ -156,7 +145,7 @@ def let_custom_law_run(session: Session, runs: bool) -> None:
 
 
 def take_law_file(session: Session, path: Path) -> None:
-    """Run the law of a file from now on, as if the server had been started with it; the run is reset.
+    """Run the law of a file, as if the server had been started with it; resets the run.
 
     Raises:
         BadInputFile: it cannot be read; nothing is changed.
@@ -166,11 +155,9 @@ def take_law_file(session: Session, path: Path) -> None:
 
 
 def examination(session: Session) -> Examination | None:
-    """The tests of the session's file; None without a file."""
     return session.law.examination if isinstance(session.law, StudentLaw) else None
 
 
 def tests_of(session: Session) -> ExaminationProgress:
-    """Progress of the tests of the session's law."""
     tests = examination(session)
     return ExaminationProgress() if tests is None else tests.progress

@@ -1,8 +1,8 @@
-"""Six scripted tests of a law, each of which says which inequality failed and by how much.
+"""Six scripted tests of a law; each reports the failed inequality and its margin.
 
-Every run is the product's own: rooms, persons, bounds and integration, with d_m = 0.15 m, v = 0.30 m/s and a hand that never moves
-faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is damped, or its velocity clipped to the bounds; as it is
-printed it asks for any speed where J_d is singular. What other laws fail is tested with them.
+The runs use the product's scenes, inputs, bounds and integration, with d_m = 0.15 m, v = 0.30 m/s and a hand
+that never moves faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is damped, or its
+velocity clipped to the bounds; as printed it asks for any speed where J_d is singular.
 """
 
 from collections.abc import Callable
@@ -18,33 +18,33 @@ from scenes.experiments import BALL, HOLD, SOLO
 from scenes.history import COLUMN
 
 SLACK: Final = 0.002
-"""What a time step of 5 ms may cost a law that switches [m]."""
+"""Allowance for a switching law at a time step of 5 ms [m]."""
 APPROACH: Final = 8.0
-"""Length of the run with a hand that comes near [s]; without avoidance the arms overlap in it."""
+"""Length of the run with an approaching hand [s]; without avoidance the arms overlap in it."""
 REST: Final = 1.5
-"""The hand of the ball experiment rests for so long [s]."""
+"""Initial rest of the hand in the ball experiment [s]."""
 UNHARMED: Final = 0.010
-"""What an obstacle that is not near may do to the hand [m]."""
+"""Largest error of the hand from a far obstacle [m]."""
 UNTOUCHED: Final = 0.001
-"""What an empty room may do to it [m]."""
+"""Largest error of the hand without an obstacle [m]."""
 ESCAPE: Final = 2.0
-"""Time for getting out [s]: at v it takes 0.67 s."""
+"""Time to get out of the overlap [s]; at v it takes 0.67 s."""
 STAY: Final = 2.5
-"""Until when it has to stay out [s]."""
+"""Time until which it has to stay out [s]."""
 PASSAGE: Final = 5.5
-"""The hand has passed the ball by then [s]."""
+"""Time at which the hand has passed the ball [s]."""
 HALVED: Final = 0.65
-"""Half the time step leaves at most this share of the largest step of q̇: 1/2 if q̇ is smooth, 1 at a jump."""
+"""Largest ratio of the steps of q̇ at half the time step: 1/2 if q̇ is smooth, 1 at a jump."""
 QUICK: Final = 1e-3
-"""Time that a call may take, with the way to the law and back [s]."""
+"""Longest call with transport [s]."""
 
 
 def verdict_on(law: Candidate, name: str) -> TrialResult:
-    """Return the verdict of one test.
+    """Verdict of one test.
 
     Args:
         law: d ↦ q̇ as in `controllers.laws.situation.Law`.
-        name: of the test, one of `TRIALS`.
+        name: in `TRIALS`.
     """
     try:
         passed, reason, curve = TRIALS[name](law)
@@ -58,7 +58,6 @@ TrialOutcome = tuple[bool, str, TrialCurve | None]
 
 
 def _outcome(passed: bool, held: str, failed: str, curve: TrialCurve | None = None, **parts: object) -> TrialOutcome:
-    """Return the outcome with one of two reasons. `parts`: of both templates."""
     return passed, LazyText(held if passed else failed, **parts), curve
 
 
@@ -79,7 +78,7 @@ def keeps_its_distance(law: Candidate) -> TrialOutcome:
 
 
 def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
-    """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
+    """|e| stays small without an obstacle (d = ∞), and with a ball at 2.5 d_m."""
     empty = arena.enter(SOLO, law, path="circle")
     table = arena.play(empty, law, [None] * round(2.0 / arena.DT))
     error = arena.largest_error(table)
@@ -99,7 +98,7 @@ def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
 
 
 def gets_out(law: Candidate) -> TrialOutcome:
-    """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
+    """From 50 mm of overlap to d_m within 2 s, and it stays out."""
     simulation = arena.enter(HOLD, law)
     simulation.reset(np.array(arena.overlapping()))
     table = arena.play(simulation, law, [None] * round(STAY / arena.DT))
@@ -121,7 +120,7 @@ def gets_out(law: Candidate) -> TrialOutcome:
 
 
 def is_smooth(law: Candidate) -> TrialOutcome:
-    """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
+    """Half the time step gives half the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
     lines: dict[str, list[float | None]] = {}
     for dt in (2.0 * arena.DT, arena.DT):
@@ -141,7 +140,9 @@ def is_smooth(law: Candidate) -> TrialOutcome:
 
 
 def is_bounded(law: Candidate) -> TrialOutcome:
-    """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap, and at d = ∞."""
+    """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap,
+    and at d = ∞.
+    """
     worst, where = 0.0, ""
     for situation in arena.hard_situations():
         velocities = law(situation)
@@ -157,7 +158,7 @@ def is_bounded(law: Candidate) -> TrialOutcome:
 
 
 def is_quick(law: Candidate) -> TrialOutcome:
-    """The median call takes less than 1 ms, so that a tick has time for everything else."""
+    """The median call takes less than 1 ms, which leaves time in a tick."""
     situations = arena.hard_situations()
     taken: list[float] = []
     for i in range(300):
@@ -178,7 +179,6 @@ TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
     "bounded where J_d is singular": is_bounded,
     "quick": is_quick,
 }
-"""By name, in the order in which they are made."""
 
 WHY: Final[dict[str, str]] = {
     N_("keeps its distance"): N_("That is what it is for."),
@@ -188,10 +188,10 @@ WHY: Final[dict[str, str]] = {
     N_("bounded where J_d is singular"): N_("A division by next to nothing asks for speeds that no arm has."),
     N_("quick"): N_("A tick lasts 5 ms, and there is more to be done in it."),
 }
-"""Why each of them is asked for."""
+"""Purpose of each test."""
 
 GATES: Final = ("keeps its distance", "gets out")
-"""The others count only for a law that passes these: an arm that stands still is smooth, bounded and quick as well."""
+"""Other tests count only after these: an arm at rest is also smooth, bounded and quick."""
 
 TRY: Final[dict[str, tuple[str, int]]] = {
     "keeps its distance": (
@@ -210,17 +210,14 @@ TRY: Final[dict[str, tuple[str, int]]] = {
     ),
     "quick": (N_("Leave imports and loops outside of law(), and compute with whole arrays."), 10),
 }
-"""What to try after a failure, and the lesson in which it is seen."""
 
 
 def advice(name: str) -> LazyText:
-    """Advice after a failed test, and the lesson to read."""
     what, lesson = TRY[name]
     return LazyText("{what} Lesson {lesson} shows it.", what=LazyText(what), lesson=lesson)
 
 
 def _body(name: str) -> LazyText:
-    """Return the name of an arm's body, such as "left hand"."""
     side, _, body = name.partition(" ")
     template = N_("left {body}") if side == "left" else N_("right {body}")
     return LazyText(template, body=LazyText(body))

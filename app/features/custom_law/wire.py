@@ -1,6 +1,5 @@
-"""Messages between the page and the process of a custom law: msgpack over a `multiprocessing.connection.Connection`.
-
-Arrays travel as the bytes of their numbers (float64), since a call must cost a small part of a tick. Nothing is pickled.
+"""Messages between the page and a law's process: msgpack over a `multiprocessing.connection.Connection`,
+without pickle. Arrays are float64 bytes, since a call may cost only a small part of a tick.
 """
 
 import string
@@ -15,7 +14,7 @@ from controllers.errors import LazyText
 from controllers.laws.situation import Situation
 
 BROKEN: Final = 76
-"""Exit code of the law's process when the connection no longer works (EX_PROTOCOL)."""
+"""Exit code of the law's process if the connection breaks (EX_PROTOCOL)."""
 
 _MATRICES: Final = (Situation._fields.index("task_jacobian"), Situation._fields.index("rows"))
 
@@ -30,19 +29,20 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
     """Asks for q̇.
 
     Attributes:
-        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the law may write to.
+        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the
+            law may modify.
     """
 
     fields: tuple[bytearray | float | None, ...]
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
-        """Return the question. `situation`: any tuple with the fields of a `Situation`, with arrays of float64."""
+        """Make a question from the fields of a `Situation`, arrays of float64."""
         values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
         return VelocityQuestion(tuple(values))
 
     def situation(self) -> Situation:
-        """Return the situation, in arrays of its own."""
+        """The situation, in new arrays."""
         values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields]
         for matrix in _MATRICES:
             if values[matrix] is not None:
@@ -63,7 +63,7 @@ class ActivationsQuestion(Struct, tag=True, array_like=True, frozen=True):
 
 
 class RatesQuestion(Struct, tag=True, array_like=True, frozen=True):
-    """Asks for J_d q̇ of one pair at distances (k,) [m], for a chart; see `Law.line_rate`."""
+    """Asks for J_d q̇ of one pair at distances (k,) [m]; see `Law.line_rate`."""
 
     distances: bytes
     pull: float
@@ -75,14 +75,14 @@ LawQuestion = VelocityQuestion | ActivationQuestion | ActivationsQuestion | Rate
 
 
 class TextParts(Struct, array_like=True):
-    """A text as plain data: a `LazyText` as its template and parts, any other text with None for parts."""
+    """A text as plain data: template and parts of a `LazyText`; parts are None for any other text."""
 
     template: str
     parts: dict[str, "TextParts"] | None
 
     @staticmethod
     def of(text: object) -> "TextParts":
-        """Return the parts of a text, without lone surrogates, which cannot be sent."""
+        """Parts of a text, without lone surrogates, which cannot be sent."""
         lazy = isinstance(text, LazyText)
         template = (text.template if lazy else str(text)).encode(errors="replace").decode()
         return TextParts(template, {name: TextParts.of(part) for name, part in text.parts.items()} if lazy else None)
@@ -91,7 +91,7 @@ class TextParts(Struct, array_like=True):
         """Return the text.
 
         Raises:
-            ValueError: the template is no template of a text; a law may write to the connection itself.
+            ValueError: an invalid template; a law may write to the connection itself.
         """
         parts = self.parts
         if parts is None:
@@ -114,7 +114,7 @@ class FileLoaded(Struct, tag=True, array_like=True):
 
 
 class Numbers(Struct, tag=True, array_like=True):
-    """The answer to a question, and the time that the law took for it [s]; None where it is not measured."""
+    """Answer to a question, and the law's time for it [s]; None if it is not measured."""
 
     values: bytes
     seconds: float | None = None
@@ -124,8 +124,6 @@ class Numbers(Struct, tag=True, array_like=True):
 
 
 class Failure(Struct, tag=True, array_like=True):
-    """What is wrong, and on which line of the file, if known."""
-
     text: TextParts
     line: int | None
 
@@ -133,16 +131,16 @@ class Failure(Struct, tag=True, array_like=True):
 Reply = Started | FileLoaded | Numbers | Failure
 
 encode: Final = Encoder(enc_hook=float).encode
-"""Message → bytes; the hook is for the scalars of NumPy."""
+"""Message → bytes; the hook is for NumPy scalars."""
 decode_question: Final = Decoder(LoadFile | LawQuestion).decode
 _decode_reply: Final = Decoder(Reply).decode
 
 
 def decode_reply(body: bytes) -> Reply:
-    """Return the reply.
+    """Decode a reply.
 
     Raises:
-        ValueError: the message is not a reply; the law has written to the connection itself.
+        ValueError: it is not a reply; the law may have written to the connection itself.
     """
     try:
         return _decode_reply(body)

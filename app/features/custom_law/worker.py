@@ -1,7 +1,7 @@
-"""The process of a custom law, with the arguments CONNECTION MEMORY PATH. It gets the file, then answers.
+"""The process of a custom law, with the arguments CONNECTION MEMORY PATH.
 
-What the file prints is discarded, only answers reach the page, and the process ends with the page. This protects against mistakes,
-not against malice: the author of the file can do what the user can do.
+The file's output is discarded, only answers reach the page, and the process ends with the page. This protects
+against mistakes, not against malice: the author of the file can do what the user can do.
 """
 
 import faulthandler
@@ -18,11 +18,10 @@ from app.features.custom_law.law_file import LawFile, Wrong
 
 
 def main() -> None:
-    """Serve until the page closes the connection."""
     line, memory, path = _inherited(int(sys.argv[1])), int(sys.argv[2]), sys.argv[3]
     _mute()
     _limit(memory)
-    # A neighbour of the file may be imported, but it cannot take the place of a library.
+    # The file may import a neighbour, but not replace a library.
     sys.path.append(os.path.dirname(path))
     try:
         line.send_bytes(wire.encode(wire.Started()))
@@ -35,19 +34,18 @@ def main() -> None:
 
 
 def _inherited(handle: int) -> "connection.Connection":
-    """Return the connection of an inherited descriptor, or of a handle of Windows."""
     if os.name == "nt":
         return connection.PipeConnection(handle)  # pyright: ignore[reportAttributeAccessIssue]
-    # The lowest number that is free, however many files the page has open.
+    # The lowest free number, however many files the page has open.
     lowest = os.dup(handle)
     os.close(handle)
     return connection.Connection(lowest)
 
 
 def _mute() -> None:
-    """Redirect the standard streams to nothing, and end with the parent, even in the middle of an endless loop.
+    """Discard the standard streams, and end with the parent, even in an endless loop.
 
-    The parent reads from the old standard error where a crash, or a call that exceeded its time, happened.
+    The parent reads the old standard error after a crash, or a call over its time.
     """
     trace, life = os.dup(2), os.dup(0)
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -66,7 +64,7 @@ def _mute() -> None:
 
 
 def _limit(memory: int) -> None:
-    """Limit the memory to what is in use now and this much more [bytes], where the system supports it."""
+    """Limit the memory to the current use plus `memory` [bytes], where the system supports it."""
     try:
         import resource
 

@@ -1,4 +1,4 @@
-"""The paper's figures and ours, drawn from runs: `lwr-duet figures`. No browser, no graphics card."""
+"""The paper's figures and ours, drawn from runs without a browser or a graphics card: `lwr-duet figures`."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -33,7 +33,7 @@ def draw_figures(command: Figures) -> int:
     """Draw, save and report; return the exit code.
 
     Raises:
-        BadSetting: no such figure, a bad seed or number of workers, or a folder that cannot be written to.
+        BadSetting: unknown figure, bad seed or number of workers, or a folder that cannot be written to.
     """
     with ending_at_once():
         import matplotlib

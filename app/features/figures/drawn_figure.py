@@ -1,6 +1,6 @@
-"""What every figure has: the plan with its shared runs, one look, and how it becomes files: PNG, SVG and CSV.
+"""Common parts of the figures: plan, look, and files.
 
-One palette, one type size, and a dash for every colour, so that it also reads in black and white.
+Each colour has its own dash, so that a figure also reads in black and white.
 """
 
 import csv
@@ -26,7 +26,7 @@ FAINT: Final = COLOURS.line
 PALE: Final = COLOURS.panel
 
 WIDTH: Final = 5.2
-"""Width of a figure [inch]; at half the width of a page its type is as large as the paper's."""
+"""Width of a figure [inch]; at half a page's width its type is as large as the paper's."""
 
 DPI: Final = 200
 
@@ -44,12 +44,12 @@ DASHES: Final[tuple[Any, ...]] = (
     (0, (9, 1.5, 1.2, 1.5)),
     (0, (4, 1, 1, 1, 1, 1, 1, 1)),
 )
-"""Dashes of the first line of a panel, the second, and so on."""
+"""Dashes of a panel's lines, in order."""
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 
 SERIES: Final = (*COLOURS.joints, COLOURS.resting, COLOURS.approach, "#5c7a00", INK, "#00879a")
-"""Colours of things that have no symbol of their own."""
+"""Colours of things without a symbol of their own."""
 
 STYLE: Final[dict[Any, Any]] = {
     "font.family": "DejaVu Sans",
@@ -91,12 +91,11 @@ STYLE: Final[dict[Any, Any]] = {
 
 
 def sheet(height: float, width: float = WIDTH) -> Figure:
-    """Return an empty figure of a size [inch]; it belongs to no window."""
+    """Empty figure [inch] without a window."""
     return Figure(figsize=(width, height))
 
 
 def stack(height: float, rows: int, ratios: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
-    """Return a figure with panels one under the other that share their horizontal axis."""
     figure = sheet(height)
     grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
     figure.align_ylabels()
@@ -104,18 +103,15 @@ def stack(height: float, rows: int, ratios: tuple[float, ...] | None = None) -> 
 
 
 def tag(axes: Axes, text: str, x: float, y: float, colour: str, size: float) -> None:
-    """Write a line's name beside it, in its colour."""
     axes.text(x, y, text, color=colour, ha="left", va="center", fontsize=size)
 
 
 class Plan:
-    """What all figures of one call have in common.
+    """Common plan of all figures of one call.
 
     Args:
-        seed: of every person who plays a part.
-        quick: shorter runs and fewer points, for a first look and for tests.
-        on_progress: called with the number of steps made since the last call.
-        compute: makes the runs of which there are many; in this process, if nothing else is given.
+        on_progress: called with the number of steps since the last call.
+        compute: makes the many runs; by default in this process.
     """
 
     def __init__(
@@ -130,23 +126,22 @@ class Plan:
         self._kept: dict[tuple[RunSettings, float], Run] = {}
 
     def either(self, full: T, quick: T) -> T:
-        """Return the first, or the second of a quick plan."""
         return quick if self.quick else full
 
     def settings(self, law: dict[str, Any] | None = None, **changes: Any) -> RunSettings:
-        """Return the defaults with the plan's seed, and with changes to fields of the law and of the rest."""
+        """Default settings with the plan's seed and changes."""
         return RunSettings(seed=self.seed, law=LawSettings(**(law or {})), **changes)
 
     def run(self, settings: RunSettings, seconds: float, person: TargetSource | None = None) -> Run:
-        """Simulate, and let go of it afterwards."""
+        """Simulate without caching."""
         return run(settings, seconds, person, on_progress=self._on_progress)
 
     def each(self, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> list[T]:
-        """Return the results of many calls, in their order.
+        """Results of many calls, in their order.
 
         Args:
             function: at a module's top level.
-            calls: the arguments of each; the first two are the settings and the length of a run [s].
+            calls: arguments; the first two are the settings and the length of a run [s].
         """
         results: dict[int, T] = {}
         for index, result in self._compute(function, calls):
@@ -157,11 +152,10 @@ class Plan:
         return [results[index] for index in range(len(calls))]
 
     def summaries(self, settings: Sequence[RunSettings], seconds: float) -> list[Summary]:
-        """Simulate many times with the settings' own person, and return what the runs came to."""
         return self.each(summary_of, [(each, seconds) for each in settings])
 
     def shared(self, settings: RunSettings, seconds: float) -> Run:
-        """Simulate with the settings' own person, or return the run of an earlier figure; only to be read."""
+        """Simulate with the settings' own inputs, or return an earlier figure's run; read-only."""
         key = replace(settings), seconds
         if key not in self._kept:
             self._kept[key] = self.run(settings, seconds)
@@ -169,7 +163,6 @@ class Plan:
 
 
 def summary_of(settings: RunSettings, seconds: float) -> Summary:
-    """Figures of a run with the settings' own person."""
     return run(settings, seconds).summary
 
 
@@ -178,11 +171,9 @@ class Drawn:
     """A finished figure.
 
     Attributes:
-        figure: ready to be saved.
-        columns: names of the columns of its numbers.
-        rows: of numbers and words.
-        settings: key → value, whatever the numbers depend on.
-        found: what we found, sentences in Markdown, with numbers of these very runs.
+        rows: numbers and words, by `columns`.
+        settings: key → value of all that the numbers depend on.
+        found: our findings, Markdown sentences with numbers of these runs.
     """
 
     figure: Figure
@@ -193,12 +184,12 @@ class Drawn:
 
 
 def csv_head(settings: RunSettings, *varied: str, **more: Any) -> dict[str, Any]:
-    """Return the settings of a run without those that vary, by key, and more, for the head of a CSV file."""
+    """Settings of a run without the varied ones, and `more`, for the head of a CSV file."""
     return {key: value for key, value in named_values(settings).items() if key not in varied} | more
 
 
 def write_csv(out: TextIO, drawn: Drawn) -> None:
-    """Write the numbers, the settings as # lines on top. A number that is not known is an empty cell."""
+    """Write the numbers, below # lines with the settings. An unknown number is an empty cell."""
     for key, value in drawn.settings.items():
         out.write(f"# {key} = {value}\n")
     table = csv.writer(out, lineterminator="\n")

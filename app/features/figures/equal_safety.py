@@ -1,4 +1,4 @@
-"""Laws at equal safety: the largest squared error over the smallest distance, a curve a law over its own knob."""
+"""Laws at equal safety: the largest squared error over the smallest distance, a curve a knob."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -16,15 +16,15 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 
 SEEDS: Final = 5
-"""Persons; every law is run on the motion of each."""
+"""Number of seeds; every law runs on the inputs of each."""
 
 ZOOM: Final = (0.13, 0.18)
-"""Smallest distances of the second panel [m]."""
+"""Smallest distances in the second panel [m]."""
 
 
 @dataclass(frozen=True)
 class KnobCurve:
-    """A knob's runs, all persons: values (points,), d_min and e² (seeds, points)."""
+    """A knob's runs for all seeds: values (points,), d_min and e² (seeds, points)."""
 
     knob: LawKnob
     values: Array
@@ -34,16 +34,15 @@ class KnobCurve:
 
     @property
     def label(self) -> str:
-        """Name of the law and its knob."""
         setting = self.knob.setting
         return f"{LAWS[self.knob.law].short}{' with w' if setting.feed_forward else ''}, over {specs()[setting.key].label}"
 
     def at(self, d_min: float) -> Array:
-        """Return e² (seeds,) where the smallest distance is so large [m²], between the runs; nan where no value of the knob keeps it."""
+        """e² (seeds,) at a smallest distance [m²], interpolated; nan where no value of the knob gives it."""
         return np.array([_between(d_min, d, e2) for d, e2 in zip(self.d_min, self.e2, strict=True)])
 
     def value_at(self, d_min: float) -> float:
-        """Return the value of the knob at which the smallest distance is so large on average; nan as above."""
+        """Value of the knob for a mean smallest distance [m]; nan as above."""
         return _between(d_min, self.d_min.mean(0), self.values)
 
 
@@ -54,10 +53,9 @@ def _between(at: float, xs: Array, ys: Array) -> float:
 
 @dataclass(frozen=True)
 class Price:
-    """What a law costs at the same smallest distance.
+    """Cost of a law at the common smallest distance.
 
     Attributes:
-        curve: of the law.
         value: of its knob.
         e2: (seeds,) [m²].
         acceleration: largest q̈ [rad/s²].
@@ -74,7 +72,6 @@ class Price:
 
 
 def draw(plan: Plan) -> Drawn:
-    """e² over d_min, law by law, for several persons."""
     length, dt = plan.either(30.0, 10.0), 0.01
     base = plan.settings(dt=dt)
     d_m = base.law.critical_distance
@@ -116,7 +113,7 @@ def _curve(knob: LawKnob, runs: list[tuple[int, float, Summary]]) -> KnobCurve:
 
 
 def draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
-    """Draw the mean of all persons; above, also each of them, thin. A colour is a law, a dash one of its knobs."""
+    """Draw the mean of all seeds, and above each of them, thin. Colour: law; dash: knob."""
     knob = curve.knob
     place = list(dict.fromkeys(other.law for other in knobs())).index(knob.law)
     colour, marker = SERIES[place % len(SERIES)], MARKERS[place % len(MARKERS)]
@@ -133,7 +130,6 @@ def draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
 
 
 def _span(curves: list[KnobCurve]) -> tuple[float, float]:
-    """Return the part of the axis of e² in which most curves of the second panel are."""
     d, e2 = (np.concatenate([getattr(curve, name).mean(0) for curve in curves]) for name in ("d_min", "e2"))
     inside = e2[(d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)]
     if not len(inside):
@@ -143,7 +139,7 @@ def _span(curves: list[KnobCurve]) -> tuple[float, float]:
 
 
 def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Price | None:
-    """Cost of the law where it keeps d_m on average; None where no value of the knob does, or for few persons."""
+    """Cost of the law where it keeps d_m on average; None if no value of the knob does, or for few seeds."""
     d_m = base.law.critical_distance
     value, e2 = curve.value_at(d_m), curve.at(d_m)
     if np.isnan(value) or np.isnan(e2).mean() > 0.5:
@@ -155,7 +151,6 @@ def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Pr
 
 
 def findings(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> list[str]:
-    """Return a table at equal distance, and where another law is better than the paper's."""
     d_m = base.law.critical_distance
     lines = [
         f"| law, at d_min = {1000 * d_m:.0f} mm | knob | e²_max [m²], mean (least to largest) | max q̈ [rad/s²] | p in q̈ ∝ dt^−p | "
@@ -187,12 +182,14 @@ def findings(curves: list[KnobCurve], prices: list[Price], base: RunSettings) ->
 
 
 def common(prices: list[Price]) -> NDArray[np.bool_]:
-    """Return for which persons (seeds,) all laws keep the distance."""
+    """True for seeds (seeds,) at which all laws keep the distance."""
     return ~np.isnan(np.sum([price.e2 for price in prices], axis=0)) if prices else np.zeros(0, np.bool_)
 
 
 def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
-    """Least distance from d_m of a law that no value of its knob brings there, and its error against the paper's law at that distance."""
+    """Sentence on a law that cannot reach d_m: its least deviation, and its error against the paper's law
+    there.
+    """
     d_min = curve.d_min.mean(0)
     nearest = int(np.abs(d_min - d_m).argmin())
     there = _between(float(d_min[nearest]), paper.d_min.mean(0), paper.e2.mean(0))
@@ -207,7 +204,7 @@ def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
 
 
 def verdict(paper: Price, other: Price) -> str:
-    """Sentence that compares another law with the paper's at the same distance: for how many persons it is better, and its price."""
+    """Sentence that compares a law with the paper's at the same distance: number of better seeds, and cost."""
     both = ~np.isnan(paper.e2) & ~np.isnan(other.e2)
     if not both.any():
         return f"{other.curve.label}: there is no person for whom both laws keep d_m."

@@ -1,4 +1,4 @@
-"""Fig. 1: a hand goes from A to B past an obstacle. The desired path, the actual one, and the critical point where it is closest."""
+"""Fig. 1: a hand moves from A to B past an obstacle: desired path, actual path, and critical point."""
 
 from dataclasses import replace
 from typing import Final
@@ -21,10 +21,10 @@ CAMERA: Final = Camera((-0.05, 0.17, 1.24), (2.6, -0.9, 0.55), 1.35, 1.02, float
 OUTLINE: Final = withStroke(linewidth=3.0, foreground="white", alpha=0.8)
 
 BALL_COLOUR: Final = np.array([0.52, 0.04, 0.03])
-"""Linear."""
+"""Linear RGB."""
 
 GHOST: Final = 0.34
-"""How much of the arm is seen where it sets out and where it arrives."""
+"""Opacity of the arm at start and end."""
 
 
 def draw(plan: Plan) -> Drawn:
@@ -57,7 +57,7 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
-    """Places of the hand (k, 3), its desired places (k, 3), and the ball's middle (3,) [m]."""
+    """Hand (k, 3), desired hand (k, 3), and centre of the ball (3,) [m]."""
     room, kinematics = run.simulation.room, run.simulation.kinematics
     kinematics.update(room.start)
     home = kinematics.hand_pose(room.arms[0]).translation.copy()
@@ -70,7 +70,6 @@ def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
 
 
 def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]) -> None:
-    """The arm where it is closest to the ball, faint where it sets out and where it arrives, and both ways."""
     room, positions = run.simulation.room, run.simulation.history.positions(table)
     hand, wanted, centre = ways
     still = [*furniture(room), ball(centre, BALL_RADIUS, BALL_COLOUR)]
@@ -93,7 +92,6 @@ def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, in
 
 
 def _side(axes: Axes, ways: tuple[Array, Array, Array], nearest: int, clear: float) -> None:
-    """Both ways in the half-plane of every point with the line through the ball along A–B: distances to the ball are true in it."""
     hand, wanted, centre = ways
     along = (wanted[-1] - wanted[0]) / np.linalg.norm(wanted[-1] - wanted[0])
     flat: list[Array] = []

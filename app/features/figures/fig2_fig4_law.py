@@ -1,5 +1,6 @@
-"""Figs 2 and 4, drawn without a run. How far avoidance has taken over, λ over d; and the control scheme, "direct control of the separate
-joints", with what takes the place of q̇_n when a hand is controlled."""
+"""Figs 2 and 4, drawn without a run: λ over d; and the control scheme, "direct control of the separate
+joints", with the part that replaces q̇_n when a hand is controlled.
+"""
 
 from typing import Final, NamedTuple
 
@@ -45,7 +46,7 @@ def draw_activation(plan: Plan) -> Drawn:
 
 
 class SchemeBlock(NamedTuple):
-    """A box of the diagram: its middle, its size, what it does, and its formula."""
+    """A box of the diagram: centre, size, function and formula."""
 
     x: float
     y: float
@@ -121,7 +122,6 @@ def _box(axes: Axes, block: SchemeBlock) -> None:
 
 
 def _wire(axes: Axes, *points: tuple[float, float], colour: str = INK) -> None:
-    """Draw a line through points, with an arrow at its end."""
     *_, start, end = points
     if len(points) > 2:
         xs, ys = zip(*points[:-1], strict=True)
@@ -158,7 +158,7 @@ def _wires(axes: Axes) -> None:
     _wire(axes, (fork, 1.55), (fork, 2.72), (3.35, 2.72), (3.35, low["projector"]), colour=lam)
     _dot(axes, fork, 1.55, lam)
     _label(axes, fork - 0.17, 2.2, r"$\lambda$", lam)
-    # d and J_d come back along the bottom.
+    # d and J_d return along the bottom.
     d = COLOURS.distance
     _wire(axes, (left["proximity"], 0.27), (1.1, 0.27), (1.1, low["activation"]), colour=d)
     _label(axes, 2.6, 0.45, r"$d$", d)

@@ -10,19 +10,19 @@ from scenes.headless import Run
 from scenes.history import COLUMN
 
 FELT = 0.05
-"""From this λ on there is something to avoid."""
+"""Smallest λ that counts as avoidance."""
 
 LONGEST = 0.5
-"""Resting distances beyond this are as good as infinite here [m]."""
+"""Resting distances beyond this count as infinite [m]."""
 
 
 def seconds(plan: Plan) -> float:
-    """Return the length of the run [s]; the paper's figure has 50 s."""
+    """Length of the run [s]; the paper's figure has 50 s."""
     return plan.either(50.0, 12.0)
 
 
 def resting_distances(run: Run) -> Array:
-    """Return d* (rows,) for the pull and the approach of every step; nan where nothing is at rest below 0.5 m."""
+    """d* (rows,) for each step's pull and approach; nan if there is no rest below 0.5 m."""
     rest = np.array(time_series.resting_rows(run.simulation.settings, run.table))
     return np.where(rest < LONGEST, rest, np.nan)
 
@@ -61,7 +61,6 @@ def draw(plan: Plan) -> Drawn:
 
 
 def kept(run: Run) -> str:
-    """Sentence that says if the distance stayed above d_m, and its minimum."""
     critical = run.simulation.settings.law.critical_distance
     word = "never passes" if run.summary.d_min >= critical else "**passes**"
     return (
@@ -71,12 +70,12 @@ def kept(run: Run) -> str:
 
 
 def switches(run: Run) -> int:
-    """Number of changes of the closest pair where it mattered: far away the pairs of two shoulders may well take turns."""
+    """Changes of the closest pair during avoidance: far away the pairs of two shoulders may alternate."""
     pair, lam = run.table[:, COLUMN["pair"]], run.table[:, COLUMN["lambda"]]
     return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
 
 
 def approach(run: Run) -> float:
-    """Top speed of the other arm's approach, where it mattered [m/s]."""
+    """Largest approach of the other arm during avoidance [m/s]."""
     near = run.table[:, COLUMN["lambda"]] > 0.5
     return float(run.table[near, COLUMN["w"]].max()) if near.any() else 0.0

@@ -16,10 +16,10 @@ from scenes.history import COLUMN
 from scenes.settings import RunSettings
 
 SLOW: Final = 0.02
-"""v of a retreat that one arm alone could not rely on [m/s]."""
+"""Speed of a slow retreat v [m/s], too slow for one arm alone."""
 
 SHOWN: Final = 4
-"""Joints of an arm that the paper's figures show."""
+"""Number of joints in the paper's figures."""
 
 
 def master_slave(plan: Plan) -> Drawn:
@@ -87,8 +87,8 @@ def imitation(plan: Plan) -> Drawn:
 
 
 def imitation_run(plan: Plan) -> tuple[Run, float]:
-    """Return the run of Figs 7 and 8, and its length [s]."""
-    # A short run begins with what brings the arms together.
+    """Run of Figs 7 and 8, and its length [s]."""
+    # A short run begins with the approach of the arms.
     settings = plan.settings({"pairs": "single"}, scene=IMITATION, clip=plan.either("medley", "clap"))
     length = plan.either(40.0, 8.0)
     return plan.shared(settings, length), length
@@ -104,7 +104,6 @@ def _smooth(run: Run) -> str:
 
 
 def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
-    """Return the smallest distances with a slow retreat, of both arms and of one."""
     slow = replace(settings, law=replace(settings.law, nominal_velocity=SLOW))
     both = plan.run(slow, length).summary.d_min
     alone = plan.run(replace(slow, avoid="free"), length).summary.d_min
@@ -115,7 +114,7 @@ def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
 
 
 def _angles(run: Run, joints: slice) -> tuple[Array, Array]:
-    """Return the desired and the actual angles (rows, n) of an arm [rad]."""
+    """Desired and actual angles (rows, n) of an arm [rad]."""
     history = run.simulation.history
     return history.desired(run.table)[:, joints], history.positions(run.table)[:, joints]
 
@@ -132,7 +131,7 @@ def _distance(axes: Axes, time: Array, d: Array, critical: float, length: float)
 
 
 def _joint(axes: Axes, time: Array, wanted: Array, actual: Array, colour: str, label: str) -> None:
-    """One joint: what it should do, thin and dashed, on what it does, solid."""
+    """One joint: desired angle thin and dashed, actual angle solid."""
     axes.plot(time, wanted, color=INK, linestyle=DASHES[1], linewidth=1.0, zorder=3.0)
     axes.plot(time, actual, color=colour, linewidth=1.8)
     low, high = float(np.nanmin([wanted, actual])), float(np.nanmax([wanted, actual]))

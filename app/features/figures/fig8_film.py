@@ -1,4 +1,4 @@
-"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso. Drawn without a browser or a graphics card."""
+"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso."""
 
 from functools import cache
 from typing import Final
@@ -25,15 +25,15 @@ from scenes.targets import AnglesTarget
 
 FRAMES: Final = 8
 STRIDE: Final = 10
-"""Number of steps between two postures that are looked at."""
+"""Steps between two compared postures."""
 
 FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
-"""Robots to the left, the person whom they imitate beside them."""
+"""Robots at the left, the imitated person beside them."""
 
 STILL_CAMERA: Final = Camera((0.28, 0.0, 0.90), (2.45, -0.45, 0.69), 1.5, 0.92, float(np.radians(30.0)))
 
 PERSON_PLACE: Final = np.array([-1.0, 1.25, 1.38])
-"""Where the middle of the person's shoulders is [m]."""
+"""Middle of the person's shoulders [m]."""
 
 OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
@@ -44,7 +44,7 @@ def film(plan: Plan) -> Drawn:
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
-    # The person of the run, asked once more.
+    # The person of the run, evaluated again.
     person = run.simulation.source()
     for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, table, strict=True):
         wanted = person.target(float(row[COLUMN["t"]]))
@@ -63,7 +63,6 @@ def film(plan: Plan) -> Drawn:
 
 
 def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[str]) -> Drawn:
-    """Return pictures of some rows of a run with the rows' postures."""
     simulation = run.simulation
     columns = ["t", "d", "lambda", *(name.format("q") for name in simulation.room.columns)]
     rows = np.column_stack([table[:, [COLUMN[name] for name in columns[:3]]], simulation.history.positions(table)]).tolist()
@@ -71,9 +70,10 @@ def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[st
 
 
 def moments_of(run: Run) -> list[int]:
-    """Return the rows (8,) of a run that look most different, in order of time.
+    """Rows (8,) of a run with the most different postures, in order of time.
 
-    Begins with the posture farthest from the mean of all, and adds the one farthest from all before; joints count by where they are.
+    Begins with the one farthest from the mean, and repeatedly adds the one farthest from all chosen ones, by
+    the places of the joints.
     """
     places = marker_places(run, run.table[::STRIDE])
     picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]
@@ -98,7 +98,7 @@ def marker_places(run: Run, table: Array) -> Array:
 def still(plan: Plan) -> Drawn:
     length = hold.seconds(plan)
     run = plan.shared(plan.settings({"pairs": "single"}), length)
-    # Just before the arms are nearest: both are well seen, and λ too.
+    # Just before the arms are nearest: both are visible, and so is λ.
     row = run.table[int(run.table[:, COLUMN["d"]].argmin())]
     figure = sheet(3.32)
     figure.set_layout_engine("none")
@@ -115,7 +115,7 @@ def still(plan: Plan) -> Drawn:
 
 @cache
 def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
-    """Return the person's nodes with what is drawn of them; none where the drawing of a person is not installed."""
+    """The person's nodes with their meshes; empty if the drawing of a person is not installed."""
     try:
         return tuple((part, meshes(part.glb, {part.name: MATERIAL})) for part in body_parts())
     except MissingPackage:
@@ -123,7 +123,7 @@ def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
 
 
 def posed_person(angles: Array) -> list[Mesh]:
-    """Return the person with arms at angles (2, 4) [rad]."""
+    """The person with arms at angles (2, 4) [rad]."""
     poses, turns = {"": pin.SE3.Identity()}, body_poses(angles)
     drawn: list[Mesh] = []
     for part, looks in person_parts():
@@ -137,7 +137,6 @@ def posed_person(angles: Array) -> list[Mesh]:
 
 
 def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, int], more: list[Mesh]) -> None:
-    """One moment of a run, with the line between the closest points and its length."""
     simulation = run.simulation
     positions = simulation.history.positions(row[None])[0].copy()
     drawn = [*furniture(simulation.room), *arms(simulation.room, positions, ("silver", "orange")), *more]

@@ -1,4 +1,4 @@
-"""All figures, the paper's by number and name and ours by name; and the report of what these very runs came to."""
+"""All figures, and the report of their runs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,13 +20,10 @@ from controllers.errors import BadSetting
 
 @dataclass(frozen=True)
 class FigureEntry:
-    """A figure that can be asked for.
+    """A figure.
 
     Attributes:
-        name: of the figure and its files.
-        title: what it shows.
-        paper: what the paper says of it, or of what it examines.
-        draw: makes it.
+        paper: the paper's statement on it, or on what it examines.
         number: in the paper; 0 for ours.
     """
 
@@ -38,12 +35,10 @@ class FigureEntry:
 
     @property
     def stem(self) -> str:
-        """First part of the figure's file names."""
         return f"fig{self.number}_{self.name}" if self.number else self.name
 
     @property
     def heading(self) -> str:
-        """Heading of the figure's section in the report."""
         return f"Fig. {self.number}: {self.title}" if self.number else self.title
 
 
@@ -155,10 +150,10 @@ CATALOGUE: Final = (
 
 
 def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
-    """Return the figures that a list such as "2,5,laws" asks for, in the order of the catalogue; all for an empty one.
+    """Figures of a list such as "2,5,laws", in the order of the catalogue; all for "".
 
     Raises:
-        BadSetting: a number or a name that is none; names the valid ones.
+        BadSetting: unknown number or name; names the valid ones.
     """
     asked = [word.strip().lower() for word in only.split(",") if word.strip()]
     by_word = {entry.name: entry for entry in CATALOGUE} | {str(entry.number): entry for entry in CATALOGUE if entry.number}
@@ -172,7 +167,7 @@ def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
 
 
 def report(sections: Sequence[tuple[FigureEntry, Sequence[str]]], plan: Plan, version: str) -> str:
-    """Return the report as Markdown, for the folder in which the figures are. `sections`: figures, and what was found with each."""
+    """Report as Markdown for the folder of the figures. `sections`: figures with their findings."""
     lines = [
         "# The paper's figures, drawn from our own runs",
         "",
@@ -194,7 +189,7 @@ def report(sections: Sequence[tuple[FigureEntry, Sequence[str]]], plan: Plan, ve
         lines += [f"## {entry.heading}", "", f"![{entry.heading}]({stem}.png)", "", f"**The paper.** {entry.paper}", ""]
         lines += ["**What we found.**", ""]
         for sentence in found:
-            # A table stands by itself.
+            # A table needs its own paragraph.
             lines += [sentence, ""] if sentence.startswith("|") else [f"- {sentence}"]
         if lines[-1]:
             lines.append("")

@@ -1,4 +1,4 @@
-"""All laws on the same input, at several time steps: how near, how far off, how smooth."""
+"""All laws on the same input at several time steps: distance, error and smoothness."""
 
 import math
 from collections.abc import Sequence
@@ -18,29 +18,30 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings
 
 TOLERANCE: Final = 2e-4
-"""What counts as still on the threshold [m]: a law that rests on d_m itself overshoots by some of dt."""
+"""Tolerance of the threshold [m]: a law that rests on d_m overshoots by a part of dt."""
 
 JUMPS: Final = 0.4
-"""If the largest q̈ grows faster than dt to the power of minus this, something jumps; a jump of q̇ makes it 1, a continuous q̇ 0."""
+"""Something jumps if the largest q̈ grows faster than dt to minus this power (1 for a jump of q̇, 0 for a
+continuous q̇).
+"""
 
 FAST: Final = 10.0
-"""A law changes fast, even if nothing jumps, if its q̈ is this many times the paper's law's."""
+"""Ratio of a law's q̈ to the paper's law's that counts as fast, without a jump."""
 
 SLIDE: Final = 0.01
-"""Closest points that move farther than this in a step have slid along their bodies [m]: no arm is that fast."""
+"""Movement of the closest points in a step that counts as sliding along the bodies [m]."""
 
 
 class Jump(NamedTuple):
-    """Where a law's velocity changes most from one step to the next.
+    """Step in which a law's velocity changes most.
 
     Attributes:
         time: [s].
         distance: d [m].
         activation: change of λ.
         lever: |J_d|, the smaller of both steps [m/rad].
-        left: |J_d N|, what the hand's task leaves of it, the smaller of both steps [m/rad].
-        slide: how far the closest points of the pair moved [m].
-        pair: names of the bodies.
+        left: |J_d N|, the part in the null space of the hand's task, the smaller of both steps [m/rad].
+        slide: movement of the pair's closest points [m].
     """
 
     time: float
@@ -53,7 +54,6 @@ class Jump(NamedTuple):
 
 
 def largest_jump(run: Run) -> Jump:
-    """Return the step of the largest q̈ of a run of two arms, with what was near then."""
     simulation, settings, table = run.simulation, run.simulation.settings, run.table
     arm, kinematics, detector = simulation.avoiding, simulation.kinematics, simulation.detector
     steps = np.abs(np.diff(simulation.history.velocities(table)[:, arm.joints], axis=0)).max(1)
@@ -78,7 +78,9 @@ def largest_jump(run: Run) -> Jump:
 
 
 def cause(label: str, jump: Jump, hand_first: bool) -> str:
-    """Return the cause of the largest step of a law with q̈ that grows as dt shrinks. `hand_first`: whether it moves in the null space."""
+    """Cause of a largest step with q̈ that grows as dt shrinks. `hand_first`: true if the law moves in the
+    null space.
+    """
     here = f"{label}: the largest q̈ is at t = {jump.time:.2f} s, d = {jump.distance:.3f} m."
     if jump.activation > 0.5:
         return f"{here} There λ jumps by {jump.activation:.0f}: it is the law that jumps."
@@ -101,7 +103,6 @@ def cause(label: str, jump: Jump, hand_first: bool) -> str:
 
 
 def variants() -> dict[str, dict[str, Any]]:
-    """Return label → changed settings, for every law."""
     found: dict[str, dict[str, Any]] = {}
     for name, law in LAWS.items():
         found[law.label.replace("d_m", "$d_m$")] = {"law": name}
@@ -117,7 +118,6 @@ def _run_with_jump(settings: RunSettings, seconds: float) -> tuple[Summary, Jump
 
 
 def draw(plan: Plan) -> Drawn:
-    """d_min, e² and the largest q̈ over dt, law by law."""
     steps = plan.either((0.02, 0.01, 0.005, 0.0025), (0.02, 0.01))
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
@@ -137,7 +137,7 @@ def draw(plan: Plan) -> Drawn:
     figure.align_ylabels()
     ticks = [1000.0 * dt for dt in steps]
     for i, (label, summaries) in enumerate(runs.items()):
-        # A law that never moves the arm has no place on a logarithmic axis.
+        # A logarithmic axis cannot show a law that never moves the arm.
         fastest = [s.ddq_max or math.nan for s in summaries]
         lines = {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": fastest}
         for name, values in lines.items():
@@ -169,7 +169,6 @@ def draw(plan: Plan) -> Drawn:
 
 
 def _style(i: int) -> dict[str, Any]:
-    """Line style of the i-th law."""
     return {
         "marker": MARKERS[i % len(MARKERS)],
         "color": SERIES[i % len(SERIES)],
@@ -182,7 +181,7 @@ def _style(i: int) -> dict[str, Any]:
 
 
 def _middle(values: list[float]) -> tuple[float, float]:
-    """Return the part of an axis that holds the middle half of the values and the first of all, the paper's, and a little more."""
+    """Axis range of the middle half of the values and the first one, the paper's, with a margin."""
     low, high = np.percentile(values, (25, 75)).tolist()
     low, high = min(low, values[0]), max(high, values[0])
     margin = 0.25 * (high - low) + 1e-3
@@ -190,7 +189,6 @@ def _middle(values: list[float]) -> tuple[float, float]:
 
 
 def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -> None:
-    """Write the laws with the look of their lines, and their numbers at the smallest time step."""
     axes.axis("off")
     axes.set(xlim=(0, 1), ylim=(len(runs) + 0.3, -1.3))
     places = (0.66, 0.78, 0.9, 1.0)
@@ -212,14 +210,13 @@ def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -
 
 
 def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
-    """Return p of q̈ ∝ dt^−p between the largest and the smallest time step; 0 for a law that never moves the arm."""
+    """p of q̈ ∝ dt^−p between the largest and the smallest time step; 0 for a law that never moves the arm."""
     if not runs[0].ddq_max:
         return 0.0
     return math.log(runs[-1].ddq_max / runs[0].ddq_max) / math.log(steps[0] / steps[-1])
 
 
 def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: float, jumps: list[str]) -> list[str]:
-    """Return a table of the laws at the smallest time step, who keeps d_m, and what jumps."""
     lines = [
         "| law | d_min [mm] | time below d_m | e²_max [m²] | max q̈ [rad/s²] | p in q̈ ∝ dt^−p |",
         "|---|---|---|---|---|---|",
@@ -247,7 +244,6 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
 
 
 def _sorted_by_change(runs: dict[str, list[Summary]], steps: Sequence[float]) -> list[str]:
-    """Return which laws' q̇ jumps, and which changes fast without a jump; the first law is what the others are compared with."""
     paper = next(iter(runs.values()))[-1].ddq_max
     jump = [label for label, summaries in runs.items() if growth(summaries, steps) > JUMPS]
     fast = [label for label, summaries in runs.items() if label not in jump and summaries[-1].ddq_max > FAST * paper]

@@ -1,7 +1,7 @@
-"""A picture of a scene by ray casting: smooth shading by two lights with the shadow of the first, a floor, 2 × 2 supersampling.
+"""Pictures of a scene by ray casting: two lights, the shadow of the first, a floor, supersampling.
 
-trimesh casts the rays, with embreex where it is installed. Colours are computed in linear light and turned into sRGB at the end
-(IEC 61966-2-1). World frame: z up, the floor at z = 0, metres. The arms, the bench and the person's parts come as the page draws them.
+trimesh casts the rays, with embreex if installed. Colours are computed in linear light and converted to sRGB
+at the end (IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
 """
 
 import io
@@ -30,7 +30,6 @@ from scenes.room_shells import MATERIALS, furniture_glb
 Integers = NDArray[np.int64]
 
 SAMPLES: Final = 2
-"""Samples per pixel along each side."""
 
 KEY: Final = np.array([2.4, -2.0, 4.0]) / np.linalg.norm([2.4, -2.0, 4.0])
 FILL: Final = np.array([-2.5, 2.0, 2.0]) / np.linalg.norm([-2.5, 2.0, 2.0])
@@ -40,25 +39,25 @@ KEY_LIGHT: Final = np.array([1.55, 1.50, 1.42])
 FILL_LIGHT: Final = np.array([0.26, 0.32, 0.42])
 SKY: Final = np.array([0.50, 0.54, 0.60])
 GROUND: Final = np.array([0.17, 0.165, 0.16])
-"""Colours of the lights, of the half of the room above, and of the half below; linear."""
+"""Colours of the lights, and of the surroundings above and below; linear."""
 
 BACKGROUND: Final = (np.array(theme.PALETTES["light"].background) / 255.0) ** 2.2
-"""Colours of the room, far away and near the eye (2, 3); linear, near enough."""
+"""Background colours, far and near (2, 3); approximately linear."""
 
 FLOOR_CELL: Final = 0.5
 FLOOR_END: Final = 3.4
-"""Distance between the floor's lines, and where they have faded [m]."""
+"""Spacing of the floor's lines, and distance at which they have faded [m]."""
 
 SHADOW_LIFT: Final = 0.003
-"""A shadow ray starts so far above its surface, so that it does not hit it [m]."""
+"""Offset of a shadow ray above its surface [m]."""
 
 LIGHT_RADIUS: Final = 0.025
-"""Radius of the first light as seen from the scene, which makes the edges of shadows soft [rad]."""
+"""Angular radius of the first light, for soft shadows [rad]."""
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Something to draw, in the world frame.
+    """A mesh in the world frame.
 
     Attributes:
         vertices: (n, 3) [m].
@@ -77,17 +76,12 @@ class Mesh:
     metallic: float = 0.0
 
     def moved(self, rotation: Array, shift: Array) -> "Mesh":
-        """Return the mesh turned by (3, 3) and then shifted by (3,)."""
+        """Rotate by (3, 3), then shift by (3,)."""
         return replace(self, vertices=self.vertices @ rotation.T + shift, normals=self.normals @ rotation.T)
 
 
 class Viewpoint:
-    """From where one looks, and how large the picture is.
-
-    Args:
-        camera: what must be seen, and from which side.
-        width, height: of the picture [pixels].
-    """
+    """Camera of a picture of `width` × `height` [pixels]."""
 
     def __init__(self, camera: Camera, width: int, height: int) -> None:
         self.width, self.height = width, height
@@ -95,27 +89,28 @@ class Viewpoint:
         self.eye = self._pose.eye
         right, up, back = axes(np.array(camera.toward))
         self.axes = np.stack([right, -up, -back])
-        """Rows: to the right, down and forward in the picture, in the world."""
+        """Rows: right, down and forward in the picture, in world coordinates."""
         self.focal = height / (2.0 * math.tan(camera.fov / 2.0))
         """Focal length [pixels]."""
 
     def directions(self) -> Array:
-        """Return unit vectors (height × width, 3) from the eye through the middles of the pixels, row by row, in the world."""
+        """Unit vectors (height × width, 3) from the eye through the pixel centres, row by row, in world
+        coordinates.
+        """
         x, y = np.meshgrid(np.arange(self.width) + 0.5 - self.width / 2.0, np.arange(self.height) + 0.5 - self.height / 2.0)
         local = np.stack([x, y, np.full_like(x, self.focal)], -1).reshape(-1, 3)
         return local @ self.axes / np.linalg.norm(local, axis=1, keepdims=True)
 
     def project(self, points: Array) -> Array:
-        """Return places in the picture (n, 2) [pixels] of points (n, 3) in the world, before the eye."""
+        """Pixel coordinates (n, 2) of world points (n, 3) in front of the eye."""
         return project(self._pose, (self.width, self.height), points)
 
 
 def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES) -> NDArray[np.uint8]:
-    """Return the picture (height, width, 3), sRGB.
+    """Render the picture (height, width, 3), sRGB.
 
     Args:
         meshes: at least one.
-        camera: see `Viewpoint`.
         width, height: [pixels].
         samples: per pixel along each side.
     """
@@ -126,7 +121,7 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samp
     sight = view.directions()
     hit = scene.ray.intersects_first(np.broadcast_to(view.eye, sight.shape), sight)
     shown = np.flatnonzero(hit >= 0)
-    # The floor has no edges: one sample a pixel will do.
+    # The floor has no edges: one sample a pixel is enough.
     light = _room(Viewpoint(camera, width, height), scene).repeat(samples, 0).repeat(samples, 1).reshape(-1, 3)
     if len(shown):
         face, sight = hit[shown], sight[shown]
@@ -146,7 +141,7 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samp
 
 
 def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
-    """Return the share (k,) of the first light that reaches points (k, 3), by `rays` rays to each."""
+    """Share (k,) of the first light that reaches points (k, 3), by `rays` rays to each."""
     side = np.cross([0.0, 0.0, 1.0], KEY) / np.linalg.norm(KEY[:2])
     angles = np.arange(rays) * 2.39996  # The golden angle spreads the samples evenly.
     radii = LIGHT_RADIUS * np.sqrt((np.arange(rays) + 0.5) / rays)
@@ -158,7 +153,8 @@ def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
 
 
 def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Array, lit: Array) -> Array:
-    """Return the light (k, 3) from surfaces towards the eye: Lambert and Blinn–Phong, and a soft reflection of the room.
+    """Light (k, 3) from surfaces towards the eye: Lambert and Blinn–Phong, and a soft reflection of the
+    surroundings.
 
     Args:
         owner: (k,), index of the mesh.
@@ -168,7 +164,7 @@ def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Arra
     colour = np.array([mesh.colour for mesh in meshes])[owner]
     rough = np.array([mesh.roughness for mesh in meshes])[owner][:, None]
     metal = np.array([mesh.metallic for mesh in meshes])[owner][:, None]
-    # A smooth normal may lean away from the eye at an outline.
+    # A smooth normal may point away from the eye at an outline.
     facing = (normal * sight).sum(1, keepdims=True)
     shine = 0.04 * (1.0 - metal) + colour * metal
     diffuse = colour * (1.0 - metal)
@@ -186,14 +182,16 @@ def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Arra
 
 
 def _studio(up: Array) -> Array:
-    """Return the light (k, 3) that a mirror shows of the room, by the height (k, 1) of where it looks: a bright ceiling."""
+    """Reflected light (k, 3) of the surroundings by the height (k, 1) of the reflected direction: a bright
+    ceiling.
+    """
     ramp = np.minimum(np.maximum((up + 0.15) / 0.9, 0.0), 1.0)
     ramp = ramp * ramp * (3.0 - 2.0 * ramp)
     return GROUND * 0.5 + (1.25 * SKY - GROUND * 0.5) * ramp
 
 
 def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
-    """Return the light (height, width, 3) of the floor with its lines and the shadow on it, and of the wall far away."""
+    """Light (height, width, 3) of the floor with lines and shadow, and of the distant wall."""
     share = ((np.arange(view.height) + 0.5) / view.height)[:, None, None] ** 1.5
     light = np.tile(BACKGROUND[0] + (BACKGROUND[1] - BACKGROUND[0]) * share, (1, view.width, 1))
     sight = view.directions()
@@ -202,11 +200,11 @@ def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
     depth = -view.eye[2] / sight[:, 2]
     place = view.eye + depth[:, None] * sight
     fade = np.clip(1.0 - np.hypot(place[:, 0], place[:, 1]) / FLOOR_END, 0.0, 1.0)
-    # A line is as wide as it is there, but never thinner than a pixel, which would flicker.
+    # A line has its true width, but at least one pixel, which avoids flicker.
     wide = np.maximum(0.0022, 0.9 * depth / view.focal / np.maximum(-sight[:, 2], 0.15))[:, None]
     off = np.abs(place[:, :2] / FLOOR_CELL - np.round(place[:, :2] / FLOOR_CELL)) * FLOOR_CELL
     line = (np.maximum(1.0 - off / wide, 0.0) * np.minimum(0.0035 / wide, 1.0)).max(1)
-    # No shadow falls outside the rectangle of all shadows of vertices.
+    # No shadow is outside the rectangle of all vertices' shadows.
     cast = scene.vertices[:, :2] - scene.vertices[:, 2:] / KEY[2] * KEY[:2]
     near = (fade > 0.0) & ((cast.min(0) - 0.1 <= place[:, :2]) & (place[:, :2] <= cast.max(0) + 0.1)).all(1)
     shadow = np.zeros(view.height * view.width)
@@ -217,7 +215,7 @@ def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
 
 
 def _srgb(light: Array) -> Array:
-    """Return display values of linear light, the brightest bent down softly instead of cut off."""
+    """Display values of linear light; the brightest are compressed, not clipped."""
     knee = 0.8
     over = np.maximum(light - knee, 0.0)
     light = np.minimum(light, knee) + (1.0 - knee) * (1.0 - np.exp(-over / (1.0 - knee)))
@@ -225,7 +223,7 @@ def _srgb(light: Array) -> Array:
 
 
 def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
-    """Return the parts of a GLB in its own frame, each with the material of its name."""
+    """Parts of a GLB in its own frame, each with the material of its name."""
     scene = trimesh.load(io.BytesIO(blob), file_type="glb", process=False)
     assert isinstance(scene, trimesh.Scene)
     return tuple(
@@ -244,12 +242,11 @@ def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
 
 @cache
 def links(palette: str, robot: str) -> tuple[tuple[Mesh, ...], ...]:
-    """Return the parts of a robot's base and links, each in its joint's frame."""
+    """Parts of a robot's base and links, each in its joint's frame."""
     return tuple(meshes(blob, PALETTES[palette]) for blob in robot_glbs(robot, palette))
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
-    """Furniture on which the arms stand."""
     return _furniture(furniture_glb(room.rig, coarse=False))
 
 
@@ -259,10 +256,10 @@ def _furniture(blob: bytes) -> tuple[Mesh, ...]:
 
 
 def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
-    """Return the arms at q (nv,) [rad].
+    """Arms at q (nv,) [rad].
 
     Args:
-        palettes: of each arm, by name, left first.
+        palettes: name of each arm's palette, left first.
     """
     data = room.model.createData()
     pin.forwardKinematics(room.model, data, np.ascontiguousarray(positions))
@@ -276,13 +273,7 @@ def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
 
 
 def ball(centre: Array, radius: float, colour: Array) -> Mesh:
-    """Return a sphere.
-
-    Args:
-        centre: (3,) [m].
-        radius: [m].
-        colour: (3,), linear.
-    """
+    """Sphere at `centre` (3,) [m] with `radius` [m] and a linear `colour` (3,)."""
     sphere = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
     normals = np.array(sphere.vertices, float)
     return Mesh(centre + radius * normals, normals, np.array(sphere.faces, np.int64), colour, 0.45)

@@ -1,4 +1,6 @@
-"""Closed forms against the whole loop: the resting distance over n, v and w, the far bias over n, and the threshold at w = v."""
+"""Closed forms against the whole loop: the resting distance over n, v and w, the far bias over n, and the
+threshold at w = v.
+"""
 
 from itertools import islice
 from typing import Final
@@ -23,18 +25,14 @@ CRITICAL_DISTANCE: Final = 0.15
 ORDER: Final = 2.0
 VELOCITY: Final = 0.3
 PULL: Final = 0.2
-"""d_m [m], n, v and u [m/s] where they are not on the axis, as in the worked example of the closed form."""
+"""Default d_m [m], n, v and u [m/s], as in the worked example of the closed form."""
 
 STEP: Final = 0.005
 """dt of the whole loop [s]."""
 
 
 class ContactRun:
-    """Two arms on the table; left avoids with its hand, right comes with its forearm.
-
-    Args:
-        law: of the left arm.
-    """
+    """Two arms on the table; the left one avoids with its hand, the right one approaches with its forearm."""
 
     def __init__(self, law: SmoothPriority) -> None:
         room = build_room("table")
@@ -47,14 +45,14 @@ class ContactRun:
         self._row = np.zeros(room.model.nv)
 
     def measure(self) -> float:
-        """Return d of the pair at the present posture [m]."""
+        """d of the pair at the current posture [m]."""
         self._kinematics.update(self._q)
         self._detector.detect()
         self._row = self._detector.row(self._pair)
         return float(self._detector.distances()[self._pair])
 
     def start_at(self, distance: float) -> None:
-        """Bring both arms to a distance of the pair [m], by Newton steps along the rows."""
+        """Move both arms to a distance of the pair [m], by Newton steps along the rows."""
         for _ in range(100):
             missing = distance - self.measure()
             step = min(max(missing, -0.02), 0.02) / 2.0
@@ -64,7 +62,7 @@ class ContactRun:
                 return
 
     def run(self, seconds: float, approach: float) -> float:
-        """Return d after some time [m] of the pull and an approach w [m/s]."""
+        """d [m] after `seconds` [s] of the pull and an approach w [m/s]."""
         distance = self.measure()
         for _ in range(round(seconds / STEP)):
             row = self._row[self._left]
@@ -76,25 +74,26 @@ class ContactRun:
         return distance
 
     def _along(self, joints: slice, speed: float) -> Array:
-        """Return the smallest velocity (n,) of an arm that changes d at a speed [m/s]."""
+        """Smallest velocity (n,) of an arm that changes d at a speed [m/s]."""
         row = self._row[joints]
         return row * (speed / row.dot(row))
 
 
 def closed_form(n: float, v: float, w: float) -> float:
-    """Return d* [m]; nan where there is none."""
+    """d* [m], or nan."""
     return budget.resting_distance(CRITICAL_DISTANCE, n, v, PULL, w)
 
 
 def settled(n: float, v: float, w: float) -> float:
-    """Resting d of the whole loop [m]; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
+    """Resting d of the whole loop [m]; the run starts 15 mm beyond and lasts five time constants, at most 10
+    s.
+    """
     contact = ContactRun(SmoothPriority(CRITICAL_DISTANCE, n, v))
     contact.start_at(closed_form(n, v, w) + 0.015)
     return contact.run(min(5.0 * budget.settling_time(CRITICAL_DISTANCE, n, v, PULL, w), 10.0), w)
 
 
 def draw(plan: Plan) -> Drawn:
-    """The resting distance over n, v and w."""
     sweeps = {
         "n": (np.linspace(1, 20, 200), plan.either((1, 2, 3, 4, 6, 8, 10, 14, 20), (4, 10)), "order $n$", (1, 20)),
         "v": (np.linspace(0.02, 0.6, 200), plan.either((0.05, 0.1, 0.2, 0.3, 0.4, 0.5), (0.1, 0.3)), "speed $v$ [m/s]", (0, 0.6)),
@@ -139,9 +138,10 @@ def draw(plan: Plan) -> Drawn:
 
 
 def expected_bias(run: Run) -> float:
-    """Return |e| that the closed form gives for the posture at the end of a run [m].
+    """|e| of the closed form for the last posture of a run [m].
 
-    At rest ḋ = 0 with w = 0, so that u = λ v / (1 − λ), and q̇_n = J^# K e has to be parallel to J_d: K e = −u J J_dᵀ / (J_d J_dᵀ).
+    At rest ḋ = 0 with w = 0, so that u = λ v / (1 − λ), and q̇_n = J^# K e has to be parallel to J_d:
+    K e = −u J J_dᵀ / (J_d J_dᵀ).
     """
     simulation, law = run.simulation, run.simulation.settings.law
     kinematics, arm = simulation.kinematics, simulation.avoiding
@@ -155,7 +155,7 @@ def expected_bias(run: Run) -> float:
 
 
 def draw_far_bias(plan: Plan) -> Drawn:
-    """How far an arm with nothing to avoid is pushed away all the same, since λ never reaches 0."""
+    """Displacement of an arm without an obstacle nearby, since λ never reaches 0."""
     orders = plan.either((1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0), (2.0, 6.0))
     length = plan.either(60.0, 20.0)
     base = plan.settings({"pairs": "soft"}, rig="table")
@@ -194,24 +194,24 @@ def draw_far_bias(plan: Plan) -> Drawn:
 
 
 SCRIPT: Final = 46.0
-"""Length of the person's script at its own pace [s]."""
+"""Length of the scripted inputs at their own pace [s]."""
 
 LOOKS: Final = {
     False: {"marker": "o", "color": COLOURS.distance, "linestyle": DASHES[0], "label": "paper's law"},
     True: {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "$w$ added to $v$"},
 }
-"""Whether the law knows w → how it is drawn."""
+"""True if the law knows w → line style."""
 
 
 def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
-    """Return w, and what a run comes to, with the person of the settings at another pace."""
+    """w, and the summary of a run with its inputs at another pace."""
     person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
     made = run(settings, seconds, paced(person, pace))
     return approach(made), made.summary
 
 
 def draw_threshold(plan: Plan) -> Drawn:
-    """How near the arms come when the person gets faster: the threshold at w = v."""
+    """Smallest distance over the speed of the inputs: the threshold at w = v."""
     paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
     base = plan.settings(rig="table", hand_speed=1.0)
     v, critical = base.law.nominal_velocity, base.law.critical_distance

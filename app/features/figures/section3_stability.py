@@ -1,4 +1,6 @@
-"""Section III along the run of Fig. 5: the smallest eigenvalue of M's symmetric part, and what holds in its place."""
+"""Section III along the run of Fig. 5: the smallest eigenvalue of M's symmetric part, and a condition that
+holds instead.
+"""
 
 from typing import Final
 
@@ -20,7 +22,7 @@ PERIOD: Final = 0.05
 
 
 def along(run: Run) -> tuple[Array, list[Analysis]]:
-    """Return the rows of a hold run that are looked at, and section III's quantities at each, with K_a = K_b = K."""
+    """Analysed rows of a hold run, and section III's quantities at each, with K_a = K_b = K."""
     simulation, settings = run.simulation, run.simulation.settings
     kinematics, arm, law = simulation.kinematics, simulation.avoiding, settings.law
     table = run.table[:: max(1, round(PERIOD / settings.dt))]
@@ -34,7 +36,6 @@ def along(run: Run) -> tuple[Array, list[Analysis]]:
 
 
 def draw(plan: Plan) -> Drawn:
-    """M's smallest eigenvalue, 1 − λρ² and the error over time."""
     settings, length = plan.settings({"pairs": "single"}), hold.seconds(plan)
     table, found = along(plan.shared(settings, length))
     _, posed = along(plan.shared(plan.settings({"pairs": "single"}, task="pose"), length))

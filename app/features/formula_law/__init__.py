@@ -1,4 +1,4 @@
-"""A law as a formula of d, u, w and v: safe on a shared server, with the lamps and the ghost of a custom law."""
+"""A law as a formula of d, u, w and v, safe on a shared server."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ def _editor(page: "PanelContext") -> "FormulaEditor | None":
     from app.features.formula_law.formula_editor import FormulaEditor
     from app.features.formula_law.session_formula import SessionFormula
 
-    # A page has one editor, and the file's is for more than a formula.
+    # A page has one editor; the editor of a custom law's file can do more.
     if any(isinstance(panel, LawEditor) for panel in page.made) or not page.session.parts.of(SessionFormula).possible:
         return None
     return FormulaEditor(page)

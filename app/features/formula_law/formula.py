@@ -1,4 +1,4 @@
-"""The language of a law's formula: one arithmetic expression, parsed by a grammar of its own, never by Python.
+"""Grammar and parser of a law's formula: one arithmetic expression, never read by Python.
 
     sum     = product { ("+" | "-") product }
     product = sign { ("*" | "/") sign }
@@ -6,9 +6,8 @@
     power   = atom [ ("^" | "**") sign ]
     atom    = number | name | function "(" argument { "," argument } ")" | "(" sum ")"
 
-A comparison of two sums is the first argument of `where`, and only that. All numbers are floats, so that no power
-takes long. A text has at most `MOST_CHARACTERS` and `MOST_TOKENS`, nested at most `DEEPEST`: a value costs at most
-some microseconds.
+A comparison of two sums is allowed only as the first argument of `where`. All numbers are floats, so that no
+power takes long; with the three limits below a value costs at most some microseconds.
 """
 
 import re
@@ -30,10 +29,10 @@ MOST_CHARACTERS: Final = 1000
 """Longest formula [characters]."""
 
 MOST_TOKENS: Final = 300
-"""Longest formula [numbers, names and signs]."""
+"""Longest formula [tokens]."""
 
 DEEPEST: Final = 40
-"""Most brackets, signs and powers inside one another."""
+"""Deepest nesting of brackets, signs and powers."""
 
 _TOKEN: Final = re.compile(
     r"(?P<space>[ \t\r\n]+|\#[^\n]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
@@ -41,13 +40,13 @@ _TOKEN: Final = re.compile(
 )
 
 _SAME: Final = {"**": "^", "−": "-", "·": "*", "×": "*", "≤": "<=", "≥": ">="}
-"""Sign → the sign that means the same: those of print, and Python's power."""
+"""Printed signs, and Python's power, → the sign of the grammar."""
 
 _END: Final = ""
 
 
 class BadFormula(DuetError):
-    """A text that is not a formula; the message names line and column."""
+    """Invalid formula; the message names line and column."""
 
 
 class Token(NamedTuple):
@@ -55,7 +54,6 @@ class Token(NamedTuple):
 
     Attributes:
         kind: "number", "name" or "sign"; "" at the end of the text.
-        text: as `_SAME` writes it.
         place: index of its first character.
     """
 
@@ -68,9 +66,8 @@ class Node(NamedTuple):
     """A part of a parsed formula.
 
     Attributes:
-        what: "number", "name", "where", a function, or a sign; a sign with one part is that of a negative number.
-        value: of a number; index of a name in `NAMES`.
-        parts: what it is made of.
+        what: "number", "name", "where", a function, or a sign; a sign with one part is a negation.
+        value: the number, or the index of a name in `NAMES`.
     """
 
     what: str
@@ -81,16 +78,12 @@ class Node(NamedTuple):
 class Formula:
     """A parsed formula, as a function of the values of `NAMES`.
 
-    Args:
-        text: of the formula.
-
     Attributes:
-        text: as given.
         value: (values) → float; raises ArithmeticError or ValueError where it is not defined.
-        values: the same of arrays, or of arrays and floats; not finite where it is not defined.
+        values: the same for arrays, or arrays and floats; not finite where it is not defined.
 
     Raises:
-        BadFormula: it is not a formula.
+        BadFormula: the text is not a formula.
     """
 
     def __init__(self, text: str) -> None:
@@ -173,7 +166,6 @@ class _Parser:
         return self._tokens[self._next]
 
     def _take(self, *texts: str) -> Token | None:
-        """Take the next token if it is one of these."""
         token = self._token
         if token.kind != "sign" or token.text not in texts:
             return None

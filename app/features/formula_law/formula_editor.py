@@ -1,4 +1,4 @@
-"""The editor of a formula: a visitor who has only a link writes a law in it."""
+"""The editor of a formula on the page."""
 
 import hashlib
 from typing import Final
@@ -28,15 +28,15 @@ WORDS: Final = {
     "fails": N_("It was read, but it does not run."),
     "large": N_("This formula is too long."),
 }
-"""What the script says; where it says nothing else, as of a file."""
+"""Words of the editor's script that differ from those for a file."""
 
 
 class StopFormula(Action):
-    """Run the law of the settings again, not the formula."""
+    """Return to the law of the settings."""
 
 
 class FormulaText(LawText):
-    """The formula of a session, as the editor has it."""
+    """A session's formula, as the editor needs it."""
 
     name = "formula"
     words = WORDS
@@ -76,11 +76,7 @@ def _hash(text: str) -> str:
 
 
 class FormulaEditor(LawEditor):
-    """The editor on the page of a visitor who operates a session, and the way back to the law of the settings.
-
-    Args:
-        page: of the visitor.
-    """
+    """The operator's formula editor, with the way back to the law of the settings."""
 
     def __init__(self, page: PanelContext) -> None:
         super().__init__(page, FormulaText(page.session))

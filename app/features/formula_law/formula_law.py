@@ -1,4 +1,4 @@
-"""The law of a formula: q̇ = q̇_n + J_d^# c, where the formula gives c, the change of the distance rate [m/s]."""
+"""The law of a formula: q̇ = q̇_n + J_d^# c, with the change c of the distance rate [m/s]."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -15,23 +15,20 @@ from scenes.law_answers import LawOfFile
 from scenes.settings import LawSettings
 
 FILE: Final = LazyText("formula")
-"""What stands for the name of a file where a law is named."""
+"""Shown in place of a file's name."""
 
 LARGEST: Final = 1e6
-"""Largest |c| [m/s]; with it q̇ is finite on every arm."""
+"""Largest |c| [m/s], so that q̇ is finite on every arm."""
 
 
 class FormulaLaw(LawOfFile):
-    """A law that a visitor wrote as a formula; it answers at once, in the server's own process.
+    """A visitor's formula as a law, computed in the server's own process.
 
-    Where the formula is not defined the arm stands still from then on, and `problem` says why: as with a file.
+    Where the formula is not defined, the arm freezes and `problem` gives the reason.
 
     Args:
-        formula: gives c [m/s], what the law adds to J_d q̇_n.
-        settings: gives the values of d_m, n and v that the formula reads now.
-
-    Attributes:
-        problem: why it is not in force; None if all is well.
+        formula: gives c [m/s], the change of J_d q̇_n.
+        settings: gives the current d_m, n and v.
     """
 
     def __init__(self, formula: Formula, settings: Callable[[], LawSettings]) -> None:
@@ -64,7 +61,9 @@ class FormulaLaw(LawOfFile):
         return value
 
     def activation(self, distance: float) -> float:
-        """Return λ at a distance [m]: c / v at u = w = 0, from 0 to 1; 0 where the formula fails, or v = 0."""
+        """Return λ at a distance [m]: c / v at u = w = 0, clipped to [0, 1]; 0 where the formula fails, or v
+        = 0.
+        """
         try:
             share = self.change(distance, 0.0, 0.0) / self._settings().nominal_velocity
         except (ArithmeticError, ValueError):
@@ -77,7 +76,9 @@ class FormulaLaw(LawOfFile):
         return np.clip(self._changes(distances, 0.0, 0.0) / speed, 0.0, 1.0) if speed else np.zeros(len(distances))
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return J_d q̇ = c − u [m/s] (k,) at distances (k,) [m], see `Law.line_rate`; nan where the formula fails."""
+        """Return J_d q̇ = c − u [m/s] (k,) at distances (k,) [m], see `Law.line_rate`; nan where the formula
+        fails.
+        """
         del square
         return self._changes(distances, pull, approach) - pull
 
@@ -88,7 +89,6 @@ class FormulaLaw(LawOfFile):
             return np.where(np.abs(found) <= LARGEST, found, np.nan)
 
     def _values(self, distance: object, pull: float, approach: float) -> Sequence[object]:
-        """Values in the order of `app.features.formula_law.operations.NAMES`."""
         law = self._settings()
         return (
             distance,
@@ -110,7 +110,7 @@ class FormulaLaw(LawOfFile):
         at = NumberText(f"d = {situation.distance:.4g} m, u = {situation.pull:.3g} m/s, w = {situation.approach:.3g} m/s")
         self.problem = problem_of(FILE, LazyText("{what} at {where}.", what=what, where=at))
 
-    # ---- as a session has it, see `SessionLaw`: it never waits, and no file is looked at
+    # ---- `SessionLaw`: a formula never waits, and has no file
 
     @property
     def need(self) -> float:

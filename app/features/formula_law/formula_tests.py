@@ -1,4 +1,4 @@
-"""The six tests of a formula, in the background of the server like those of a file."""
+"""The six tests of a formula, in the background of the server."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,13 +21,13 @@ from scenes.wanted import check_wanted
 
 
 def examine_formula(text: str, name: str) -> TrialResult:
-    """Verdict of one test on a formula, with d_m = 0.15 m, n = 6 and v = 0.30 m/s. For a process of its own."""
+    """Verdict of one test with d_m = 0.15 m, n = 6 and v = 0.30 m/s. Runs in its own process."""
     law = _TimedFormula(Formula(text))
     return replace(verdict_on(law, name), as_template=law.as_template)
 
 
 class _TimedFormula(FormulaLaw):
-    """A law that times its calls, and stops on request; see `app.features.custom_law.arena.Candidate`."""
+    """A formula law that times its calls and stops on request; see `app.features.custom_law.arena.Candidate`."""
 
     def __init__(self, formula: Formula) -> None:
         settings = LawSettings(critical_distance=CRITICAL_DISTANCE)
@@ -45,12 +45,7 @@ class _TimedFormula(FormulaLaw):
 
 
 class FormulaExamination(Examination):
-    """The tests of one visitor's formula.
-
-    Args:
-        text: of the formula.
-        background, wake: see `Examination`.
-    """
+    """The tests of one visitor's formula; see `Examination`."""
 
     def __init__(self, text: str, background: Jobs, wake: Callable[[], None]) -> None:
         super().__init__(Path(), background, wake)

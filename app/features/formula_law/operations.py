@@ -1,4 +1,4 @@
-"""What the names, signs and functions of a formula are, for floats and for arrays."""
+"""Names, signs and functions of a formula, for floats and for arrays."""
 
 import math
 import operator
@@ -8,8 +8,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 NAMES: Final = ("d", "u", "w", "v", "d_m", "n")
-"""Names in a formula: distance [m], pull of the task [m/s], approach of the obstacle [m/s], and three settings of the
-law: speed of retreat [m/s], critical distance [m], order."""
+"""Distance [m], pull of the task [m/s], approach of the obstacle [m/s], speed of retreat [m/s], critical
+distance [m], order.
+"""
 
 FUNCTIONS: Final = {
     "min": (2, 8),
@@ -17,23 +18,18 @@ FUNCTIONS: Final = {
     "clip": (3, 3),
     **dict.fromkeys(("abs", "exp", "log", "sqrt", "tanh"), (1, 1)),
 }
-"""Function → least and largest number of its arguments; `where` is one more."""
+"""Function → its least and largest number of arguments; `where` is separate."""
 
 COMPARISONS: Final = ("<", "<=", ">", ">=")
-"""Signs that compare."""
 
 Evaluated = Callable[[Sequence[Any]], Any]
-"""The value of a part of a formula, from the values of `NAMES`."""
 
 
 class Operations(NamedTuple):
-    """How a formula is computed.
+    """Implementation of each sign and function.
 
     Attributes:
-        signs: sign between two values → its function.
-        negative: the sign before a value.
-        functions: of `FUNCTIONS`.
-        where: (comparison, then, else) → the part of the formula that they make.
+        where: (comparison, then, else) → the conditional part.
     """
 
     signs: Mapping[str, Callable[..., Any]]
@@ -42,7 +38,7 @@ class Operations(NamedTuple):
     where: Callable[[Evaluated, Evaluated, Evaluated], Evaluated]
 
     def of(self, what: str, count: int) -> Callable[..., Any]:
-        """What computes a function of `FUNCTIONS`, or a sign before one value or between two. `count`: of the values."""
+        """Implementation of a function, or of a sign before one value or between two (`count`)."""
         if what in self.functions:
             return self.functions[what]
         return self.negative if count == 1 else self.signs[what]
@@ -61,7 +57,7 @@ _SIGNS: Final = {
 
 
 def _chosen(condition: Evaluated, then: Evaluated, otherwise: Evaluated) -> Evaluated:
-    # The branch that is not chosen may not be defined there.
+    # The other branch may be undefined there.
     return lambda values: then(values) if condition(values) else otherwise(values)
 
 
@@ -80,7 +76,7 @@ SCALARS: Final = Operations(
     },
     _chosen,
 )
-"""Operations on floats; each raises ArithmeticError or ValueError where a value is not defined."""
+"""Operations on floats; they raise ArithmeticError or ValueError where a value is not defined."""
 
 
 def _least(*values: Any) -> Any:
@@ -99,7 +95,7 @@ def _each_chosen(condition: Evaluated, then: Evaluated, otherwise: Evaluated) ->
 
 
 ARRAYS: Final = Operations(
-    # Two floats are divided, and raised to a power, like the elements of an array: without an exception.
+    # Two floats behave like elements of an array: no exception in a division or a power.
     _SIGNS | {"/": np.divide, "^": np.float_power},
     np.negative,
     {
@@ -114,4 +110,4 @@ ARRAYS: Final = Operations(
     },
     _each_chosen,
 )
-"""Operations on arrays; each gives nan or inf where a value is not defined."""
+"""Operations on arrays; nan or inf where a value is not defined."""

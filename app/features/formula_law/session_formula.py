@@ -1,4 +1,4 @@
-"""The formula of one session: kept with it, and its law while it runs."""
+"""A session's formula, and its law while it runs."""
 
 import json
 from typing import Final
@@ -12,17 +12,17 @@ from app.session.session import Session
 from app.settings import Settings
 
 FIRST: Final = "where(d <= d_m, 1, 0) * (v + u)"
-"""What the editor begins with: a switch at d_m, which is not smooth."""
+"""Initial text of the editor: a switch at d_m, which is not smooth."""
 
 PAPER: Final = "where(d <= d_m, 1, (d_m / d)^n) * (v + u)"
 """The paper's law: c = λ (v + u) with λ of eq. (31)."""
 
 
 class SessionFormula(SessionPart):
-    """What a visitor has written as a law, and whether it runs.
+    """The formula that a visitor wrote.
 
     Attributes:
-        text: of the formula; "" as long as none was run.
+        text: "" until a formula has run.
     """
 
     name = "formula_law"
@@ -34,7 +34,7 @@ class SessionFormula(SessionPart):
 
     @property
     def possible(self) -> bool:
-        """True if the session's law is not that of a file, which goes first."""
+        """False while the session has a custom law from a file, which takes precedence."""
         law = self._session.law
         return not (isinstance(law, StudentLaw) and law.path is not None)
 
@@ -45,16 +45,16 @@ class SessionFormula(SessionPart):
         return self._law is not None and self._law in (law.of_run, law.of_ghost)
 
     def run(self, text: str) -> None:
-        """Run a formula from now on; the run is reset.
+        """Reset the run with this formula as its law.
 
         Raises:
-            BadFormula: it is not one; nothing is changed.
+            BadFormula: nothing is changed.
         """
         self._take(text)
         self._session.assign_laws(True)
 
     def stop(self) -> None:
-        """Go back to the law of the settings; the text is kept, and the run is reset."""
+        """Reset the run with the law of the settings; the text is kept."""
         if self.possible:
             self._law = None
             student_law(self._session).take(None)
@@ -68,7 +68,6 @@ class SessionFormula(SessionPart):
         self.text, self._law = text, law
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Stop the formula of the run where the visitor chooses a law."""
         del rebuilt
         chosen = before.run.law.law != after.run.law.law
         if chosen and self._law is not None and self._session.law.of_run is self._law and not self._session.parts.lead:

@@ -1,4 +1,4 @@
-"""A lecture: one plenary session for the whole class, the teacher's control of it, the projector, and breakout sessions."""
+"""A lecture: a shared session that a teacher operates, the projector, and breakout sessions."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

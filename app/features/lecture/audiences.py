@@ -1,6 +1,7 @@
-"""Which browsers of a lecture are sent what: those that watch share what is drawn for their look, all others have a page of their own.
+"""Audiences of a lecture: browsers with the same look share what is drawn; all others have their own page.
 
-Nothing is drawn on the server object: viser sends its elements to all. A browser is given the buffer of its audience in its place.
+Nothing is drawn on the server object, since viser sends its elements to all; each browser gets its audience's
+buffer.
 """
 
 import threading
@@ -17,21 +18,22 @@ from app.web.server import DuetServer
 from app.web.viser_internals import Message, MessageBuffer, ServerView, shared_messages
 
 MOST: Final = 8
-"""Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
+"""Most audiences, each drawn separately. A browser with one more look joins the most similar one."""
 
 MOST_SCREENS: Final = 4
-"""Audiences of projectors besides."""
+"""Most audiences of projectors, in addition."""
 
 SCREEN: Final = "screen"
-"""Key of a projector's link."""
+"""Query key of a projector's link."""
 
 SMALL: Final = "small"
-"""Value of that key for its picture on a teacher's page, which does not count as a projector."""
+"""Its value for the small picture on a teacher's page, which is not counted."""
 
 
 class Audience(ServerView):
-    """What the browsers of one look see: drawn and packed once for all of them. `watchers`: their client ids, set by `Audiences`; `screen`:
-    whether they are projectors."""
+    """View for the browsers of one look, drawn once. `watchers`: client ids, set by `Audiences`; `screen`:
+    for projectors.
+    """
 
     def __init__(self, server: viser.ViserServer, look: Look, screen: bool, before: list[Message]) -> None:
         self.look, self.screen = look, screen
@@ -43,10 +45,9 @@ class Audiences:
     """Assigns browsers to audiences.
 
     Args:
-        server: that the browsers connect to.
-        look: returns the look by which a browser watches, given its client id, its query and its header Accept-Language; None for a
-            page of its own. Called on the network's thread.
-        gone: called with the client id of a browser that is gone, on the network's thread.
+        look: (client id, query, header Accept-Language) → the look of a watching browser, or None for its own
+            page. Called on the network's thread.
+        gone: called with the client id of a disconnected browser, on the network's thread.
     """
 
     def __init__(
@@ -60,19 +61,17 @@ class Audiences:
 
     @property
     def audiences(self) -> tuple[Audience, ...]:
-        """All audiences, one per look; projectors apart."""
         with self._lock:
             return tuple(self._audiences)
 
     def audience_of(self, number: int) -> Audience | None:
-        """Return the audience of the browser with this client id; None if it has a page of its own, or is gone."""
+        """Audience of a client; None for its own page, or after it disconnected."""
         return next((one for one in self.audiences if number in one.watchers), None)
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     @contextmanager
     def _buffer_of(self, connection: ServerConnection, number: int, shared: MessageBuffer) -> Iterator[MessageBuffer]:
-        """Give the buffer that a browser is sent, while it is connected."""
         try:
             audience = self._assign(connection, number)
             yield shared if audience is None else audience.buffer
@@ -106,5 +105,5 @@ class Audiences:
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:
-    """Likeness of two looks, the language first."""
+    """Similarity of two looks, the language first."""
     return one.language == other.language, sum(a == b for a, b in zip(one, other, strict=True))

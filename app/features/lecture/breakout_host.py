@@ -1,4 +1,4 @@
-"""A process of a lecture that has breakout sessions, and no plenary."""
+"""A process with breakout sessions, without the shared session."""
 
 import logging
 
@@ -21,7 +21,7 @@ log = logging.getLogger("duet.lecture")
 
 
 class BreakoutHost:
-    """Every student who is sent here has a session. The teacher's decisions come from the plenary."""
+    """Gives every student who is sent here a session; the teacher's decisions come from the shared session."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
@@ -38,14 +38,12 @@ class BreakoutHost:
         context.server.takes_over = lambda query: True
 
     def close(self, goes_on: bool = False) -> None:
-        """Keep what every student has done, and close every session."""
         del goes_on
         self.admission.close()
         self._breakouts.close(self.participants.values())
         self._context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw every session."""
         self._listen()
         self._connect()
         self._work.do()
@@ -61,7 +59,7 @@ class BreakoutHost:
             self._link.to_first(said)
 
     def _post_work(self, work: WorkAction) -> None:
-        """Send what a student hands in to the plenary's process, and queue it for this one's pages; from any thread."""
+        """Send a hand-in to the shared session's process, and queue it here; from any thread."""
         self._link.to_first(work)
         self._work.put(work)
 
@@ -70,7 +68,7 @@ class BreakoutHost:
             case Progressed(student, progress):
                 self.classroom.work.note(student, progress)
             case Reported(student, name, progress):
-                # The plenary makes the whole report; the student's page shows that there is one.
+                # The shared session's process makes the report; the student's page shows that it exists.
                 self.classroom.work.hand_in(student, None if name is None else HandIn(clean_name(name), progress))
             case _:
                 raise TypeError(f"nothing here does {action!r}")
@@ -105,7 +103,7 @@ class BreakoutHost:
             participant = self.participants.pop(client_id, None)
             if participant is not None:
                 self._breakouts.leave(participant)
-        # The plenary's message may come after the student.
+        # The message may come after the student.
         waiting = [client for client in self._early if client.client_id not in departures] + arrivals
         self._early = []
         for client in waiting:
@@ -121,7 +119,7 @@ class BreakoutHost:
         participant = Participant(client, False, None, self._post_work)
         expected = self._expected.get(participant.id)
         if expected is None:
-            # The teacher has called all back meanwhile.
+            # Meanwhile the teacher has called all back.
             self._context.server.send_elsewhere(client)
             return
         participant.worked, participant.group = expected.worked, expected.group

@@ -1,4 +1,4 @@
-"""Breakout sessions: a student or a group explores beside the plenary, in this process or in another one."""
+"""Breakout sessions of students or groups, in this process or another."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
@@ -26,11 +26,10 @@ from app.settings import LOOKS
 
 
 class BreakoutWorkers:
-    """Sends students to other processes, and knows who is there. Belongs to the plenary's thread.
+    """Sends students to other processes, and tracks them; on the shared session's thread.
 
     Args:
-        classroom: which is told who is there.
-        post_work: takes what they hand in.
+        post_work: receives their hand-ins.
     """
 
     def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork) -> None:
@@ -40,18 +39,17 @@ class BreakoutWorkers:
         self._said: ClassState | None = None
 
     def load(self, plenary: ServerLoad) -> ServerLoad:
-        """Return the load of all processes. `plenary`: of the one that has it."""
+        """Load of all processes. `plenary`: of the shared session's."""
         return combined([plenary, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
-        """Send a student's next connection to a session in another process; see `Exploring`."""
+        """Send a student's next connection to another process; see `Exploring`."""
         classroom, self._begun[student] = self._classroom, begin
         group = classroom.places.groups[student]
         handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
         self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:
-        """Take what the other processes say, and let them know what the teacher has decided."""
         for message in self._link.received():
             match message:
                 case Present(worker):
@@ -59,7 +57,7 @@ class BreakoutWorkers:
                 case Replaced(worker):
                     before = self._present.pop(worker, None)
                     for student in () if before is None else before.students:
-                        # What it was sent first does not know what has been handed in since then.
+                        # Its first message does not include later hand-ins.
                         if student in self._begun and self._classroom.places.holds(student):
                             self.send(student, self._begun[student])
                 case Progressed() | Reported() | Ran():
@@ -77,27 +75,23 @@ class BreakoutWorkers:
 
 
 AWAY: Final = 5.0
-"""How long a group waits for the member who operates its session [s]; then another one does."""
+"""Absence of a group's operator before another member takes over [s]."""
 
 RELOAD: Final = 30.0
-"""How long it waits for a member who was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY` to come."""
+"""The same for a member who was asked to reconnect [s]; a slow computer needs longer than `AWAY`."""
 
 SHOWN: Final = 60.0
-"""How much of a student's run is shown at most [s]."""
+"""Longest shown part of a student's run [s]."""
 
 
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
-    """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
+    """Newest part of the run of a student's group; None if its session is not here."""
     players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
     return next((Ran(student, player.recorded(SHOWN)) for player in players), None)
 
 
 class BreakoutSessions:
-    """The students' own sessions beside the plenary.
-
-    Args:
-        workers: the processes that have the sessions; None where this one has them.
-    """
+    """The students' own sessions. `workers`: the processes that have them; None for this one."""
 
     def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
         self._context, self._classroom, self._workers = context, classroom, workers
@@ -106,19 +100,18 @@ class BreakoutSessions:
         self._coming: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
-        """True if the browser that connects with a query gets a breakout session; from any thread."""
+        """True if a browser with this query gets a breakout session; from any thread."""
         tab = None if self._workers is not None else tab_id(query)
         return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
 
     def load(self, here: ServerLoad) -> ServerLoad:
-        """Load of all processes. `here`: load of this one."""
         return here if self._workers is None else self._workers.load(here)
 
     def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
-        """Assign places and move students to their own sessions or back to the plenary.
+        """Assign places, and move students to their own sessions or back.
 
         Args:
-            begin: returns where a student begins who has left nothing in the store.
+            begin: initial record of a student without a saved one.
         """
         self._context.store.tidy()
         if self._workers is not None:
@@ -134,28 +127,29 @@ class BreakoutSessions:
                 self._move(one)
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
-        """Give a group the session left in the store, or one with its last settings, or one that begins as `begin` says. Who comes first
-        operates it, and the others get their pages beside it; see `frames`."""
+        """Give a group its saved session, one with its last settings, or a new one from `begin`. The first
+        member operates it; see `frames`.
+        """
         if self._operators.setdefault(participant.group, participant.id) != participant.id:
             return
-        # No other member is to operate it meanwhile.
+        # Keep other members from operating it meanwhile.
         self._left[participant.group] = inf
         try:
             for other in participants:
                 if other is not participant and other.group == participant.group and other.visitor is not None:
-                    # A lost connection may not have been noticed yet.
+                    # The server may not have noticed a lost connection yet.
                     other.visitor.save()
                     other.visitor.superseded = True
-            # A session is found again by all members.
+            # All members find the session again.
             query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {"resume": participant.group}
             found = yield from self._context.store.recall(query)
-            # A student's lesson is open again by any link.
+            # Any link reopens a student's lesson.
             record = replace(begin if found is None else found, query=query)
             visitor = Visitor(self._context, participant.client, record.settings, record=record, query=query)
             yield from visitor.build()
             of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
             if of_many or (found is None and not visitor.is_back):
-                # What the teacher, or the one before, has chosen for the own page does not hold for this one.
+                # Choices of the teacher, or of the previous operator, for their own page do not hold here.
                 participant.dress(visitor.session, self._context.options.settings)
             left = None if visitor.is_back or found is None else part_of(found, LessonSession.name, SavedLesson)
             if found is not None and left is not None and left.open:
@@ -166,20 +160,20 @@ class BreakoutSessions:
             self._coming.pop(participant.group, None)
 
     def close(self, participants: Iterable[Participant]) -> None:
-        """Keep what every student has done, and close the sessions."""
         for visitor in [one.visitor for one in participants if one.visitor is not None]:
             visitor.save()
             visitor.session.close()
 
     def leave(self, participant: Participant) -> None:
-        """Keep what a student who has disconnected has done, and the session."""
         participant.leave()
         self._context.errors.forget(participant.client.client_id)
         if participant.visitor is not None:
             participant.visitor.leave()
 
     def frames(self, participants: Collection[Participant], now: float, elapsed: float) -> None:
-        """Advance and draw every session, for all its members. `now`: wall time; `elapsed`: since the last frame [s]."""
+        """Advance and draw every session for all members. `now`, `elapsed`: wall time, and since the last
+        frame [s].
+        """
         groups: dict[str, list[Participant]] = {}
         for one in participants:
             if one.group:
@@ -205,7 +199,7 @@ class BreakoutSessions:
                     lead.visitor.frame(now, elapsed)
 
     def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
-        """Let one member of a group operate the session and the others watch; return the one. `now`: wall time [s]."""
+        """Choose the operator of a group; the others watch. `now`: wall time [s]."""
         for one in members:
             if one.takes_over:
                 one.takes_over, self._operators[group] = False, one.id
@@ -217,7 +211,7 @@ class BreakoutSessions:
         operator = self._operators.get(group)
         for one in members:
             operates = one.id == operator
-            # Who takes over comes again once the page before has left the session in the store.
+            # The new operator reconnects once the page before has saved the session.
             if (not operates and one.visitor is not None) or (operates and lead is None):
                 if operates and not one.moved:
                     self._coming[group] = now + RELOAD
@@ -229,7 +223,7 @@ class BreakoutSessions:
         return lead
 
     def _move(self, one: Participant) -> None:
-        """Have a page come again, once."""
+        """Reconnect the page, at most once."""
         if not one.moved:
             one.moved = True
             self._context.server.send_elsewhere(one.client)

@@ -1,4 +1,4 @@
-"""What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and what students hand in."""
+"""Messages between the processes of a lecture."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,11 +15,8 @@ class Exploring(NamedTuple):
     """A student gets a breakout session.
 
     Attributes:
-        begin: where a student begins who has left nothing in the store.
-        worked: whether the student has done something that can be handed in.
-        report: handed in; None if there is no report.
-        name: the invented one.
-        group: that has the session.
+        begin: initial record of a student without a saved one.
+        worked: true if there is something to hand in.
     """
 
     student: str
@@ -31,7 +28,7 @@ class Exploring(NamedTuple):
 
 
 class ClassState(NamedTuple):
-    """What the teacher has decided; see `app.features.classroom.classroom.Classroom`."""
+    """The teacher's decisions; see `app.features.classroom.classroom.Classroom`."""
 
     free: bool
     paused: bool
@@ -40,7 +37,7 @@ class ClassState(NamedTuple):
 
 
 class Present(NamedTuple):
-    """The students that a process has now, and how busy it is. `worker`: its index."""
+    """Students in a process, and its load. `worker`: its index."""
 
     worker: int
     students: tuple[str, ...]
@@ -48,17 +45,17 @@ class Present(NamedTuple):
 
 
 class Progressed(Action, newest_by=("student",)):
-    """The progress in a breakout session, as JSON. `student`: the group."""
+    """Progress in a breakout session, as JSON. `student`: the group."""
 
     student: str
     progress: str
 
 
 class Reported(Action, newest_by=("student",)):
-    """A student hands in a report, or takes it back.
+    """A student hands in a report, or withdraws it.
 
     Attributes:
-        name: "" for none; None where the report is taken back.
+        name: "" for an anonymous report; None to withdraw it.
         progress: of the student's own session, as JSON.
     """
 
@@ -68,15 +65,15 @@ class Reported(Action, newest_by=("student",)):
 
 
 class Ran(Action, newest_by=("student",), eq=False):
-    """The newest part of the run that the teacher wants to show. `student`: the group; `recorded`: None where it has not begun."""
+    """Newest part of the run to show, None if it has not begun. `student`: the group."""
 
     student: str
     recorded: Recorded | None
 
 
 WorkAction = Progressed | Reported | Ran
-"""What comes from a student's own session; `student`: id of the tab."""
+"""Message from a student's own session; `student`: id of the tab."""
 
 
 PostWork = Callable[[WorkAction], None]
-"""Queues what a student hands in, or shows, for the next frame; from any thread."""
+"""Queues a hand-in or a run for the next frame; from any thread."""

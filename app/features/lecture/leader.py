@@ -1,4 +1,4 @@
-"""Which browsers may lead a lecture: those with the key; without a key the first tab."""
+"""Browsers that may lead a lecture: those with the key, or without a key the first tab."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -11,22 +11,22 @@ from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import tab_id
 
 HOLD: Final = 60.0
-"""How long the lead is held, without a key, for a tab that has disconnected [s]."""
+"""Time for which a disconnected tab keeps the lead, without a key [s]."""
 
 MOST: Final = 1000
-"""Students' tabs that are remembered."""
+"""Most students' tabs in memory."""
 
 
 class Leader:
-    """Decides which browsers may lead: those with the key; without a key the first tab.
+    """Decides which browsers may lead: those with the key, or without a key the first tab.
 
-    That tab holds the lead for `HOLD` after it has disconnected. Then only a tab that was not in the class before gets it, so that no
-    student comes to lead by waiting. `admits` and `gone` belong to the network's thread.
+    That tab keeps the lead for `HOLD`. Then only a tab that is new in the class gets it, so that no student
+    can wait for it. `admits` and `gone` belong to the network's thread.
 
     Args:
-        key: the teacher's; None if the server has no key.
-        record: of the class, which goes on from there as if the tab that leads had just disconnected.
-        clock: returns the time [s].
+        key: None if the server has no key.
+        record: of a class to resume, as if its leading tab had just disconnected.
+        clock: time [s].
     """
 
     def __init__(self, key: str | None, record: ClassRecord = NEW_CLASS, clock: Callable[[], float] = monotonic) -> None:
@@ -36,7 +36,7 @@ class Leader:
         self._students: deque[str | None] = deque(record.students, maxlen=MOST)
 
     def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
-        """True if a browser that connects with a query may lead."""
+        """True if a connecting browser may lead."""
         tab = tab_id(query)
         name = tab or f"tab {client_id}"
         if SCREEN in query:
@@ -53,11 +53,9 @@ class Leader:
 
     @property
     def tabs(self) -> tuple[str | None, tuple[str, ...]]:
-        """Return the ids of the tab that leads, and of the students' tabs."""
         return self._holder, tuple(tab for tab in list(self._students) if tab is not None)
 
     def gone(self, client_id: int) -> None:
-        """Note that a browser has disconnected."""
         if client_id in self._client_ids:
             self._client_ids.remove(client_id)
             self._since = self._clock()

@@ -1,4 +1,4 @@
-"""A lecture: one plenary session that all see and a teacher operates, and breakout sessions for the students."""
+"""The host of a lecture: its shared session and breakout sessions."""
 
 import logging
 from collections.abc import Callable
@@ -40,14 +40,11 @@ log = logging.getLogger("duet.lecture")
 
 
 class LectureHost:
-    """All tabs see one plenary session, each in its own language and look. A teacher has the controls: by the key, or without one in the
-    first tab.
+    """Shows the shared session in all tabs, each in its language and look; a teacher (by the key, or the
+    first tab) operates.
 
     Args:
-        link: to the processes that have the breakout sessions; None if this one has them.
-
-    Attributes:
-        control: carries out the teacher's actions.
+        link: to the processes of the breakout sessions; None for this one.
     """
 
     def __init__(self, context: AppContext, link: WorkerLink | None = None) -> None:
@@ -74,22 +71,21 @@ class LectureHost:
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self.leader.gone)
         self.admission = Admission(context, self._admit, self._not_built)
-        # Nothing in the plenary can be operated.
+        # Watchers operate nothing in the shared session.
         context.server.gate.may_share = lambda client_id: False
-        # A teacher must be able to come back after a lost connection.
+        # A teacher must be able to reconnect.
         context.server.always_admits = lambda query: is_teacher(context.options.key, query)
-        # One student is one voter, however many tabs there are; a teacher may have several.
+        # A student counts once, however many tabs are open; a teacher may have several.
         context.server.takes_over = lambda query: SCREEN not in query and not is_teacher(context.options.key, query)
 
     def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
-        """Return the look with which a browser watches; None for a page of its own: a teacher's, or a breakout session's."""
+        """Look of a watching browser; None for its own page: a teacher's, or a breakout session's."""
         if self.leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
         return look_of(query, preferred(accept), self._context.options.settings)
 
     def close(self, goes_on: bool = False) -> None:
-        """Keep what every student has done, and close every session. `goes_on`: whether the lecture is left to the next server, as if this
-        one had broken off."""
+        """Save and close every session. `goes_on`: true if the next server resumes the lecture."""
         self.admission.close()
         if goes_on:
             self._recorder.save(inf)
@@ -102,7 +98,7 @@ class LectureHost:
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance the plenary and draw it for all; then every breakout session."""
+        """Advance the shared session and draw it for all; then every breakout session."""
         set_language(self.controls.language)
         self._connect()
         set_language(self.controls.language)
@@ -120,12 +116,12 @@ class LectureHost:
         due = self._attention.due(now, False, self.session.paused, self._stirred())
         workload = self._context.workload
         self.classroom.places.most = workload.places
-        # The stage is a session beside those of the students.
+        # The shared session runs beside those of the students.
         self.classroom.load = self._breakouts.load(workload.report)._replace(places=workload.places + 1)
         frame = make_frame(self.session, now, elapsed, workload.budget)
         workload.drew(self.session.control.stepping)
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
-            # The teacher has pressed Run in the plenary.
+            # The teacher has pressed Run in the shared session.
             self.classroom.paused = False
         self._breakouts.settle(self.participants.values(), self._begin)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
@@ -140,7 +136,7 @@ class LectureHost:
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
     def _tell_trouble(self) -> None:
-        """Say once to the teacher who has the controls what is wrong with the store."""
+        """Report a fault of the store once to the operating teacher."""
         operation, trouble = self.controls.operation, self._context.store.trouble
         if operation is not None and trouble is not None and (operation, trouble) != self._told:
             set_language(self.controls.language)
@@ -148,13 +144,12 @@ class LectureHost:
         self._told = operation, trouble
 
     def _stirred(self) -> bool:
-        """True if anything has arrived for the shared session, or from any browser, since the last frame."""
+        """True if anything has arrived for the shared session or from a browser since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
         return self.session.stirred or heard != self._heard
 
     def _show_plenary(self, frame: Frame) -> None:
-        """Draw the plenary, first for the operator."""
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
@@ -180,19 +175,17 @@ class LectureHost:
         page.flush()
 
     def summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
-        """Report of this class so far, and of the one before; a teacher without a key gets only the first."""
+        """Reports of this class so far and of the last one; without a key only the first."""
         last = None if self._context.options.key is None else self._recorder.last_class
         return self.classroom.summary(self._book, time()), last
 
     def _address(self, pages: InvitedPages) -> Address | None:
-        """Return the address while such pages show it."""
         shown = INVITED.index(self.control.presenter.inviting) >= INVITED.index(pages)
         return self.controls.address if shown else None
 
     # ---- connections -------------------------------------------------------------------------------------------------------
 
     def _connect(self) -> None:
-        """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
         arrivals, departures = self.admission.changes()
         for client_id in departures:
             participant = self.participants.pop(client_id, None)
@@ -207,7 +200,7 @@ class LectureHost:
         self.admission.advance()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        """Give a browser its page; one with a breakout session takes part once the page is whole."""
+        """Give a browser its page; one with a breakout session takes part once the page is complete."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
         participant = Participant(client, self.leader.holds(client_id), audience, self.control.answers.put)
@@ -224,11 +217,11 @@ class LectureHost:
         elif participant.audience is not None:
             self._build(participant, self.shared.admit)
         else:
-            # The place that it had when it connected has been taken meanwhile.
+            # Its place was taken since it connected.
             self._context.server.send_elsewhere(client)
 
     def _begin(self, student: str) -> VisitorRecord:
-        """Return a breakout session like the plenary, in a lesson with the student's own answers."""
+        """Initial breakout session: like the shared one, in a lesson with the student's own answers."""
         record, saved = VisitorRecord({}, self.session.settings), self.lessons.saved_lesson()
         if saved is None or not saved.open:
             return record
@@ -242,6 +235,6 @@ class LectureHost:
             self._not_built(participant.client)
 
     def _not_built(self, client: viser.ClientHandle) -> None:
-        # A browser that has disconnected before its page was there is no error.
+        # A browser that disconnects before its page is complete is not an error.
         if client.client_id in self._context.server.get_clients():
             log.exception("a page could not be built")

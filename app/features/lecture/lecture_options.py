@@ -1,4 +1,4 @@
-"""The options of `lwr-duet serve` for a lecture. Imports nothing slow."""
+"""Options of `lwr-duet serve` for a lecture. Imports nothing slow."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -8,7 +8,7 @@ from app.hosting.serve_options import FeatureOptions
 from controllers.errors import BadSetting
 
 MOST_STUDENTS: Final = 2000
-"""Students that can be expected."""
+"""Largest number of expected students."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class LectureOptions(FeatureOptions):
 
     @property
     def most_pages(self) -> int | None:
-        """The teacher gets in besides."""
+        """Without the teacher, who gets in additionally."""
         return self.watchers if self.lecture else None
 
     def check(self) -> None:

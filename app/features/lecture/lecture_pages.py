@@ -1,4 +1,4 @@
-"""The pages of a lecture: a teacher's each, of which one has the controls, and one for every audience of students and projectors."""
+"""Pages of a lecture: one for each teacher, and one for each audience."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -28,15 +28,12 @@ from app.web.request import browser_language, request_address
 
 
 class PlenaryControls:
-    """Builds the teachers' pages; one of them, the operator's, has the controls. The plenary has the operator's language.
+    """Builds the teachers' pages; the operator's has the controls, and decides the shared session's language.
 
     Args:
-        control: carries out the teacher's actions.
-        summaries: returns what this class leaves behind so far, and what the one before has left.
+        summaries: returns the reports of this class so far and of the last one.
 
     Attributes:
-        operator: the participant who has the controls, or None.
-        operation: the controls; None while there is no operator.
         address: for the students; None until a teacher has come.
     """
 
@@ -59,17 +56,17 @@ class PlenaryControls:
         self._session.hand.hold(None)
 
     def admit(self, teacher: Participant) -> None:
-        """Build the page of a teacher who has connected, with the controls if they are free or the teacher's tab had them."""
+        """Build a new teacher's page, with the controls if they are free or this tab had them."""
         if self.operator is None:
             self.hand_over(teacher)
         elif teacher.id == self._last_operator:
-            # The earlier connection is lost, which may be noticed later, or the tab was doubled.
+            # The old connection is lost (which may be noticed later), or the tab was duplicated.
             self.take_over(teacher)
         else:
             self._build_page(teacher)
 
     def take_over(self, teacher: Participant) -> None:
-        """Give the controls to a teacher; the one who had them assists."""
+        """Give the controls to a teacher; the previous operator assists."""
         before = self.operator
         if before is teacher:
             return
@@ -92,11 +89,11 @@ class PlenaryControls:
 
     @property
     def language_changed(self) -> bool:
-        """Whether the operator, if there is one, has chosen another language than the plenary has."""
+        """True if the operator has another language than the shared session."""
         return language_of(self._session.settings, self._browser) != self.language
 
     def build_operator_page(self, operator: Participant) -> None:
-        """Build the operator's page, and translate the plenary to its language; the lesson goes on where it is."""
+        """Build the operator's page, and translate the shared session; the lesson continues."""
         self.language = language_of(self._session.settings, self._browser)
         set_language(self.language)
         self._lessons.translate(self._library.book.in_language(self.language))
@@ -105,7 +102,6 @@ class PlenaryControls:
         self._build_page(operator)
 
     def _build_page(self, teacher: Participant) -> None:
-        """Build a teacher's page, or build it again for the operator."""
         client, leads, context = teacher.client, teacher is self.operator, self._context
         look = None if leads else look_of(teacher.query, browser_language(client), context.options.settings)
         language = self.language if look is None else look.language
@@ -136,22 +132,16 @@ class PlenaryControls:
 
 
 class PlenaryAudiences:
-    """The plenary's pages for the audiences.
-
-    Args:
-        control: takes the students' answers.
-    """
+    """Pages of the audiences. `control`: receives the students' answers."""
 
     def __init__(self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]) -> None:
         self._context, self._control, self._participants = context, control, participants
         self.pages: dict[Audience, PlenaryPage] = {}
 
     def update(self, audiences: Audiences) -> None:
-        """Build pages for new audiences, and drop those of audiences without a watcher."""
         self.pages = {one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences}
 
     def watchers(self, audience: Audience) -> Iterator[Participant]:
-        """Yield the participants of an audience."""
         return (one for one in list(self._participants.values()) if one.audience is audience)
 
     def _build(self, audience: Audience) -> PlenaryPage:
@@ -163,7 +153,7 @@ class PlenaryAudiences:
         return PlenaryPage(audience, self._control, self._context, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
-        """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""
+        """Welcome a student (banner and answers) or a projector (with the teacher's key, a clicker's keys)."""
         client, audience, student = watcher.client, watcher.audience, watcher.id
         assert audience is not None
         page = self.pages[audience]

@@ -1,5 +1,4 @@
-"""A lecture outlives a server that breaks off: the plenary, the answers and the lead are stored every second. Of one that has ended the
-summary is left."""
+"""Saves a lecture every second, so that it outlives its server, and the summary of a finished one."""
 
 from time import time
 from typing import Final
@@ -18,15 +17,14 @@ from app.hosting.visitor_record import VisitorRecord
 from app.settings import Settings
 
 SAVING: Final = 1.0
-"""Time from one record to the next [s]."""
+"""Period of the records [s]."""
 
 
 class LectureRecorder:
-    """Stores a lecture while it goes on, and its summary when it ends.
+    """Saves a running lecture, and its summary at the end.
 
     Args:
-        record: of the lecture that broke off, which goes on here; None for a new one.
-        control: of the plenary.
+        record: of an interrupted lecture to resume, or None.
     """
 
     def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
@@ -42,12 +40,12 @@ class LectureRecorder:
 
     @property
     def last_class(self) -> ClassSummary | None:
-        """Report of the class before this one, for as long as records are kept."""
+        """Report of the previous class, as long as records are kept."""
         last = self._last_class
         return None if last is None or abs(time() - last.saved) > self._store.keep else last
 
     def save(self, now: float) -> None:
-        """Hand over the lecture every `SAVING`. `now`: wall time [s]."""
+        """Save the lecture every `SAVING`. `now`: wall time [s]."""
         if not self._store.lasting or now < self._save_at:
             return
         self._save_at = now + SAVING
@@ -79,12 +77,12 @@ class LectureRecorder:
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
-    """Return the summary of the last class that has ended. `goes_on`: whether the lecture of the record goes on."""
+    """Summary of the last finished class. `goes_on`: true if the record's lecture is resumed."""
     if record is None:
         return None
     room = class_of(record)
     if room is not None and not goes_on:
-        # It broke off, and was not started again in time.
+        # Interrupted, and not resumed in time.
         summary = Classroom(0, room).summary(book, room.saved)
         if not summary.empty:
             return summary

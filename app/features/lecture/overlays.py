@@ -1,5 +1,6 @@
-"""What lies over a page of a lecture: the address; and on a projector the question, the class's answers, the outcome or the explanation
-over a dimmed scene, a line below it, or the black picture."""
+"""Overlays of a lecture's pages: the address; on a projector question, answers, outcome or explanation, a
+line, or black.
+"""
 
 import contextlib
 from collections.abc import Collection
@@ -30,7 +31,7 @@ from app.web.address import Address
 
 
 class Invitation:
-    """The address over a teacher's or a student's page. A page that opens while the address is shown does not get it."""
+    """The address over a page, not on pages that open later."""
 
     def __init__(self, gui: viser.GuiApi, view: View) -> None:
         self._gui, self._view = gui, view
@@ -38,7 +39,7 @@ class Invitation:
         self._late, self._shown = True, False
 
     def show(self, address: Address | None) -> None:
-        """Show the address; None takes it away."""
+        """Show the address; None hides it."""
         self._late = self._late and address is not None
         if self._late or self._shown == (address is not None):
             return
@@ -55,18 +56,12 @@ class Invitation:
                     self._handles[name] = self._gui.add_html("")
         for handle in self._handles.values():
             handle.content = content
-        # What fails on its way is shown with the next frame.
+        # If it gets lost, the next frame shows it.
         self._shown = address is not None
 
 
 class ScreenView:
-    """What the projectors of one look show beside the plenary.
-
-    Args:
-        gui: of the projectors.
-        control: of the plenary.
-        book: the lessons in their language.
-    """
+    """Overlays on the projectors of one look. `book`: in their language."""
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl, book: LessonBook) -> None:
         self._control, self._book = control, book
@@ -75,10 +70,10 @@ class ScreenView:
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
     def show(self, poll: Poll | None) -> None:
-        """Update what lies over the scene. `poll`: the question in the plenary, in the projector's language."""
+        """Update the overlay. `poll`: the shared session's question, in the projector's language."""
         presenter, lessons, record = self._control.presenter, self._control.lessons, self._control.record
         left = presenter.left
-        # The curves of a whole class are not drawn in every frame.
+        # A class's curves are too slow to draw in every frame.
         class_says = poll, presenter.work, presenter.quotes, record
         shown = presenter.station, presenter.panels, lessons.open, lessons.version, left, class_says
         if shown == self._shown:
@@ -91,7 +86,7 @@ class ScreenView:
             self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
 
     def cover(self, address: Address | None) -> None:
-        """Make the projector black, or show the address with how many are here, or its picture again."""
+        """Make the projector black, show the address with the number of students, or uncover it."""
         presenter = self._control.presenter
         joined = (0, 0) if address is None else (self._control.classroom.heads[0], presenter.expected)
         covered = presenter.blank, address, joined
@@ -102,7 +97,7 @@ class ScreenView:
 
 
 CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
-"""Stations with nothing over the scene, and the text of the step that stands below it."""
+"""Stations without an overlay → the text that is shown below the scene."""
 
 
 def screen_html(
@@ -114,15 +109,13 @@ def screen_html(
     quotes: Collection[str] = (),
     record: float | None = None,
 ) -> Markup:
-    """Overlay of the scene on a projector; the script `presenter.js` shows it.
+    """Overlay of a projector, shown by `presenter.js`.
 
     Args:
-        view: of the step; None while no lesson is open.
-        poll: the question on the stage.
-        left: seconds of the timer; None without one.
-        panels: whether the projector shows them beside the scene.
-        quotes: reasons of students for their answers.
-        record: the smallest d less d_m of the class in the step's duel [m]; None without one.
+        view: None while no lesson is open.
+        left: remaining time [s]; None without a timer.
+        panels: true if the projector shows them beside the scene.
+        record: smallest d − d_m of the class in the step's duel [m], or None.
     """
     made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
     if view is not None and station not in CAPTIONS:
@@ -137,7 +130,7 @@ def screen_html(
 
 
 def work_html(work: ShownWork, book: LessonBook) -> Markup:
-    """Work of one student, over the scene; of a run the step it belongs to, below the scene. `book`: of the projector."""
+    """One student's work over the scene, or the step of a run below it."""
     at = Bookmark(book).of(*work.step)
     lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
     place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done
@@ -179,7 +172,7 @@ def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collecti
 
 
 def _meter(poll: Poll | None, left: int | None) -> Markup:
-    """Number of answers, and the timer; "" where nothing is counted."""
+    """Number of answers, and the timer; "" if nothing is counted."""
     if poll is None or not (poll.open or poll.revealed) or poll.outcome:
         return Markup()
     here = poll.tally.handed_in + poll.tally.waiting

@@ -1,4 +1,4 @@
-"""HTML over a page of a lecture: a student's banner, and the address of the server with its QR code."""
+"""A student's banner, and the address with its QR code."""
 
 from typing import Final
 
@@ -13,12 +13,11 @@ TAKE_OVER: Final = N_("Take over")
 
 
 def banner_html(kind: str, text: str) -> Markup:
-    """Return the banner of a student's page; "" for no text."""
     return element("div", text, class_=f"duet-banner {kind} duet-say") if text else Markup()
 
 
 def join_html(address: Address) -> Markup:
-    """Return the address for the teacher."""
+    """Address for the teacher."""
     if address.private:
         hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
     else:
@@ -30,11 +29,11 @@ def join_html(address: Address) -> Markup:
 
 
 def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
-    """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
+    """Address for every screen. `joined`: see `joined_text`, or None."""
     said = "" if joined is None else joined_text(*joined)
     return macros("features/lecture/invitation.html").overlay(address, qr_svg(address.url, tr("QR code of the address")), said)
 
 
 def joined_text(here: int, expected: int) -> str:
-    """Number of students who are here, beside the expected one; `expected`: 0 where the teacher has not said."""
+    """Number of present students, and of `expected` ones unless that is 0."""
     return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)

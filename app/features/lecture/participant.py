@@ -1,4 +1,4 @@
-"""One browser in a lecture: who it belongs to, and what its page has beside the plenary."""
+"""One browser in a lecture, and its page's parts beside the shared session."""
 
 import viser
 
@@ -30,25 +30,18 @@ from scenes.settings import values
 class Participant:
     """One browser.
 
-    Args:
-        teacher: whether it may lead.
-        audience: with which it watches the plenary; None for a page of its own.
-        post_work: takes what a student hands in.
-
     Attributes:
         id: of its tab, or of its connection if the tab has none.
-        lasting: whether the id outlives a reload.
-        screen: whether it is a projector, and no student's.
-        narrow: whether its window has no room for lesson, stage and controls beside each other.
-        page: the plenary on a teacher's own page; None for all others.
-        banner, answers, hand_in, panel, invitation: what it has beside the plenary; None for what it has not.
-        group: that has the student's breakout session; "" while the student sees the plenary.
-        mates: how many students of the group are here, with this one.
-        visitor: the breakout session of the one who operates it; None for all others.
-        member: the page of another member of the group; None for all others, and before there is anything to see.
-        takes_over: whether this browser wants to operate what another one does.
-        moved: whether it was asked to connect again.
-        worked: whether its student has done something that can be handed in.
+        lasting: true if the id outlives a reload.
+        narrow: true if lesson, 3-D view and controls do not fit side by side.
+        page: the shared session on a teacher's own page; None for others.
+        banner, answers, hand_in, panel, invitation: parts beside the shared session, or None.
+        group: owner of the breakout session; "" in the shared session.
+        mates: present students of the group, with this one.
+        visitor: the breakout session of its operator; None for others.
+        member: page of a watching member; None for others, and before there is anything to see.
+        takes_over: true if this browser asks for control of the session.
+        moved: true if it was asked to reconnect.
     """
 
     def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
@@ -66,28 +59,27 @@ class Participant:
         self.group, self.mates, self.takes_over = "", 1, False
         self.visitor: Visitor | None = None
         self.member: GroupMember | None = None
-        # In another language the view is a new one, and has no banner yet.
+        # A change of language makes a new view, without a banner.
         self._view: View | None = None
         self._shown: object = None
         self.worked = False
 
     def add_banner(self) -> None:
-        """Add what a student's page has at the top."""
         self.banner = Banner(self.client.gui, self.ask_to_operate)
         self.hand_in = HandInBox(self.client.gui, self._post_work, self.id, self.group)
 
     def ask_to_operate(self) -> None:
-        """Have this browser operate what another one does; from any thread."""
+        """Ask for control of the session; from any thread."""
         self.takes_over = True
 
     def dress(self, session: Session, start: Settings) -> None:
-        """Give a session the look that this browser's link asks for. `start`: settings for what the link leaves open."""
+        """Give a session the look of this browser's link. `start`: settings that the link omits."""
         for key, value in values(from_query(self.query, start)[0]).items():
             if key in LOOKS:
                 session.change(key, value)
 
     def leave(self) -> None:
-        """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
+        """Save the student's own session, and cancel unfinished work for a teacher."""
         if self.visitor is not None and not self.visitor.superseded:
             lessons = self.visitor.session.parts.of(LessonSession)
             if lessons.begun:
@@ -96,23 +88,22 @@ class Participant:
             self.panel.close()
 
     def invite(self, address: Address | None) -> None:
-        """Show the address over a page of the plenary; None takes it away."""
+        """Show the address; None hides it."""
         if self.invitation is not None:
             with self.client.atomic():
                 self.invitation.show(address)
 
     def show_panel(self, poll: Poll | None) -> None:
-        """Update a teacher's panel. `poll`: the question in the plenary."""
+        """Update a teacher's panel. `poll`: the shared session's question."""
         if self.panel is not None:
             with self.client.atomic():
                 self.panel.show(poll)
 
     def show(self, classroom: Classroom, poll: Poll | None, view: View) -> None:
-        """Update what a student's page has beside the plenary.
+        """Update the student's parts of the page.
 
         Args:
-            poll: the question in the shared session; None without one, and in a breakout session.
-            view: of the plenary, or of the breakout session.
+            poll: the shared session's question; None in a breakout session.
         """
         seen = view.part(LessonView)
         lessons, panel = seen.lessons, seen.panel
@@ -129,14 +120,14 @@ class Participant:
         answered = None if self.answers is None else (lessons.open, poll, mine, panel.tab)
         offers = self.member is not None
         shown = line, tab, answered, self.worked, report
-        # Opening a batch for each of thirty pages in every frame would cost a message each.
+        # A batch for each of thirty pages in every frame would cost a message each.
         if shown == self._shown:
             return
         self._shown = shown
         with self.client.atomic():
             self.banner.show(*line, tab, offers)
             if offers and tab is not None and panel.panel is not None:
-                # The banner stands in it, and on a phone it is folded.
+                # The banner is in the panel, which a phone folds.
                 self.client.gui.main_panel.minimize()
                 expand_for(self.client, panel.panel)
             self.hand_in.show(self.worked, report, tab)
@@ -147,7 +138,6 @@ class Participant:
                 self.answers.show(poll, mine, first)
 
     def _line(self, classroom: Classroom) -> tuple[str, str]:
-        """Return kind and text of the banner."""
         own = "own" if self.member is None else "own watches"
         if classroom.paused:
             return f"{own} halt" if self.group else "halt", tr("The teacher has paused everybody.")

@@ -1,5 +1,4 @@
-"""The pages of those who watch: the plenary of a lecture in the language and look of one audience, or of one teacher, with the class's
-answers; and the session of a group, which another member operates."""
+"""Watchers' pages: of the shared session, and of a group's session."""
 
 from collections.abc import Callable
 
@@ -27,17 +26,15 @@ from app.web.request import browser_language, request_query
 
 
 class PlenaryPage:
-    """A page that shows the plenary. Belongs to the frame loop's thread.
+    """A page of the shared session. Belongs to the frame loop's thread.
 
     Args:
         host: the audience, or the teacher's client.
-        control: of the plenary.
-        context: of the server.
-        look: of the page; None for that of the stage's settings, which is the operator's.
-        clients: returns the clients to which the camera belongs.
+        look: None for the shared session's, which is the operator's.
+        clients: clients that own the camera.
 
     Attributes:
-        language, book: of the page, and the lessons in it.
+        language, book: the page's language, and the lessons in it.
     """
 
     def __init__(
@@ -61,11 +58,8 @@ class PlenaryPage:
         self._shown: tuple[Poll | None, float | None] = None, None
 
     def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
-        """Draw a frame; return the question on the stage, in this language; its tally is shown after the reveal. A projector that is
-        frozen keeps its picture, and only what covers it changes.
-
-        Args:
-            address: that a projector shows; None without a projector.
+        """Draw a frame; return the question in this language, with its tally after the reveal. A frozen
+        projector keeps its picture.
         """
         set_language(self.language)
         presenter = self._control.presenter
@@ -80,7 +74,7 @@ class PlenaryPage:
                 if self.view.bare == presenter.panels:
                     self.view.bare = not self.view.bare
                     for client in self._clients():
-                        # The panels take their room from the canvas, so that the view has to be fitted again.
+                        # The panels reduce the canvas, so the view has to be fitted again.
                         self.view.welcome(client)
                 self._screen.show(poll)
             self.view.show(frame)
@@ -88,7 +82,7 @@ class PlenaryPage:
             if self._poll is None and tab is not None:
                 with tab:
                     self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
-            # The curves of a whole class are not drawn in every frame.
+            # A class's curves are too slow to draw in every frame.
             if self._poll is not None and (poll, record) != self._shown:
                 self._shown = poll, record
                 answers = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
@@ -101,14 +95,7 @@ class PlenaryPage:
 
 
 class GroupMember:
-    """The session of a group in a member's own language and look. Belongs to the frame loop's thread.
-
-    Args:
-        lead: the member who operates it.
-
-    Attributes:
-        view, language: what is seen of it.
-    """
+    """A group's session in a member's own language and look. Belongs to the frame loop's thread."""
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
         self.client, self._context = client, context
@@ -139,7 +126,6 @@ class GroupMember:
         """Do nothing: the page has nothing to operate."""
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame."""
         set_language(self.language)
         with self._context.apart("a frame of a member's page failed", self.client.client_id):
             with self.client.atomic():

@@ -1,4 +1,4 @@
-"""What the projector shows of a step, and how a clicker goes through it: scene, question, answers, run, outcome, explanation, challenge."""
+"""The projector's stations of a step: scene, question, answers, run, outcome, explanation, challenge."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -14,24 +14,22 @@ from app.i18n.speaking import N_
 ScreenAction = Literal[
     "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
 ]
-"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
-the panels; a timer, or none."""
+"""Next or previous station; live, frozen or black; the 3-D view alone or with panels; timers."""
 
 TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
-"""Times that a class can be given to answer [s], and none."""
+"""Action → time for answers [s]; 0 for no timer."""
 
 MOST_QUOTES: Final = 4
-"""Reasons of students that are shown at once."""
+"""Most reasons shown at once."""
 
 InvitedPages = Literal["", "screens", "teachers", "all"]
-"""Which pages show the address: none, the projectors, besides them the teachers' pages, or besides those the students'."""
+"""Pages that show the address: none, projectors, also teachers', also students'."""
 
 INVITED: Final[tuple[InvitedPages, ...]] = get_args(InvitedPages)
-"""From none to all."""
 
 
 class Station(StrEnum):
-    """What of a step the projector shows."""
+    """Part of a step on the projector."""
 
     SCENE = "scene"
     QUESTION = "question"
@@ -53,7 +51,7 @@ STATION_NAMES: Final = {
     Station.CHALLENGE: N_("the challenge"),
     Station.TRY: N_("the challenge, on the stage"),
 }
-"""What a teacher calls the stations."""
+"""Names of the stations."""
 
 _OF_PHASE: Final = {
     Phase.PREDICT: Station.SCENE,
@@ -62,11 +60,11 @@ _OF_PHASE: Final = {
     Phase.EXPLAIN: Station.EXPLANATION,
     Phase.CHALLENGE: Station.CHALLENGE,
 }
-"""The first station of every phase."""
+"""First station of each phase."""
 
 
 class _StagePlace(NamedTuple):
-    """Where the plenary's lesson is, as far as it decides what the projector shows."""
+    """What decides the projector's picture in the shared session's lesson."""
 
     step: tuple[str, str] | None = None
     phase: Phase | None = None
@@ -75,12 +73,11 @@ class _StagePlace(NamedTuple):
 
 
 class ShownWork(NamedTuple):
-    """What one student has done alone, without a name.
+    """One student's own work, without a name.
 
     Attributes:
-        step: where, by the names of lesson and step; ("", "") outside the lessons.
-        done: there.
-        run: whether the student's run is replayed on the stage.
+        step: ids of lesson and step; ("", "") outside the lessons.
+        run: true if the student's run is replayed.
     """
 
     step: tuple[str, str]
@@ -89,21 +86,17 @@ class ShownWork(NamedTuple):
 
 
 class Presenter:
-    """What every projector of a lecture shows. Belongs to the plenary's thread.
+    """What every projector of a lecture shows. Belongs to the shared session's thread.
 
     Args:
-        clock: returns the time [s].
+        clock: time [s].
 
     Attributes:
-        station: what of the step is shown.
-        blank: whether the projectors are black.
-        frozen: whether they keep their picture while the plenary goes on.
-        panels: whether they show the panels beside the scene, as students see them.
-        screens: how many there are.
-        inviting: which pages show the address.
-        expected: how many students are expected; 0 for no number.
-        quotes: reasons that students give, as the teacher has picked them.
-        work: what one student has done, in place of the station; None to show the station.
+        frozen: true if they keep their picture while the shared session continues.
+        panels: true if they show the panels, as students see them.
+        expected: number of expected students; 0 if unknown.
+        quotes: students' reasons that the teacher has picked.
+        work: one student's work in the station's place, or None.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -121,19 +114,18 @@ class Presenter:
     # ---- the stations ------------------------------------------------------------------------------------------------------
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
-        """Show what fits where the lesson is, if it has moved on since the last call.
+        """Show the station that fits the lesson, if that has changed.
 
         Args:
-            walk: the plenary's; None while no lesson is open.
-            revealed: whether everybody sees the class's answers.
-            running: whether the run is going on.
+            walk: None while no lesson is open.
+            revealed: true if all see the class's answers.
         """
         place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
         if place != self._place:
             before, self._place, self.work = self._place, place, None
             self.show(self._station_at(place, before))
             if place.step != before.step or (before.revealed and not revealed):
-                # Another question, or this one once more.
+                # Another question, or the same one once more.
                 self.quotes = ()
             if place.step != before.step or revealed != before.revealed:
                 # Another question, or this one is answered, or asked again.
@@ -155,24 +147,23 @@ class Presenter:
         return _OF_PHASE[place.phase]
 
     def show(self, station: Station) -> None:
-        """Show a station of the present step."""
         if station is Station.QUESTION and self._asked_at is None:
             self._asked_at = self._clock()
         self.station = station
 
     @property
     def covered(self) -> bool:
-        """Whether the projectors are blank, frozen or show the address or what one student has done."""
+        """True if the projectors are blank, frozen, or show the address or a student's work."""
         return self.blank or self.frozen or self.inviting != "" or self.work is not None
 
     def uncover(self) -> bool:
-        """Show the present picture again, and the address nowhere; return whether the projectors were covered."""
+        """Show the live picture, without the address; true if the projectors were covered."""
         covered = self.covered
         self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered
 
     def following(self, walk: Walkthrough) -> Station | None:
-        """Return the next station of the step; None if the next step comes next."""
+        """Next station of the step; None if the next step follows."""
         stations = stations_of(walk)
         place = stations.index(self.station) + 1 if self.station in stations else 0
         return stations[place] if place < len(stations) else None
@@ -180,22 +171,21 @@ class Presenter:
     # ---- the timer ---------------------------------------------------------------------------------------------------------
 
     def start_timer(self, seconds: int) -> None:
-        """Set the class's timer for answers, from now on; 0 ends it."""
+        """Start the timer for answers [s]; 0 stops it."""
         self._ends_at = self._clock() + seconds if seconds else None
 
     @property
     def left(self) -> int | None:
-        """Seconds that the class still has, 0 once the time is up; None without a timer."""
+        """Remaining time [s], 0 when it is up; None without a timer."""
         return None if self._ends_at is None else max(ceil(self._ends_at - self._clock()), 0)
 
     @property
     def asked_for(self) -> int | None:
-        """Seconds since the question came up; None before it has."""
+        """Time since the question was shown [s]; None before."""
         return None if self._asked_at is None else int(self._clock() - self._asked_at)
 
 
 def stations_of(walk: Walkthrough) -> tuple[Station, ...]:
-    """Return the stations of the present step, in their order."""
     stations: list[Station] = []
     for phase in phases_of(walk.step):
         stations.append(_OF_PHASE[phase])
@@ -207,5 +197,5 @@ def stations_of(walk: Walkthrough) -> tuple[Station, ...]:
 
 
 def clock_text(seconds: int) -> str:
-    """Return seconds as minutes and seconds: 1:05."""
+    """Minutes and seconds: 1:05."""
     return f"{seconds // 60}:{seconds % 60:02d}"

@@ -1,4 +1,4 @@
-"""The hotkeys of a class: of its teacher, and of a projector with the teacher's key."""
+"""Hotkeys of a teacher, and of a projector with the teacher's key."""
 
 from typing import Final, Literal
 
@@ -8,17 +8,16 @@ from app.i18n.speaking import N_
 from app.page.panels.hotkeys import Hotkey
 
 PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
-"""What a clicker asks for: the next thing on the projector, the one before, black, keep the picture, or take the address away."""
 
 PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("present_next", "on", "Page ↓", N_("class: the next thing on the screen"), "pagedown", icon=viser.Icon.ARROW_DOWN),
     Hotkey("present_back", "back", "Page ↑", N_("class: the thing before"), "pageup", icon=viser.Icon.ARROW_UP),
     Hotkey("present_blank", "blank", "B", N_("class: the screen black, or live"), "B", icon=viser.Icon.EYE_OFF),
     Hotkey("present_freeze", "freeze", "F", N_("class: the screen frozen, or live"), "F", icon=viser.Icon.SNOWFLAKE),
-    # Pressed by the script of the address, `page_overlay.js`.
+    # Pressed by the address's script, `page_overlay.js`.
     Hotkey("present_hide", "hide", "Esc", N_("class: the address away"), "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
 )
-"""Keys of a lecture's teacher, in place of what the same keys do elsewhere, and of a projector with the teacher's key."""
+"""They replace the keys' usual meaning."""
 
 CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     *PRESENTER_KEYS,
@@ -26,4 +25,4 @@ CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("clicker_back", "back", "←", N_("class: the thing before"), "4", relayed="ArrowLeft"),
     Hotkey("clicker_blank", "blank", ".", N_("class: the screen black, or live"), "1", relayed="."),
 )
-"""Keys of a projector with the teacher's key: also those that some clickers send."""
+"""Also keys that some clickers send."""

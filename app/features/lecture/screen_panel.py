@@ -1,4 +1,4 @@
-"""The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
+"""The teacher's remote control of the projector: station, timer, blank and freeze."""
 
 from urllib.parse import urlencode
 
@@ -15,11 +15,10 @@ from app.web.control_events import on_press
 
 
 class ScreenPanel:
-    """The controls in the teacher's tab; the caller has opened it.
+    """The controls, in the caller's open tab.
 
     Args:
-        control: carries out what the teacher asks for.
-        keyed: whether the teacher has a key, which that projector is given.
+        keyed: true if the teacher has a key, which the projector receives.
     """
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl, keyed: bool) -> None:
@@ -54,7 +53,6 @@ class ScreenPanel:
         on_press(self._back, lambda: act("back"))
 
     def show(self) -> None:
-        """Update the controls."""
         presenter, lessons = self._presenter, self._lessons
         following = presenter.following(lessons.walk) if lessons.open else None
         cover = presenter.covered, presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
@@ -73,14 +71,14 @@ class ScreenPanel:
 
 
 def next_station_label(presenter: Presenter, following: Station | None) -> str:
-    """Effect of Page ↓. `following`: the next station of the step; None if the next step comes next."""
+    """Effect of Page ↓. `following`: next station; None if the next step follows."""
     if presenter.covered:
         return tr("Next: the picture again")
     return tr("Next step") if following is None else tr("Next: {what}", what=tr(STATION_NAMES[following]))
 
 
 def covers_html(presenter: Presenter) -> Markup:
-    """Reminder for the teacher: a covered picture, the time; "" if nothing is due."""
+    """Reminder of a covered picture or the time, or ""."""
     pills: list[tuple[str, str]] = []
     if presenter.blank:
         pills.append(("halt", tr("the screen is black")))
@@ -99,8 +97,7 @@ def covers_html(presenter: Presenter) -> Markup:
 
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
-    """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
-    `presenter.js`. `page`: of the teacher; the projector looks the same."""
+    """Button that opens a projector's window (with the teacher's key), and instructions."""
     query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")

@@ -1,4 +1,4 @@
-"""A student's own part of a lecture's page: the banner, the answers as buttons and keys, the verdict, and the lab report to hand in."""
+"""A student's banner, answer buttons and keys, verdict, and hand-in."""
 
 from collections import deque
 from collections.abc import Callable
@@ -33,11 +33,13 @@ _OWN: Final = (
     "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-said,"
     ".duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
-"""Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
+"""Hides the projector's axes, choices and verdict: the student has a board, buttons and an own verdict."""
 
 
 class Banner:
-    """One line at the top of a page: what the teacher has decided; below it a button for who may take over. `take_over`: presses it."""
+    """The teacher's decision at the top of a page, and a button (`take_over`) for a member who may take
+    control.
+    """
 
     def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
         self._gui, self._take_over = gui, take_over
@@ -45,7 +47,9 @@ class Banner:
         self._buttons: dict[bool, viser.GuiButtonHandle] = {}
 
     def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None, offers: bool) -> None:
-        """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls; `offers`: whether there is the button."""
+        """Show a text, "" for none. `tab`: the lesson's, if the controls are folded; `offers`: show the
+        button.
+        """
         in_tab = tab is not None
         with tab or nullcontext():
             if in_tab not in self._lines:
@@ -60,11 +64,9 @@ class Banner:
 
 
 class Answers:
-    """The buttons, keys and texts for one student's answers.
+    """Buttons, keys and texts for one student's answers.
 
     Args:
-        panel: of the lessons, in the plenary.
-        control: takes what the student hands in.
         student: id of the tab.
     """
 
@@ -104,7 +106,7 @@ class Answers:
             self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student), IN_LESSONS)
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
-        """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
+        """Show the box for a reason from the vote until the reveal. No two questions share one."""
         asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
         if asked is not None and asked not in self._reasons and self._panel.tab is not None:
             hint = tr(
@@ -119,7 +121,7 @@ class Answers:
             box.visible = place == asked
 
     def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
-        """Update everything. `mine`: the student's newest ballot; `first`: see `mine_html`."""
+        """Update everything. `mine`: the newest ballot; `first`: see `mine_html`."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return
@@ -147,7 +149,7 @@ class Answers:
 
 
 class _Form:
-    """The folder with name and buttons. The caller has opened its container.
+    """Form with name and buttons, in the caller's open container.
 
     Args:
         hand_in: called with the name, on the network's thread.
@@ -182,12 +184,12 @@ class _Form:
 
 
 class HandInBox:
-    """The form on one student's page, and the student's progress for the class's counts.
+    """A student's hand-in form, and progress for the class's counts.
 
     Args:
-        post_work: takes both, as plain data.
+        post_work: receives both, as plain data.
         student: id of the tab.
-        group: that has the student's breakout session; "" in the plenary.
+        group: owner of the breakout session; "" in the shared one.
     """
 
     def __init__(self, gui: viser.GuiApi, post_work: PostWork, student: str, group: str) -> None:
@@ -197,11 +199,12 @@ class HandInBox:
         self._version = -1
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
-        """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
+        """Post a requested report, and changed progress of the own session.
 
         Args:
-            own: the lessons of that session; None in the plenary.
-            operates: whether the student operates that session; otherwise another one posts its progress.
+            own: None in the shared session.
+            operates: true if this student operates the session; otherwise the operator's page posts its
+                progress.
         """
         name = self._names.pop() if self._names else None
         progress = "" if own is None or not own.begun or (name is None and own.version == self._version) else own.walk.to_json()
@@ -213,16 +216,15 @@ class HandInBox:
             self._post_work(Progressed(self._group, progress))
 
     def post_again(self) -> None:
-        """Post the progress with the next frame, also if it has not changed."""
+        """Post the progress with the next frame, also if unchanged."""
         self._version = -1
 
     def show(self, offered: bool, report: HandIn | None, tab: viser.GuiTabHandle | None) -> None:
-        """Offer the form.
+        """Update the form.
 
         Args:
-            offered: whether there is anything to hand in.
-            report: handed in; None if there is no report.
-            tab: of the lesson, in place of folded controls.
+            offered: true if there is something to hand in.
+            tab: the lesson's, if the controls are folded.
         """
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:

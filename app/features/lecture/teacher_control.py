@@ -1,4 +1,4 @@
-"""Carries out the teacher's actions and takes the students' answers, in the plenary."""
+"""Performs the teacher's actions, and receives the students' answers."""
 
 import re
 from collections.abc import Hashable
@@ -28,16 +28,17 @@ TeacherAction = (
     | Literal["show", "show run", "pace"]
     | ScreenAction
 )
-"""The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
-leave out or count votes without a page, put reasons on the screen, say how many are expected, show the address on the screen or on all
-pages, or nowhere; for those who explore: the answer of a student on the projector, or the run, and which steps are open."""
+"""All students to the shared or to breakout sessions, pause, reveal the answers, ask again, count votes
+without a page or not, show reasons, set the expected number, show the address; show an exploring student's
+answer or run; open steps.
+"""
 
 EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
-"""Steps, and what is switched on and off: two presses between two frames are two."""
+"""Steps and toggles: two presses between frames count twice."""
 
 
 class Teach(Action, newest_by=("what",)):
-    """Do what a teacher asks for. `value`: the name or the text that belongs to it."""
+    """An action of a teacher. `value`: its name or text."""
 
     what: TeacherAction
     value: str = ""
@@ -48,14 +49,14 @@ class Teach(Action, newest_by=("what",)):
 
 
 class Answer(Action, newest_by=("student",)):
-    """Take a student's answer, from 0. `student`: id of the tab."""
+    """A student's answer (0-based). `student`: id of the tab."""
 
     student: str
     choice: int
 
 
 class Because(Action, newest_by=("student", "question")):
-    """Take the reason of a student's answer to a question."""
+    """A student's reason for the answer to a question."""
 
     student: str
     question: QuestionId
@@ -63,14 +64,12 @@ class Because(Action, newest_by=("student", "question")):
 
 
 class TeacherControl:
-    """All methods but those that post belong to the plenary's thread.
+    """All methods except those that post belong to the shared session's thread.
 
     Attributes:
-        classroom, session, lessons: the class, and the plenary's.
-        answers: the students' answers, and what they hand in; they are done before the teacher's actions, and are not lost with the
+        answers: students' answers and hand-ins, processed before the teacher's actions; they survive the
             teacher's tab.
-        presenter: what the projectors show.
-        refused: why the steps that the teacher has typed last are none of the lesson's; "" where they are.
+        refused: why the typed steps are not the lesson's, or "".
     """
 
     def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession) -> None:
@@ -92,17 +91,17 @@ class TeacherControl:
         return self.lessons.walk if self.lessons.open else None
 
     def poll(self, book: LessonBook | None = None) -> Poll | None:
-        """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
+        """Current question, or None. `book`: in the reader's language; None for the session's."""
         return self.classroom.poll(self._walk, book)
 
     @property
     def record(self) -> float | None:
-        """Return the smallest d less d_m of the students' pushes in the plenary's duel [m]; None where there is none."""
+        """Smallest d − d_m of the students' pushes in a duel [m], or None."""
         walk = self._walk
         return None if walk is None or not walk.duel else self.classroom.work.nearest.get((walk.lesson.id, walk.step.id))
 
     def post(self, action: TeacherAction, value: str = "") -> None:
-        """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
+        """Queue a teacher's action for the next frame; from any thread."""
         self.session.post(Teach(action, value))
 
     def _take_answer(self, action: Answer) -> None:
@@ -145,7 +144,7 @@ class TeacherControl:
                 try:
                     classroom.pace, self.refused = open_steps_from_text(value, self.lessons.walk.lesson), ""
                 except BadSetting as error:
-                    # A text that names no steps changes nothing, and is answered.
+                    # A text without valid steps changes nothing, and gets an answer.
                     self.refused = str(error)
             case "quote":
                 poll, numbers = self.poll(), map(int, re.findall(r"\d{1,4}", value))
@@ -154,7 +153,7 @@ class TeacherControl:
             case "expect":
                 presenter.expected = int(value)
             case "invite":
-                # Where there is no projector, on the teacher's page.
+                # Without a projector, on the teacher's page.
                 presenter.inviting = "screens" if presenter.screens else "teachers"
             case "invite all":
                 presenter.inviting = "all"
@@ -178,12 +177,12 @@ class TeacherControl:
     # ---- the projector -----------------------------------------------------------------------------------------------------
 
     def present(self) -> None:
-        """Make the projectors follow the plenary; once a frame."""
+        """Make the projectors follow the shared session; once a frame."""
         poll, presenter, player = self.poll(), self.presenter, self.session.player
         presenter.follow(self._walk, poll is not None and poll.revealed, not self.session.paused)
         runs = presenter.work is not None and presenter.work.run
         if self._replayed and not (runs and player.loaded == self._replayed):
-            # Page ↓ ends the student's run, and so does the teacher's own button of the replay.
+            # Page ↓ ends the student's run, and so does the replay's button.
             if player.loaded == self._replayed:
                 player.leave()
             presenter.work = None if runs else presenter.work
@@ -192,7 +191,7 @@ class TeacherControl:
     # ---- what one student has done -----------------------------------------------------------------------------------------
 
     def _show_work(self, student: str | None, run: bool = False) -> None:
-        """Show what a student has done in the present step, or that it is the step of the run; None takes it away."""
+        """Show a student's work in the current step, or the step of a run; None hides it."""
         self.presenter.uncover()
         if student is not None:
             progress = self.classroom.board.progress_of(student)
@@ -200,7 +199,6 @@ class TeacherControl:
             self.presenter.work = ShownWork(step, progress.at(*step), run)
 
     def _show_run(self, action: Ran) -> None:
-        """Replay a student's run on the stage, if the teacher still wants it."""
         player, student, recorded = self.session.player, action.student, action.recorded
         if student != self.classroom.wanted:
             return
@@ -213,7 +211,7 @@ class TeacherControl:
         player.watch_file(recorded, self._replayed)
 
     def _go_on(self) -> None:
-        """Show the next station of the step. A projector that is black or frozen, or shows the address, only comes back."""
+        """Show the next station. A covered projector is only uncovered."""
         presenter, walk, lessons, session = self.presenter, self._walk, self.lessons, self.session
         if presenter.uncover() or walk is None:
             return
@@ -230,7 +228,7 @@ class TeacherControl:
             case Station.SCENE | Station.QUESTION | Station.ANSWERS:
                 presenter.show(Station.RUN if not walk.locked or walk.done.predicted else presenter.station)
                 if session.paused:
-                    # Without a prediction the lesson says that it needs one.
+                    # Without a prediction the lesson asks for one.
                     lessons.act(Press("run"))
             case Station.RUN if session.paused and not walk.showing and not walk.yours and not walk.finished(session.simulation):
                 lessons.act(Press("run"))
@@ -240,7 +238,7 @@ class TeacherControl:
                 lessons.act(Press("next"))
 
     def _go_back(self) -> None:
-        """Show the station before; what is revealed stays so."""
+        """Show the previous station; what is revealed stays revealed."""
         presenter, walk, lessons = self.presenter, self._walk, self.lessons
         if presenter.uncover() or walk is None:
             return
@@ -260,7 +258,6 @@ class TeacherControl:
                 lessons.act(Press("back"))
 
     def _start_timer(self, seconds: int) -> None:
-        """Give the class time to answer the question, which everybody sees then."""
         poll = self.poll()
         if poll is None or not poll.open:
             seconds = 0
@@ -278,12 +275,11 @@ class TeacherControl:
         favourite = poll.tally.favourite
         if not lessons.locked:
             return
-        # The prediction that the run is compared with is the class's.
+        # The class's prediction is compared with the run.
         if poll.tally.curves:
             lessons.act(Draw(*poll.question, median_curve(poll.tally.curves)))
         if favourite is not None:
             lessons.act(Choose(favourite))
 
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
-        """Take a student's curve for a question, as long as that takes answers."""
         self.classroom.draw(self._walk, student, question, curve)

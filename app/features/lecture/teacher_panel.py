@@ -1,5 +1,6 @@
-"""The teacher's panel of a lecture: the class and the board of those who work alone, the notes, and the address; or the notes alone, while
-another tab of the teacher leads. Only the teacher's browsers are sent any of it."""
+"""The teacher's panel; only the notes, while another teacher's tab leads. Only the teacher's browsers receive
+it.
+"""
 
 from collections.abc import Callable, Mapping
 from time import monotonic
@@ -35,16 +36,16 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 """Label, key with Alt and Shift, action."""
 
 LONGEST_QUOTE: Final = 40
-"""Characters of a list of reasons for the screen."""
+"""Longest listed reason [characters]."""
 
 PERIOD: Final = 1.0
-"""Time between two looks at the board [s]."""
+"""Period of the board's update [s]."""
 
 NO_ONE: Final[str] = "–"
 
 
 class BoardPanel:
-    """The folder in the teacher's tab; the caller has opened that. `control`: carries out what the teacher asks for."""
+    """Folder with the board, in the caller's open tab."""
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
         self._control, self._classroom, self._lessons, act = control, control.classroom, control.lessons, control.post
@@ -62,7 +63,7 @@ class BoardPanel:
         on_press(run, lambda: act("show run", self._student.value))
 
     def show(self) -> None:
-        """Update it; it is there while the class explores."""
+        """Update the board; shown while the class explores."""
         classroom, lessons, now = self._classroom, self._lessons, monotonic()
         self._folder.visible = classroom.free
         if not classroom.free or now < self._next:
@@ -77,7 +78,7 @@ class BoardPanel:
         self._table.content = macros("features/lecture/board.html").board(rows, len(at.lesson.steps))
         names = NO_ONE, *(row.name for row in rows)
         if self._student.value not in names:
-            # A student who is away for a moment stays chosen.
+            # A student who is away for a moment stays selected.
             names += (self._student.value,)
         if names != tuple(self._student.options):
             self._student.options = names
@@ -87,9 +88,7 @@ class TeacherPanel:
     """A teacher's tabs.
 
     Args:
-        control: carries out the teacher's actions.
-        notes: Markdown by lesson id; None for a teacher without a key.
-        downloads: of the class's reports.
+        notes: Markdown by lesson id; None without a key.
     """
 
     def __init__(
@@ -102,7 +101,7 @@ class TeacherPanel:
     ) -> None:
         self._gui, self._control, self._downloads = client.gui, control, downloads
         gui, act = client.gui, control.post
-        # Above the tabs, in view whichever of them is open.
+        # Above the tabs, so always visible.
         self._covers = gui.add_html("", order=ORDER - 0.5)
         tabs = gui.add_tab_group(order=ORDER)
         with tabs.add_tab(tr("Class"), viser.Icon.USERS_GROUP):
@@ -174,7 +173,7 @@ class TeacherPanel:
         on_press(command, act)
 
     def show(self, poll: Poll | None) -> None:
-        """Update all tabs. `poll`: the question in the plenary."""
+        """Update all tabs. `poll`: the shared session's question."""
         presenter, classroom = self._control.presenter, self._control.classroom
         self._screen.show()
         self._board.show()
@@ -195,7 +194,7 @@ class TeacherPanel:
         self._shown, self._free = shown, classroom.free
         self._heads.content = heads_html(classroom, presenter.expected)
         self._mode.show(1 if classroom.free else 0)
-        # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
+        # Before the reveal only the teacher sees the tally.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._voters.content = voters_html(voters)
         self._reasons.content = macros("features/classroom/poll.html").reasons(reasons) if reasons else ""
@@ -211,16 +210,14 @@ class TeacherPanel:
         self._pause.label = tr("Let everybody go on") if classroom.paused else tr("Pause everybody")
 
     def close(self) -> None:
-        """Drop every report that is being made."""
         self._downloads.close()
 
 
 class AssistantPanel:
-    """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
+    """Tab of a teacher while another one leads: a line, a button, and the notes.
 
     Args:
-        control: of the class and the lessons.
-        notes: Markdown by lesson id; None for a teacher without a key.
+        notes: Markdown by lesson id; None without a key.
         take_over: called on the network's thread.
     """
 
@@ -234,6 +231,5 @@ class AssistantPanel:
         self._notes = None if notes is None else TeachersTab(gui, notes)
 
     def show(self, poll: Poll | None) -> None:
-        """Update the notes; see `TeacherPanel.show`."""
         if self._notes is not None and self._control.classroom.load is not None:
             self._notes.show(self._control.lessons, self._control.classroom.load)

@@ -1,4 +1,4 @@
-"""The lessons: predict, run, compare, explain, and be challenged; their files, their check, and their panel on the page."""
+"""Lessons: files, check and panel."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

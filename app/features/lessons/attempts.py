@@ -1,4 +1,4 @@
-"""Attempts at a challenge: whether a run counts and what is said if it does not, and what a custom law is worth."""
+"""Attempts at a challenge, by a run or by a custom law."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,11 +20,11 @@ from scenes.simulation import Simulation
 
 
 class RunWatch:
-    """Watches one run.
+    """Detects restarts and changed settings in a run.
 
     Attributes:
-        mixed: whether settings have changed in the middle of it.
-        run: its number; each restart has the next one.
+        mixed: true if settings changed during the run.
+        run: its number; a restart increments it.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,6 @@ class RunWatch:
         self.run += 1
 
     def see(self, simulation: Simulation) -> None:
-        """Take note of the run as it is now; fewer steps than before mean a restart."""
         steps, settings = simulation.steps, simulation.settings
         if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
             self.run += self._seen is not None and steps < self._seen[0]
@@ -55,13 +54,10 @@ def attempted(
     finished: bool,
     mixed: bool,
 ) -> Attempt:
-    """Result of a run in a challenge; it does not count if settings were changed in it, or before its end.
+    """Judge a run by its challenge; it does not count before its end, or if settings changed during it.
 
     Args:
-        said: the student's forecasts, where the challenge asks for any.
-        yours: whether the student moves, so that any moment may be the end.
-        finished: whether the run is as long as the challenge asks for.
-        mixed: see `RunWatch`.
+        yours: true if the student moves, so that any moment may be the end.
     """
     if challenge.criteria and simulation.steps == 0:
         return Attempt(False, (), LazyText(N_("Press Run first.")))
@@ -77,13 +73,12 @@ def attempted(
 
 
 class StandIn:
-    """A law that never fails, as the tests of a custom law want one."""
+    """Gives a built-in law the interface of a custom law in its tests."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
     problem: LawProblem | None = None
     seconds: float = 0.0
-    """A built-in law is quick on any machine."""
 
     def __init__(self, law: Law | Callable[[Situation], Array]) -> None:
         self._law = law
@@ -103,7 +98,6 @@ class StandIn:
 
 
 def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
-    """Result of a controller; a test that fails says why it is asked for."""
     judgements: list[Judgement] = []
     for verdict in verdicts:
         why = () if verdict.passed else (LazyText(WHY[verdict.name]),)

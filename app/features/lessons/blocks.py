@@ -1,4 +1,4 @@
-"""The data side of a lesson file: a block of TOML. Every key is read by name and knows its line."""
+"""TOML blocks of a lesson file, with the line of every key."""
 
 import math
 import re
@@ -13,22 +13,20 @@ from controllers.errors import BadSetting
 T = TypeVar("T")
 
 LARGEST: Final = 1e6
-"""No number of a lesson is larger."""
+"""Largest number in a lesson."""
 
 NEEDED: Final[Any] = object()
-"""In place of a default: the key must be there."""
+"""Default that makes a key required."""
 
 _AT: Final = re.compile(r"\(at line (\d+), column (\d+)\)|\(at end of document\)")
 _HEADER: Final = re.compile(r"^\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 class Table:
-    """A table of a block. Reading a key removes it; `close` complains of keys that are left.
+    """A table of a block. Reading a key removes it; `close` reports the keys that are left.
 
     Args:
-        data: keys and values.
-        lines: those of the file that the table is written in, with their numbers.
-        line: where it begins.
+        lines: numbered lines of the file that hold the table.
         path: name of the table, "" for the whole block.
     """
 
@@ -37,7 +35,6 @@ class Table:
         self._known: list[str] = []
 
     def line_of(self, key: str) -> int:
-        """Return the line on which a key is written, else that of the table."""
         written = re.compile(rf"(^|[{{,\s])\s*[\"']?{re.escape(key)}[\"']?\s*(=|\.)")
         header = re.compile(rf"^\s*\[{{1,2}}\s*({re.escape(self._path)}\.)?{re.escape(key)}\b")
         for number, line in self._lines:
@@ -46,15 +43,12 @@ class Table:
         return self._line
 
     def fault(self, key: str, message: str) -> Fault:
-        """Return a fault on the line of a key."""
         return Fault(self.line_of(key), message)
 
     def has(self, key: str) -> bool:
-        """True if a key is there and not yet taken."""
         return key in self._data
 
     def any(self, key: str, default: Any = None) -> Any:
-        """Take a value of whatever kind; with `NEEDED` as its default it must be there."""
         self._known.append(key)
         if key in self._data:
             return self._data.pop(key)
@@ -64,7 +58,6 @@ class Table:
         return default
 
     def text(self, key: str, default: str = NEEDED, most: int = 200) -> str:
-        """Take a text; without a default it must be there."""
         value = self.any(key, default)
         if not isinstance(value, str):
             raise self.fault(key, f"{key} = {quoted_value(value)} is not a text; write it in quotes.")
@@ -73,35 +66,31 @@ class Table:
         return value
 
     def choice(self, key: str, choices: Iterable[str], default: str = NEEDED) -> str:
-        """Take one of a few words."""
         value, choices = self.text(key, default), tuple(choices)
         if value not in choices:
             raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; choose from {', '.join(choices)}.")
         return value
 
     def number(self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST) -> float:
-        """Take a number within bounds."""
         value = self.any(key, default)
         if not is_number(value) or not low <= value <= high:
             raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; give a number from {low:g} to {high:g}.")
         return float(value)
 
     def whole(self, key: str, default: int = NEEDED, low: int = 0, high: int = 1000) -> int:
-        """Take a whole number within bounds."""
         value = self.number(key, default, low, high)
         if value != int(value):
             raise self.fault(key, f"{key} = {value:g} is not a whole number; give one from {low} to {high}.")
         return int(value)
 
     def flag(self, key: str) -> bool:
-        """Take true or false; false if it is not there."""
         value = self.any(key, False)
         if not isinstance(value, bool):
             raise self.fault(key, f"{key} = {quoted_value(value)} is neither true nor false.")
         return value
 
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
-        """Take a list of finite numbers, of a certain length if that is given."""
+        """Take a list of `count` finite numbers (any length if None)."""
         value = self.any(key, ())
         if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
             raise self.fault(key, f"{key} = {quoted_value(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
@@ -110,7 +99,6 @@ class Table:
         return tuple(float(x) for x in value)
 
     def words(self, key: str, choices: Iterable[str], most: int) -> tuple[str, ...]:
-        """Take a list of different words out of a few."""
         value, choices = self.any(key, ()), tuple(choices)
         if isinstance(value, str):
             value = [value]
@@ -144,23 +132,18 @@ class Table:
         return [self._sub(key, entry, i) for i, entry in enumerate(value)]
 
     def rest(self) -> dict[str, Any]:
-        """Take everything that is left."""
         rest, self._data = self._data, {}
         return rest
 
     def close(self) -> None:
-        """Complain of keys that were not read.
-
-        Raises:
-            Fault: there are some.
-        """
+        """Raise a Fault if keys are left."""
         log, where = FaultLog(), f" in {self._path}" if self._path else ""
         known = ", ".join(dict.fromkeys(self._known))
         log.found += [self.fault(key, f"there is no key {quoted_value(key)}{where}; choose from {known}.") for key in self._data]
         log.close()
 
     def checked(self, key: str, check: Callable[[], T]) -> T:
-        """Return the result of a check; its error becomes a fault on the line of a key."""
+        """Run `check`; its error becomes a fault on the line of `key`."""
         try:
             return check()
         except BadSetting as error:
@@ -187,20 +170,19 @@ class Table:
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """True if a value of TOML or JSON is a number that a float can hold, and not nan."""
+    """True for a number that fits a float and is not nan."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     return abs(value) <= sys.float_info.max or (isinstance(value, float) and math.isinf(value))
 
 
 def quoted_value(value: object) -> str:
-    """Return a value as it is quoted in a message."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "…"
 
 
 def read_block(block: DataBlock, name: str = "block") -> Table:
-    """Return a block's table. `name`: what a fault calls it.
+    """Parse a block. `name`: its name in faults.
 
     Raises:
         Fault: it is not TOML.

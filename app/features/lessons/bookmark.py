@@ -1,5 +1,4 @@
-"""Where a student is: lesson and step in a book, and the phase of the step, which depends on what was done in it; and where a teacher
-lets students be."""
+"""A student's place, and the steps that a teacher has opened."""
 
 import re
 from dataclasses import replace
@@ -15,12 +14,7 @@ from controllers.errors import BadSetting, LazyText
 
 
 class Bookmark(NamedTuple):
-    """A step of a book.
-
-    Attributes:
-        book: with at least one lesson.
-        lesson_index, step_index: from 0.
-    """
+    """A step of a book. `lesson_index`, `step_index`: 0-based."""
 
     book: LessonBook
     lesson_index: int = 0
@@ -35,13 +29,13 @@ class Bookmark(NamedTuple):
         return self.lesson.steps[self.step_index]
 
     def next_to(self, way: Literal[-1, 1]) -> "Bookmark | None":
-        """Return the next step, or the one before, perhaps of another lesson; None at the end and at the beginning of the book."""
+        """Next or previous step, also across lessons; None beyond the book's ends."""
         places = [(i, j) for i, lesson in enumerate(self.book.lessons) for j in range(len(lesson.steps))]
         place = places.index((self.lesson_index, self.step_index)) + way
         return Bookmark(self.book, *places[place]) if 0 <= place < len(places) else None
 
     def at(self, lesson: str | int, step: int) -> "Bookmark":
-        """Return a step. `lesson`: its id, or its place from 0; `step`: from 0.
+        """Return a step. `lesson`: its id or 0-based place; `step`: 0-based.
 
         Raises:
             BadSetting: there is no such lesson or step.
@@ -61,7 +55,7 @@ class Bookmark(NamedTuple):
         return self._replace(lesson_index=index, step_index=step)
 
     def of(self, lesson: str, step: str) -> "Bookmark":
-        """Return the step with an id in the lesson with an id; the first one if they are not there."""
+        """Return a step by ids; the first one if they are unknown."""
         for i, one in enumerate(self.book.lessons):
             for j, other in enumerate(one.steps):
                 if (one.id, other.id) == (lesson, step):
@@ -70,18 +64,11 @@ class Bookmark(NamedTuple):
 
 
 class Phase(StrEnum):
-    """Where in a step the student is."""
-
     PREDICT = "predict"
-    """The question is asked; nothing runs until an answer is chosen."""
     DO = "do"
-    """The run."""
     OBSERVE = "observe"
-    """What was measured, beside the answer."""
     EXPLAIN = "explain"
-    """Why, with the equation."""
     CHALLENGE = "challenge"
-    """Now the student."""
 
 
 def phases_of(step: Step) -> tuple[Phase, ...]:
@@ -97,20 +84,18 @@ def phases_of(step: Step) -> tuple[Phase, ...]:
 
 
 def first_phase(step: Step, done: StepProgress) -> Phase:
-    """First phase of a step for a student who comes from the step before."""
     phases = phases_of(step)
     return Phase.DO if phases[0] is Phase.PREDICT and done.predicted and not step.concept else phases[0]
 
 
 def is_finished(step: Step, done: StepProgress) -> bool:
-    """True if a step is finished: its challenge is passed, or without one its outcome has been seen."""
+    """True if the challenge is passed, or, without one, the outcome was seen."""
     if step.challenge is not None or step.asked == "first":
         return done.passed if step.challenge is not None else done.predicted
     return done.outcome is not None or (not step.measurements and not step.concept and not done.untouched)
 
 
 def furthest_phase(step: Step, done: StepProgress) -> Phase:
-    """Return the last phase that a student has reached."""
     phases = phases_of(step)
     if done.outcome is not None or (not step.measurements and not step.concept and not done.untouched):
         return phases[-1]
@@ -118,7 +103,7 @@ def furthest_phase(step: Step, done: StepProgress) -> Phase:
 
 
 def fitting(step: Step, done: StepProgress) -> StepProgress:
-    """Return progress that fits a step which may have changed since."""
+    """Progress that fits a step which may have changed since."""
     question, fitting = step.question, replace(done)
     if question is None or (done.choice is not None and done.choice >= len(question.choices)):
         fitting.choice = None
@@ -135,11 +120,11 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
 
 
 LONGEST_PACE: Final = 20
-"""Characters in which a teacher says which steps."""
+"""Longest text of the open steps [characters]."""
 
 
 class OpenSteps(NamedTuple):
-    """The steps that are open. `lesson`: its id; `number`: the lesson's; `first`, `last`: from 0."""
+    """The open steps. `lesson`: its id; `first`, `last`: 0-based."""
 
     lesson: str
     number: int
@@ -147,16 +132,13 @@ class OpenSteps(NamedTuple):
     last: int
 
     def allows(self, lesson: str, step: int) -> bool:
-        """True if a step is open."""
         return lesson == self.lesson and self.first <= step <= self.last
 
     def nearest(self, lesson: str, step: int) -> int:
-        """Return the open step that is nearest to another one."""
         return self.first if lesson != self.lesson else min(max(step, self.first), self.last)
 
     @property
     def words(self) -> LazyText:
-        """Return which steps are open, for a student and the teacher."""
         if self.first == self.last:
             return LazyText(N_("Lesson {lesson}: step {step} only."), lesson=self.number, step=self.first + 1)
         parts = {"lesson": self.number, "first": self.first + 1, "last": self.last + 1}
@@ -164,10 +146,10 @@ class OpenSteps(NamedTuple):
 
 
 def open_steps_from_text(text: str, lesson: Lesson) -> OpenSteps | None:
-    """Return the pace that a teacher types as 2 or 2-3; None for an empty text: every step is open.
+    """Parse the teacher's text, such as 2 or 2-3; None if it is empty: every step is open.
 
     Raises:
-        BadSetting: the text says no steps of the lesson.
+        BadSetting: the text names no steps of the lesson.
     """
     if not text.strip():
         return None

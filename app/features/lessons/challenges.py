@@ -1,4 +1,4 @@
-"""Measurements, inequalities, forecasts and declared attempts of a step's block → data, checked."""
+"""Challenges and measurements of a step's block → checked data."""
 
 import re
 from functools import partial
@@ -22,11 +22,9 @@ MOST_COMPARED: Final = 4
 MOST_PUSHES: Final = 9
 
 IDENTITY: Final = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
-"""How the identity of a step, a measurement or an inequality is written."""
 
 
 def read_identity(table: Table, default: str) -> str:
-    """Return the name of a step, a measurement or an inequality."""
     found = table.text("id", default, 40)
     if not IDENTITY.match(found):
         raise table.fault("id", f"id = {quoted_value(found)} is not possible; use small letters, digits and _, a letter first.")
@@ -34,14 +32,13 @@ def read_identity(table: Table, default: str) -> str:
 
 
 def no_doubles(table: Table, key: str, ids: list[str]) -> None:
-    """Complain of a name that is there twice."""
     for id in ids:
         if ids.count(id) > 1:
             raise table.fault(key, f"{key}: two are called {id}; give one of them another id.")
 
 
 def read_measurement(table: Table, setup: Setup) -> Measurement:
-    """Return a measurement that a table describes by `name`, `id`, its parameters, `unit`, `digits`, `compare` and `text_only`."""
+    """Read `name`, `id`, parameters, `unit`, `digits`, `compare` and `text_only`."""
     name = table.choice("name", sorted(QUANTITIES))
     found = QUANTITIES[name]
     id = read_identity(table, name)
@@ -63,7 +60,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
 
 
 def _compared(table: Table, setup: Setup) -> Compared:
-    """Return a further run: `start` if it has one of its own; everything else in the table is a setting."""
+    """Read a further run: `start` if it has its own; every other key is a setting."""
     start = start_of_table(table) if table.has("start") else None
     compared = Compared(read_changes(table, ""), start)
     if not compared.changes and start is None:
@@ -74,7 +71,6 @@ def _compared(table: Table, setup: Setup) -> Compared:
 
 
 def read_challenge(table: Table, setup: Setup) -> Challenge | None:
-    """Return the challenge of a step's table, without its text; None if there is none."""
     given = table.table("challenge")
     if given is None:
         return None
@@ -133,7 +129,6 @@ def _criterion(table: Table, setup: Setup) -> Criterion:
 
 
 def read_trials(table: Table, challenge: Challenge | None, measurements: tuple[Measurement, ...]) -> tuple[Trial, ...]:
-    """Return the declared ways to try the challenge of a step's table."""
     entries = table.tables("attempt")
     if challenge is None:
         if entries:

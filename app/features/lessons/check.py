@@ -1,5 +1,8 @@
-"""`lwr-duet lessons --check`: every path through every lesson, walked without a page. The right one has to pass, wrong ones have to
-fail for the reason that the lesson declares, and no challenge may pass with nothing changed."""
+"""`lwr-duet lessons --check`: walk every path through every lesson without a page.
+
+The right path has to pass, wrong ones fail for the declared reason, and no challenge passes with nothing
+changed.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -24,7 +27,7 @@ from app.plots.curve_chart import COLUMNS
 from scenes.settings import LawSettings
 
 WRONG_PATHS: Final = 3
-"""Wrong paths that a lesson has to have, at least."""
+"""Fewest wrong paths of a lesson."""
 
 PathKind = Literal["reference", "answer", "drawing", "untouched", "attempt", "lesson"]
 
@@ -34,10 +37,7 @@ class Walk:
     """One path through a lesson.
 
     Attributes:
-        kind: the reference, a wrong answer, a drawing, a challenge with nothing changed, a declared attempt, or what holds for the
-            lesson as a whole.
-        wrong: whether it is meant to fail.
-        ok: whether it went as declared.
+        wrong: true if it should fail.
         seconds: wall time.
     """
 
@@ -52,7 +52,6 @@ class Walk:
 
 
 def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
-    """Return every path through a lesson."""
     walks = [_timed(at_step(book, lesson, 0), "reference", "the right answers", False, _reference)]
     for number, step in enumerate(lesson.steps):
         walks += [_timed(at_step(book, lesson, number), *path) for path in _paths(step)]
@@ -64,14 +63,14 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
 
 
 def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
-    """Return a student who has just come to a step, from 0, of a lesson."""
+    """Student who has just come to step `number` (0-based)."""
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
     return walk
 
 
 def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
-    """Yield the paths through a step beside the right answer: kind, name, whether it is meant to fail, and how it is walked."""
+    """Yield all paths except the right answer: kind, name, should it fail, and its function."""
     wrong = [] if step.question is None else [i for i in range(len(step.question.choices)) if i != step.question.right]
     for i in wrong:
         yield "answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)
@@ -85,7 +84,7 @@ def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthro
 
 
 def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]:
-    """Yield what a lesson lacks as a whole: the step that shows it or "", its name, and the remedy."""
+    """Yield what the lesson lacks: step or "", name, and remedy."""
     unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
     if unsaid and lesson.steps[0].setup.folder == FOLDER:
         yield "", "list", f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
@@ -99,7 +98,7 @@ def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]
 
 
 class NotAsDeclared(Exception):
-    """A path did not go as declared; the message says how."""
+    """The message gives the difference."""
 
 
 def _timed(walk: Walkthrough, kind: PathKind, name: str, wrong: bool, path: Callable[[Walkthrough], str]) -> Walk:
@@ -117,7 +116,7 @@ def _ensure(condition: bool, text: str) -> None:
 
 
 def _reference(walk: Walkthrough) -> str:
-    """Walk a lesson with the right answers and the first attempt that passes; return the measured values."""
+    """Walk with the right answers and the first attempt that passes; return the measured values."""
     lesson, found = walk.lesson, list[str]()
     for number, step in enumerate(lesson.steps):
         where = f"step {number + 1}, {step.id}"
@@ -156,7 +155,6 @@ def _reference(walk: Walkthrough) -> str:
 
 
 def _wrong_answer(walk: Walkthrough, answer: int) -> str:
-    """Give a wrong answer; return the reply to it."""
     question = walk.step.question
     assert question is not None
     if walk.step.concept:
@@ -197,12 +195,10 @@ def _wrong_answer(walk: Walkthrough, answer: int) -> str:
 
 
 def only_moves_otherwise(asked: Setup, beside: Setup) -> bool:
-    """True if nothing but the movement tells two runs apart."""
     return asked.input != beside.input and (asked.run, asked.start) == (beside.run, beside.start)
 
 
 def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where: str) -> str:
-    """Answer a question without a run; return what is measured for it."""
     outcome, right = reference(step, step.setup), answer == question.right
     _ensure(walk.choose(answer), f"{where}: the answer was not taken")
     supported = question.supported(outcome.answer(question))
@@ -217,7 +213,6 @@ def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where
 
 
 def shown_early(walk: Walkthrough) -> Iterator[str]:
-    """Yield what the page says of the law while a step's question waits for its answer."""
     if walk.step.question is None:
         return
     if not walk.locked:
@@ -226,7 +221,6 @@ def shown_early(walk: Walkthrough) -> Iterator[str]:
 
 
 def _drawn(walk: Walkthrough, flat: bool) -> str:
-    """Draw the truth, or the flat line that is nearest to it; return the verdict."""
     drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
     assert drawing is not None
     known = [value for value in truth if value is not None]
@@ -255,7 +249,6 @@ def _go_to_challenge(walk: Walkthrough) -> None:
 
 
 def _untouched(walk: Walkthrough) -> str:
-    """Try a challenge with nothing changed; return the judgement."""
     _go_to_challenge(walk)
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
@@ -271,10 +264,10 @@ def _untouched(walk: Walkthrough) -> str:
 
 
 def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup]:
-    """Yield the runs of a challenge in which nothing was changed.
+    """Yield the runs of a challenge with nothing changed.
 
-    Where the student moves, these are the run in which nothing moves, and the movements of the attempts that pass: if each of these
-    takes other settings or another start, the movement alone must not do.
+    If the student moves: the run without movement, and the movements of passing attempts, which must not pass
+    without their settings or start.
     """
     asked = challenge.setup
     if asked.input.kind != "yours":
@@ -287,7 +280,6 @@ def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup
 
 
 def _attempt(walk: Walkthrough, trial: Trial) -> str:
-    """Try a challenge in a declared way; return the judgement."""
     _go_to_challenge(walk)
     failed = _tried(walk, walk.step, trial)
     attempt = walk.done.last
@@ -300,7 +292,6 @@ def _attempt(walk: Walkthrough, trial: Trial) -> str:
 
 
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
-    """Return by which inequalities a trial fails."""
     said = said_by(step, trial)
     attempt = walk.attempt_custom_law(_verdicts(trial.law)) if trial.law else walk.attempt(simulated(trial.setup), said)
     if attempt is None:
@@ -310,13 +301,13 @@ def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
 
 @cache
 def _verdicts(name: str) -> tuple[TrialResult, ...]:
-    """Result of a law in the tests of a custom law; "" for the law that a student begins with."""
+    """Test results of a law; "" is the template that a student begins with."""
     law = LawSettings(law=name).made() if name else template.law
     return tuple(verdict_on(StandIn(law), test) for test in TRIALS)
 
 
 def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
-    """Return the forecasts of a trial; one that names a measurement is what that gives under the forecast's settings."""
+    """Forecasts of a trial; a measurement's name becomes its value under the forecast's settings."""
     assert step.challenge is not None
     said: list[float | None] = []
     for forecast, given in zip(step.challenge.forecasts, trial.forecasts, strict=True):
@@ -329,7 +320,6 @@ def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
 
 
 def table_text(walks: list[Walk]) -> str:
-    """Return the walks as a table, a line each, with a line that sums them up."""
     lines = [
         f"{'ok  ' if walk.ok else 'FAIL'} {walk.lesson:20.20s} {walk.step:20.20s} {walk.kind:9s} {walk.name:24.24s} {walk.text:.200s}"
         for walk in walks

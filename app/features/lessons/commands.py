@@ -44,18 +44,18 @@ class Lessons:
 
 
 def lessons(command: Lessons) -> int:
-    """List or check; return the exit code.
+    """Run the command; return the exit code.
 
     Raises:
-        BadSetting: there is no such lesson, or the JSON file cannot be written, or nothing is checked.
+        BadSetting: unknown lesson, nothing to check, or the JSON file cannot be written.
     """
     if command.out is not None and not command.check:
         raise BadSetting("--out saves what the check finds; add --check, or leave out --out.")
-    # These take a second to load.
+    # Slow imports (a second).
     with ending_at_once():
         from app.features.lessons.check import check_lesson, table_text
     book = book_of(command.folder, command.playlist)
-    # Every translation, too: what is wrong with the English file is found each time.
+    # Check the translations, too: faults of the English file are found with each of them.
     problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in book.in_language(language).problems))
     for problem in problems:
         print(f"fault: {problem}")
@@ -75,14 +75,14 @@ def lessons(command: Lessons) -> int:
         data = {"problems": [str(p) for p in problems], "walks": [asdict(walk) for walk in walks]}
         with written(command.out, "out") as new:
             text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
-            # Bytes of a file's name that are no Unicode become escapes of JSON.
+            # Bytes of a file name that are not Unicode become escapes of JSON.
             new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
     failed = sum(not walk.ok for walk in walks)
     return _last_line(problems, failed) if walks or problems else 1
 
 
 def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
-    """Return the lessons of a folder alone, or those that a playlist names; of our own folder with the test around them.
+    """Return the lessons of a folder, or of a playlist; our own folder includes its test.
 
     Raises:
         BadSetting: there is no such playlist.
@@ -98,7 +98,9 @@ def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "
 
 
 def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:
-    """Print what is wrong as one line, red on a terminal; return the exit code. `failed`: how many paths do not go as declared."""
+    """Print a summary line, red if something is wrong; return the exit code. `failed`: number of failed
+    paths.
+    """
     if not (problems or failed):
         return 0
     parts = [f"{len(problems)} faults in {len({problem.file for problem in problems})} files"] if problems else []
@@ -122,7 +124,7 @@ def new_lesson(command: NewLesson) -> int:
     """Write the file; return the exit code.
 
     Raises:
-        BadSetting: there is one already, its name is no lesson's, or it cannot be written.
+        BadSetting: the file exists, its name is not a lesson's, or it cannot be written.
     """
     path = command.path
     if not re.fullmatch(r"\d{1,3}-[a-z0-9-]+\.md", path.name):

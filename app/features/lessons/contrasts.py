@@ -1,4 +1,4 @@
-"""How far a run that shows why an answer is wrong differs from the question's run, for the check of lessons."""
+"""Size of the difference between a question's run and the run that shows why an answer is wrong."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -10,30 +10,29 @@ from scenes.history import COLUMN, SCALARS
 from scenes.simulation import Simulation
 
 LEAST_TURN: Final = 0.035
-"""Smallest difference of a joint's angle that is seen in the 3-D view: 2° [rad], or 35 mm of a ball's place [m]."""
+"""Smallest visible difference in the 3-D view: 2° of a joint [rad], or 35 mm of a ball's place [m]."""
 
 LEAST_DISTANCE: Final = 0.01
-"""Smallest difference of the distance that is seen in its plot [m]."""
+"""Smallest visible difference in the distance plot [m]."""
 
 LEAST_SHARE: Final = 0.1
-"""Smallest difference of the number that the question asks for, as a share of the larger one."""
+"""Smallest difference of the asked number, relative to the larger value."""
 
 LEAST_SWING: Final = 0.5
-"""Smallest difference of two movements, as a share of the larger one, at which their curves are not nearly equal."""
+"""Smallest visible difference of two movements, relative to the larger one."""
 
 ROWS: Final = 400
-"""Moments at which two runs are compared."""
 
 
 @dataclass(frozen=True)
 class ContrastSize:
-    """Largest differences between two runs.
+    """Largest differences between two runs at the same time.
 
     Attributes:
-        turn: of a joint's angle [rad], or of a ball's place [m], at the same time.
-        distance: of d at the same time [m]; 0 where nothing is near.
-        share: of the number that is asked for, as a share of the larger one.
-        swing: largest turn as a share of what that joint moves in either run.
+        turn: of a joint's angle [rad], or of a ball's place [m].
+        distance: of d [m]; 0 without an obstacle.
+        share: of the asked number, relative to the larger value.
+        swing: largest turn, relative to the joint's range in either run.
     """
 
     turn: float
@@ -47,7 +46,7 @@ class ContrastSize:
 
     @property
     def moves_otherwise(self) -> bool:
-        """True if the runs' curves are told apart at a glance."""
+        """True if the curves differ at a glance."""
         return self.turn >= LEAST_TURN and self.swing >= LEAST_SWING
 
     @property
@@ -57,11 +56,7 @@ class ContrastSize:
 
 
 def contrast_size(asked: Simulation, beside: Simulation, values: tuple[float | None, float | None]) -> ContrastSize:
-    """Largest differences between two finished runs.
-
-    Args:
-        values: the number that the question asks for, in each run; None if a run does not tell it.
-    """
+    """Compare two finished runs. `values`: the asked number in each, or None."""
     tables = [run.history.table() for run in (asked, beside)]
     begin = max(float(table[0, 0]) for table in tables)
     end = min(float(table[-1, 0]) for table in tables)
@@ -79,7 +74,7 @@ def contrast_size(asked: Simulation, beside: Simulation, values: tuple[float | N
 
 
 def _difference(tables: list[Array], times: Array, column: int) -> float:
-    """Largest finite difference of a column at the same times; 0 if it is nowhere known in both."""
+    """Largest finite difference of a column; 0 if the runs share no finite value."""
     one, other = (np.interp(times, table[:, 0], table[:, column]) for table in tables)
     known = np.isfinite(one) & np.isfinite(other)
     return float(np.max(np.abs(one[known] - other[known]), initial=0.0))

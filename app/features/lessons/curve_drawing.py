@@ -1,4 +1,4 @@
-"""A prediction that is drawn: a curve over two axes, the truth that it is compared with, and how near it comes."""
+"""Drawn predictions, and their distance from the true curve."""
 
 from collections.abc import Sequence
 from statistics import fmean, median
@@ -19,18 +19,18 @@ from controllers.activation import activation
 from controllers.kinematics import Array
 
 ENOUGH: Final = 0.5
-"""Share of the columns that a drawing must fill to be compared, and the truth to be known in."""
+"""Share of the columns that a drawing must fill, and in which the truth must be known."""
 
 
 class DrawingVerdict(NamedTuple):
-    """How near a drawing came. `right`: near enough; None if too little was drawn to be compared."""
+    """Verdict on a drawing. `right`: None if too little was drawn."""
 
     right: bool | None
     text: str
 
 
 class DrawnCurves(NamedTuple):
-    """A drawing beside the truth; () for what is not there yet, None for no verdict yet."""
+    """A drawing and the truth; () and None for what is not known yet."""
 
     drawn: Curve
     truth: Curve
@@ -38,11 +38,6 @@ class DrawnCurves(NamedTuple):
 
 
 def read_drawing(table: Table, setup: Setup) -> Drawing | None:
-    """Return the drawing that a step's block declares, or None.
-
-    Raises:
-        Fault: something is missing or not possible.
-    """
     entry = table.table("drawing")
     if entry is None:
         return None
@@ -74,7 +69,7 @@ def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
 
 
 def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:
-    """Curve that a drawing is compared with; nan in columns that the run did not reach."""
+    """True curve for a drawing; nan in columns that the run did not reach."""
     if drawing.formula:
         law = evidence.settings.law
         return tuple(activation(d, law.critical_distance, law.order) for d in drawing.columns)
@@ -87,7 +82,7 @@ def _series(evidence: Evidence, name: str) -> Array:
 
 
 def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
-    """Return y where x first met each column, straight between two rows; None where it never did. xs, ys: (rows,)."""
+    """y where x first reaches each column, linear between rows, or None. xs, ys: (rows,)."""
     known = np.isfinite(xs) & np.isfinite(ys)
     xs, ys = xs[known], ys[known]
     curve: list[float | None] = []
@@ -104,14 +99,13 @@ def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
 
 
 def mean_distance(drawn: Curve, truth: Curve) -> float | None:
-    """Return the mean |drawn − truth| over the columns that have both; None if these are fewer than `ENOUGH` of the truth's."""
+    """Mean |drawn − truth| over common columns; None if these are fewer than `ENOUGH` of the truth's."""
     known = sum(t is not None for t in truth)
     apart = [abs(a - b) for a, b in zip(drawn, truth, strict=False) if a is not None and b is not None]
     return fmean(apart) if apart and len(apart) >= ENOUGH * known else None
 
 
 def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Language) -> DrawingVerdict | None:
-    """Distance of a drawing from the curve; None without a drawing or a curve."""
     if not drawn or not any(t is not None for t in truth):
         return None
     words, distance = words_of(language), mean_distance(drawn, truth)
@@ -122,14 +116,13 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
 
 
 def median_curve(curves: Sequence[Curve]) -> Curve:
-    """Return the median of curves, column by column; None where none has a value."""
     columns = [[c[i] for c in curves if c] for i in range(COLUMNS)]
     known = [[value for value in column if value is not None] for column in columns]
     return tuple(median(values) if values else None for values in known) if any(known) else ()
 
 
 def flat_line(truth: Curve) -> Curve:
-    """Return the flat line that is nearest to a truth: at its median."""
+    """Flat line at the median of the truth, the nearest one."""
     known = [t for t in truth if t is not None]
     return (median(known),) * COLUMNS if known else ()
 
@@ -137,13 +130,12 @@ def flat_line(truth: Curve) -> Curve:
 def drawing_svg(
     drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = (), earlier: tuple[Curve, ...] = ()
 ) -> Markup:
-    """Return the axes with the curves over them, as an <svg> element in the current language.
+    """Return the axes with the curves as an <svg> element in the current language.
 
     Args:
-        drawn: one student's; of a class the median.
+        drawn: one student's curve, or the median of a class.
         truth: () before the run.
-        others: of a class, without names.
-        earlier: of the same class when it was asked for the first time; they are pale.
+        earlier: curves of the same class in an earlier round, drawn pale.
     """
     lines = [Line(curve, "first", width=1.0, opacity=0.35) for curve in earlier]
     if earlier:

@@ -1,7 +1,6 @@
-"""Where our own lessons are."""
+"""Folder of our own lessons."""
 
 from pathlib import Path
 from typing import Final
 
 FOLDER: Final = Path(__file__).parent / "files"
-"""Folder of our own eleven lessons, as Markdown."""

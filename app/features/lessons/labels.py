@@ -1,4 +1,4 @@
-"""Names of measured numbers and of compared runs, and what a run that shows why an answer is wrong does otherwise, in words."""
+"""Labels of measurements, and differences between runs in words."""
 
 import math
 import re
@@ -25,11 +25,9 @@ _BALL: Final[dict[Anchor, str]] = {
 
 
 _WORD: Final = re.compile(r"[^\W\d_]{2} ?[^\W\d_]")
-"""Begins with a word, and not with a symbol."""
 
 
 def label_text(m: Measurement) -> LazyText:
-    """Return the name of a measurement; {angle} and the like in it are its parameters."""
     parameters = dict(m.parameters)
     if m.name == "setting":
         return LazyText(specs(Settings)[str(parameters["key"])].label.replace("d_m", "dₘ"))
@@ -37,17 +35,16 @@ def label_text(m: Measurement) -> LazyText:
 
 
 def label_of(m: Measurement, language: Language = "en") -> str:
-    """Return the name of a measurement in a language, as the beginning of a sentence."""
     return sentence(words_of(language)(label_text(m)))
 
 
 def sentence(text: str) -> str:
-    """Return a text as a sentence: its first word gets a capital, a symbol such as d, λ or dt does not."""
+    """Capitalize a text unless it begins with a symbol such as d, λ or dt."""
     return text[0].upper() + text[1:] if _WORD.match(text) else text
 
 
 def compared_text(compared: Compared, language: Language = "en") -> str:
-    """Return in what a further run differs: "n = 2", "the ball 100 mm off the goal"."""
+    """Difference of a further run: "n = 2", "the ball 100 mm off the goal"."""
     words, parts = words_of(language), [settings_text(compared.changes, language)] if compared.changes else []
     ball = compared.start.ball if compared.start is not None else None
     if ball is not None:
@@ -64,18 +61,17 @@ _SCRIPTS: Final = {
     "hand_to": N_("the hand is led to another place"),
     "push": N_("you push at {speed}"),
 }
-"""Script → what is done in it, where it is all that differs."""
+"""Script → its movement in words, for runs that differ only in the script."""
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """A run beside the step's own: it shows why an answer is wrong, or what a drawn curve does.
+    """Difference between two runs, in words.
 
     Attributes:
-        headline: what differs, and of an answer whether it is right here.
+        headline: the difference, and if the answer is right in this run.
         keys: settings that differ.
-        here: what differs, as it is in this run.
-        asked: as it is in the step's own run.
+        here, asked: the difference as in this run, and as in the step's run.
         names: short names of the two runs, for a legend.
     """
 
@@ -87,9 +83,9 @@ class Contrast:
 
 
 def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: Language) -> Contrast:
-    """Return in what a run differs from the step's own. `answer`: the wrong one that it belongs to; None if the student's curve runs."""
+    """Compare a run with the step's. `answer`: the wrong answer; None for the student's curve."""
     words, run = words_of(language), asked.run
-    # The points of a curve are on the board.
+    # The drawing board shows the points of a curve.
     changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
     start = beside.start if beside.start != asked.start else None
     here = compared_text(Compared(changes, start), language) or _done(asked, beside, language)
@@ -114,12 +110,11 @@ def _headline(answer: Choice | None) -> str:
 
 
 def _chosen(changes: Pairs, language: Language) -> str:
-    """Return a choice without the name of its setting; "" where more than one choice differs."""
+    """Value of a setting with choices, without its name; "" if several settings differ."""
     return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 
 def _done(asked: Setup, beside: Setup, language: Language) -> str:
-    """Name of what is done in a run of the same settings."""
     given, words = beside.input, words_of(language)
     if given == asked.input:
         seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))

@@ -1,4 +1,4 @@
-"""What a lesson is, as data: steps, questions, runs, measurements, challenges. `loading` makes it from Markdown files."""
+"""Lessons as data, which `loading` reads from Markdown files."""
 
 import re
 from collections.abc import Callable
@@ -14,10 +14,8 @@ from controllers.errors import BadSetting, LazyText, NumberText
 from scenes.laws import LEVER_LAW
 
 LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
-"""From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
 
 AT_ONCE: Final = ("curve", "laws", "stability")
-"""Plots that say what a law does before anything has run."""
 
 MOST_CHOICES: Final = 6
 MOST_FORECASTS: Final = 4
@@ -25,7 +23,7 @@ MOST_FORECASTS: Final = 4
 
 @dataclass(frozen=True)
 class Compared:
-    """A further run that a measurement is compared with: the settings that differ, and a start of its own if it has one."""
+    """A further run for a measurement: changed settings, and its own start or None."""
 
     changes: Pairs
     start: Start | None = None
@@ -40,13 +38,9 @@ class Measurement:
     """A number that is measured in a run.
 
     Attributes:
-        id: by which a text names it.
-        name: of the function, see `measures`.
-        parameters: of the function.
-        unit: in which it is shown, see `UNITS`.
-        digits: after the point.
-        compare: further runs in which the same is measured.
-        text_only: whether only a text names it, and it does not stand among what was measured.
+        name, parameters: function of `measures`, and its arguments.
+        unit: key of `UNITS`.
+        text_only: true if only a text shows it, not the list of measured values.
     """
 
     id: str
@@ -58,7 +52,7 @@ class Measurement:
     text_only: bool = False
 
     def text(self, value: Value) -> str:
-        """Return a value as it is read, with two significant digits and its unit; of less than its digits can say, only that."""
+        """Format a value with two significant digits and its unit, or as "< smallest shown value"."""
         said = shown_value(value, self.unit, significant_digits(value, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
@@ -70,10 +64,9 @@ class Choice:
     """A possible answer.
 
     Attributes:
-        reply: what is said to it when the outcome is known.
-        why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
-        otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
-        same: whether it is the point that this run gives the same number as that of the question.
+        why: run that shows why it is wrong; None for the right answer, and where the step's own run shows it.
+        otherwise: true if that run shows the case in which the answer would be right.
+        same: true if that run is meant to give the same number as the question's.
     """
 
     text: str
@@ -84,18 +77,17 @@ class Choice:
 
 
 Expectation = float | tuple[float, float]
-"""What the first measurement of a step would be if a choice were right: the nearest number wins, or the range that holds it."""
+"""First measurement of a step if a choice were right: a number (the nearest wins), or a range."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is to be predicted.
+    """A prediction.
 
     Attributes:
         choices: two to six.
-        right: index of the right one.
-        expects: one for each choice, or none: then the outcome does not decide between them by itself.
-        ratio: whether it is about the first measurement over its first comparison.
+        expects: one for each choice; empty if the outcome does not decide between them.
+        ratio: true if it is about the first measurement over its first comparison.
     """
 
     text: str
@@ -105,7 +97,6 @@ class Question:
     ratio: bool = False
 
     def answer(self, values: tuple[Value, ...]) -> Value:
-        """Return the deciding number: the first measurement, or its ratio to the first comparison; None if the run does not tell."""
         if not self.ratio:
             return values[0] if values else None
         if len(values) < 2 or values[0] is None or not values[1]:
@@ -113,7 +104,7 @@ class Question:
         return values[0] / values[1]
 
     def supported(self, value: Value) -> int | None:
-        """Return the index of the choice that a measured value speaks for; None if it speaks for none."""
+        """Index of the choice that a measured value supports, or None."""
         if value is None or value != value or not self.expects:
             return None
         ranges = [e for e in self.expects if isinstance(e, tuple)]
@@ -125,7 +116,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Criterion:
-    """An inequality that a challenge asks for: low ≤ measured ≤ high, in SI units; None where there is no bound."""
+    """low ≤ measured ≤ high in SI units; None for no bound."""
 
     measurement: Measurement
     low: float | None = None
@@ -134,13 +125,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Forecast:
-    """A number that the student says beforehand.
-
-    Attributes:
-        measurement: what is measured then.
-        changes: settings that differ from the challenge's run.
-        within: largest relative error.
-    """
+    """A number that the student predicts. `within`: largest relative error."""
 
     measurement: Measurement
     changes: Pairs
@@ -149,17 +134,17 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Challenge:
-    """What the software checks.
+    """A task that the software checks.
 
     Attributes:
-        setup: with what it begins; the student may change the settings.
+        setup: initial run; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
-        custom_law: whether a custom law is to pass the six tests of `app.features.custom_law.trials`.
-        null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
-        search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
-        keep: name under which the student's motion is kept for a later step; "" if it is not.
-        best_of: how many pushes count of a duel; 0 for no duel. The nearest one is kept.
+        custom_law: true if a custom law must pass the six tests of `app.features.custom_law.trials`.
+        null_motions: true if the student has a slider for each null-space motion of the arm.
+        search: key of the setting that the student searches (the tries are plotted), or "".
+        keep: name under which the student's motion is kept for a later step, or "".
+        best_of: number of pushes in a duel, of which the nearest is kept; 0 for no duel.
     """
 
     text: str
@@ -175,12 +160,12 @@ class Challenge:
 
 @dataclass(frozen=True)
 class Trial:
-    """A way to try a challenge, declared with the lesson so that `check` can walk it.
+    """A way to try a challenge, declared in the lesson for `check`.
 
     Attributes:
-        forecasts: what is said beforehand, in the order of the challenge's; a text names a measurement that gives the number.
-        law: name of the law that stands in for the custom law.
-        fails: identities of the inequalities that are missed, all of them; empty if it passes.
+        forecasts: in the challenge's order; a text names the measurement that gives the number.
+        law: name of the law that replaces the custom law.
+        fails: ids of all missed criteria; empty if it passes.
     """
 
     name: str
@@ -192,26 +177,19 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """One thing to learn.
+    """A step of a lesson; its texts are Markdown with LaTeX.
 
     Attributes:
         id: unique in its lesson.
-        title, goal, do, observe, explain: texts in Markdown with LaTeX; observe and explain may be "".
-        question: None if there is nothing to predict.
-        measurements: what is measured in the run; the first one answers the question.
-        challenge: None if there is none.
+        measurements: the first one answers the question.
         hints: three, or none.
-        trials: declared ways to try the challenge.
-        camera: from where one looks.
-        plots: at most three.
-        numbers: at most three live measurements.
-        drawing: a curve to be drawn before the question is answered; None if there is none.
-        marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
-        concept: whether the question is asked without a run; what the step measures comes from the software's own run.
-        belief: what the wrong answers have in common, for the teacher and for afterwards; "" if it is not named.
-        asked: in a test that is asked twice: for the first time, when nothing is said to the answer, or for the last time; "" elsewhere.
-        controls: keys of the settings that stand in the lesson's own panel while the student may change them.
-        number: where it stands in its file, from 1; a playlist may show it elsewhere.
+        plots, numbers: at most three each.
+        marks: elbow angles to touch, about the line from shoulder to wrist, relative to the start [rad].
+        concept: true if the question is asked without a run; the software's own run gives the measurements.
+        belief: what the wrong answers have in common, for the teacher, or "".
+        asked: in a test, the first time (without replies) or the last time; "" elsewhere.
+        controls: keys of the settings that the student may change in the lesson's panel.
+        number: 1-based place in the file; a playlist may show it elsewhere.
     """
 
     id: str
@@ -243,7 +221,7 @@ class Step:
 
     @property
     def at_lever(self) -> bool:
-        """True if the student is λ in the step's run."""
+        """True if the student sets λ by the lever in the step's run."""
         return self.setup.run.law.law == LEVER_LAW
 
 
@@ -252,15 +230,10 @@ class Lesson:
     """A lesson.
 
     Attributes:
-        id: name of its file without number and ending, unique in its folder.
-        number: where it stands.
-        file: name of its file.
-        language: of its texts.
-        equations: of the paper, as a person reads them, such as "1–6".
-        minutes: how long it takes.
-        promise, learned: what a student will be able to say, and what they have learned at the end; "" if the file does not say it.
-        steps: at least one.
-        again: title of a test when it is asked for the last time; "" for what is no test.
+        id: file name without number and extension, unique in its folder.
+        equations: of the paper, such as "1–6".
+        promise, learned: first and last sentences of the lesson; may be "".
+        again: title of a test when it is asked for the last time; "" for other lessons.
     """
 
     id: str
@@ -278,17 +251,16 @@ class Lesson:
 
     @property
     def asked(self) -> Literal["", "first", "last"]:
-        """Return which time a test is asked."""
         return self.steps[0].asked
 
 
 LAST: Final = "_last"
-"""Follows the name of a test when it is asked for the last time."""
+"""Suffix of a test's id when it is asked for the last time."""
 
 
 @dataclass(frozen=True)
 class LessonProblem:
-    """What is wrong with a file, and where. `line`: from 1; 0 for a whole folder."""
+    """A fault of a file. `line`: 1-based; 0 for a whole folder."""
 
     file: str
     line: int
@@ -302,10 +274,10 @@ class LessonProblem:
 
 @dataclass(frozen=True)
 class LessonBook:
-    """All lessons that could be read, in order, and what was wrong with the others.
+    """All readable lessons, in order, and the faults of the others.
 
     Attributes:
-        translated: returns the same book in another language; None where there is none.
+        translated: returns the book in another language; None if there is no translation.
     """
 
     lessons: tuple[Lesson, ...]
@@ -313,19 +285,18 @@ class LessonBook:
     translated: "Callable[[Language], LessonBook] | None" = field(default=None, compare=False, repr=False)
 
     def in_language(self, language: Language) -> "LessonBook":
-        """Return the same lessons with the texts that lie beside them in another language; what is not translated stays English."""
         return self if self.translated is None or language not in TRANSLATIONS else self.translated(language)
 
     @property
     def first(self) -> int:
-        """First place of a student: the first lesson that is not a test."""
+        """Index of the first lesson that is not a test."""
         return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
     def index(self, name: object) -> int:
-        """Place of a lesson. `name`: its id, or its number.
+        """Index of a lesson. `name`: its id or number.
 
         Raises:
-            BadSetting: there is none.
+            BadSetting: unknown lesson.
         """
         for i, lesson in enumerate(self.lessons):
             if name in (lesson.id, lesson.number, str(lesson.number)):
@@ -335,4 +306,3 @@ class LessonBook:
 
 
 NO_LESSONS: Final = LessonBook((), ())
-"""An empty book."""

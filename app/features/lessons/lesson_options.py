@@ -1,4 +1,4 @@
-"""The options of `lwr-duet serve` for lessons. Imports nothing slow."""
+"""Options of `lwr-duet serve` for lessons. Imports nothing slow."""
 
 import os
 from dataclasses import dataclass

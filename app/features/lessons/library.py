@@ -1,5 +1,4 @@
-"""The lessons of a server, from their files: ours and a folder's, a test before and after them, or what a playlist names; read again
-when a file has changed."""
+"""The lessons of a server (ours, a folder's, or a playlist's), read again when a file changes."""
 
 import logging
 import os
@@ -25,16 +24,15 @@ from app.text.lesson_text import lesson_html
 log = logging.getLogger("duet.lessons")
 
 BELIEFS: Final = FOLDER / "beliefs"
-"""Where our test is, which is asked before the first lesson and after the last."""
+"""Folder of the test before the first lesson and after the last."""
 
 PERIOD: Final = 0.5
-"""Time from one look at the files to the next [s]."""
+"""Period of the check for changed files [s]."""
 
 MOST_FILES: Final = 2000
-"""Files of a folder that are looked after: its own first, then those below it."""
+"""Most files watched in a folder: its own first, then those below it."""
 
 MOST_NAMES: Final = 200
-"""In a playlist."""
 
 _LIKE: Final = 'like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"]'
 
@@ -42,9 +40,8 @@ _ours = cache(load_lessons)
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Return the teacher's notes beside the files of lessons, as Markdown, by the id of their lesson; what cannot be read is left out.
-
-    They are in files of their own, and in no `Lesson`, so that they cannot reach a student's page by mistake.
+    """Readable notes (Markdown) by lesson id, kept outside `Lesson` so that they cannot reach a student's
+    page.
     """
     notes: dict[str, str] = {}
     for lesson in book.lessons:
@@ -54,10 +51,10 @@ def notes_of(book: LessonBook) -> dict[str, str]:
 
 
 def _entries_in(text: str, log: FaultLog) -> list[Any]:
-    """Lessons that a playlist names, whatever its entries are; note keys that it does not have.
+    """Entries of a playlist, unchecked; unknown keys go to the log.
 
     Raises:
-        Fault: it is no playlist.
+        Fault: it is not a playlist.
     """
     table = read_block(DataBlock(1, text.splitlines()), "playlist")
     entries = table.any("lessons", [])
@@ -70,21 +67,20 @@ def _entries_in(text: str, log: FaultLog) -> list[Any]:
 
 
 def _asked(lesson: Lesson, last: bool) -> Lesson:
-    """Return a test as it is asked for the first time, or for the last."""
     steps = tuple(replace(step, asked="last" if last else "first") for step in lesson.steps)
     return replace(lesson, id=lesson.id + LAST, title=lesson.again, steps=steps) if last else replace(lesson, steps=steps)
 
 
 def _everything(known: Collection[Lesson]) -> Iterator[Lesson]:
-    """Return all lessons, numbered from 1, between a test that is asked twice, first as number 0: the last one that there is."""
     test = [lesson for lesson in known if lesson.again][-1:]
     others = [lesson for lesson in known if not lesson.again]
     return _numbered([(lesson, None) for lesson in (*test, *others, *test)], 1 - len(test))
 
 
 def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> Iterator[Lesson]:
-    """Yield lessons from a number on. Steps of one lesson that follow one another are one lesson, with their share of its minutes; a
-    test that comes twice is asked twice."""
+    """Number the lessons: consecutive steps of one lesson are one lesson with a share of its minutes; a
+    repeated test has a first and a last time.
+    """
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
         before = [one for name, one in merged if name == lesson.id]
@@ -96,7 +92,7 @@ def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> 
             merged.pop()
             made = replace(last, steps=(*last.steps, step))
         else:
-            # No file has a name with an underscore.
+            # File names have no underscore.
             id = f"{lesson.id}_{len(before) + 1}" if before else lesson.id
             made = replace(lesson, id=id, steps=lesson.steps if step is None else (step,))
         merged.append((lesson.id, made))
@@ -107,15 +103,11 @@ def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> 
 
 
 class Library:
-    """Reads the book, and reads it again when a file has changed. What has become faulty stays as it was.
+    """Reads the book, and again when a file changes; a lesson that became faulty stays as it was.
 
     Args:
-        folder: of lessons beside our own, of which one takes the place of ours with the same name; None without one.
-        playlist: a TOML file that names what is shown, in order; None for everything.
-        with_notes: whether the teacher's notes are read, too.
-
-    Attributes:
-        book, notes: as they are now; the book in English, the notes by the id of their lesson.
+        folder: more lessons, which replace ours with the same name, or None.
+        playlist: TOML file that names the shown lessons in order; None for all.
     """
 
     def __init__(self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False) -> None:
@@ -130,12 +122,12 @@ class Library:
     def _read(self) -> None:
         book = self.book_in("en")
         for language in TRANSLATIONS if self._good else ():
-            # The next frame finds them ready.
+            # Ready for the next frame.
             book.in_language(language)
         self.book, self.notes = book, notes_of(book) if self._with_notes else {}
 
     def book_in(self, language: Language) -> LessonBook:
-        """Return the book in a language, read from its files now. Never raises."""
+        """Read the book from its files now. Never raises."""
         books = [_ours(BELIEFS, language), _ours(FOLDER, language)]
         if self._folder is not None:
             books.append(self._folder_in(self._folder, language))
@@ -153,7 +145,6 @@ class Library:
     def _listed(
         self, path: Path, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
     ) -> Iterator[Lesson]:
-        """Return the lessons that a playlist names; add what is wrong with it to the problems."""
         text, log, chosen = "", FaultLog(), list[tuple[Lesson, Step | None]]()
         try:
             text = read_text(path)
@@ -172,10 +163,10 @@ class Library:
     def _entry(
         self, path: Path, name: object, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
     ) -> tuple[Lesson, Step | None]:
-        """Return the lesson that a name of a playlist means, and the step of it; None for all of its steps.
+        """Lesson of a playlist's entry, and its step; None for all steps.
 
         Raises:
-            Fault: there is none.
+            Fault: unknown lesson or step.
         """
         if not isinstance(name, str) or not name:
             raise Fault(1, f"{quoted_value(name)} is no name of a lesson; write it {_LIKE}.")
@@ -199,7 +190,6 @@ class Library:
     # ---- while files change ------------------------------------------------------------------------------------------------
 
     def _stamps(self) -> dict[Path, tuple[int, int]]:
-        """Return time and size of every file that the book depends on, but for our own."""
         stamps = dict[Path, tuple[int, int]]()
         paths = [self._playlist] if self._playlist is not None else []
         for folder in {folder for folder, _ in self._good}:
@@ -212,19 +202,19 @@ class Library:
         return stamps
 
     def refresh(self) -> bool:
-        """Read everything again if a file has changed, and rests since the last call; return whether it was read."""
+        """Read everything again if a file has changed and been unchanged since the last call; true if so."""
         before, self._looked = self._looked, self._stamps()
         if not self._looked or self._looked == self._seen or self._looked != before:
             return False
         self._seen = self._looked
-        # A picture or a recording may be another one under the same name.
+        # A picture or a recording may have changed under the same name.
         lesson_html.cache_clear()
         forget()
         self._read()
         return True
 
     def watch(self, changed: Callable[[], None]) -> None:
-        """Look after the files in a thread of its own until `close`. `changed`: called after they were read again."""
+        """Watch the files in a thread until `close`. `changed`: called after each new reading."""
 
         errors = ThrottledLog(log)
 
@@ -234,7 +224,7 @@ class Library:
                     if self.refresh():
                         changed()
                 except Exception as error:
-                    # The next change may be a better one.
+                    # The next change may repair it.
                     errors.exception("the lessons could not be read again", error)
 
         if self._good or self._playlist is not None:

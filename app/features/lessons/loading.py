@@ -1,4 +1,4 @@
-"""A folder of Markdown files → lessons and a teacher's notes. A file that cannot be read is named with its line; the others still load."""
+"""Markdown files → lessons and notes. A faulty file is reported with its line; the others still load."""
 
 import errno
 import os
@@ -23,12 +23,7 @@ _STEP: Final = re.compile(r"^## +(\d{1,3})\b[.:]? *(.*)$", re.MULTILINE)
 
 
 class StepNotes(NamedTuple):
-    """What is for one step.
-
-    Attributes:
-        number: of the step, from 1.
-        title: as the teacher reads it; may be empty.
-    """
+    """Notes on one step. `number`: 1-based; `title` may be empty."""
 
     number: int
     title: str
@@ -36,13 +31,7 @@ class StepNotes(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """What a file of notes says.
-
-    Attributes:
-        title: of the whole; may be empty.
-        text: Markdown, about the whole lesson; may be empty.
-        steps: in the order of the file.
-    """
+    """A file of notes (Markdown). `title`, `text`: of the whole lesson, may be empty."""
 
     title: str
     text: str
@@ -50,7 +39,7 @@ class Notes(NamedTuple):
 
 
 def read_notes(text: str) -> Notes:
-    """Return the parts of a file of notes; whatever is under no step's heading is about the whole lesson. Never raises."""
+    """Parse notes; text under no step belongs to the whole lesson. Never raises."""
     whole, *parts = _STEP.split("\n".join(text.strip().splitlines()))
     first, _, rest = whole.partition("\n")
     title = re.sub("^#+ *", "", first) if first.startswith("#") else ""
@@ -60,20 +49,20 @@ def read_notes(text: str) -> Notes:
 
 
 MOST_BYTES: Final = 200_000
-"""Largest lesson file."""
+"""Largest lesson file [bytes]."""
 
 _NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}|notes))?\.md$")
 
 
 def load_lessons(folder: Path = FOLDER, language: Language = "en", before: LessonBook = NO_LESSONS) -> LessonBook:
-    """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
+    """Load the lessons of a folder in their order, and report unreadable ones. Never raises.
 
-    A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
-    teacher reads, see `library.notes_of`. Files with a name that does not begin with a digit are left alone.
+    A lesson is a file `NN-name.md`; `NN-name.de.md` holds its texts in another language, `NN-name.notes.md`
+    notes for the teacher, see `library.notes_of`. Names without a leading digit are ignored.
 
     Args:
-        language: of the texts; what is not translated stays English.
-        before: the same lessons as they were before a change; a lesson comes from here if its file has become faulty.
+        language: of the texts; missing translations stay English.
+        before: earlier state of the same lessons, used for files that have become faulty.
     """
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
@@ -99,12 +88,12 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
 
 
 def problems_of(path: Path, fault: Fault, more: str = "") -> list[LessonProblem]:
-    """Return all faults of a file. `more`: what is said after each."""
+    """All faults of a file. `more`: appended to each message."""
     return [LessonProblem(path.name, one.line, one.message + more) for one in fault.all]
 
 
 def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
-    """Add the lesson of a file, or yield what is wrong with a teacher's notes.
+    """Append the lesson of a file; yield the faults of its notes.
 
     Raises:
         Fault: the file cannot be read, or does not belong here.
@@ -126,7 +115,7 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
 
 
 def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
-    """Yield what is wrong with the pictures and formulas of a teacher's notes; `library.notes_of` leaves out a file that cannot be read."""
+    """Yield faults of pictures and formulas in readable notes."""
     try:
         text = read_text(path)
     except Fault:
@@ -139,10 +128,10 @@ def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file.
+    """Read a file.
 
     Raises:
-        Fault: it cannot be read, is too large or no UTF-8.
+        Fault: it cannot be read, is too large or not UTF-8.
     """
     try:
         data = read_file(path, MOST_BYTES)
@@ -160,7 +149,7 @@ def read_text(path: Path) -> str:
 def _read(path: Path, number: int, id: str) -> Lesson:
     sheet, log = read_sheet(read_text(path)), FaultLog()
     read, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
-    # Steps build on the settings of the head.
+    # Steps build on the settings of the header.
     base, equations, minutes = read or (usual_setup(path.parent), "", 0)
     steps: list[Step] = []
     for place, part in enumerate(sheet.steps if read is not None or not head.blocks else (), 1):
@@ -180,7 +169,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
-    """Return the lesson with the texts of another language, or as it is if there are none or they do not fit."""
+    """Lesson in another language, or unchanged if its texts are missing or do not fit."""
     path = folder / lesson.file.replace(".md", f".{language}.md")
     if not os.path.lexists(path):
         return lesson

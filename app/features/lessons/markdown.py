@@ -1,4 +1,4 @@
-"""The text side of a lesson file: headings, blocks, questions and hints, each with its line. Knows nothing of what the blocks mean."""
+"""Structure of a lesson file: headings, blocks, questions and hints, with their lines."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -10,26 +10,21 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints", "Belief")
-"""Headings within a step, in their order."""
 
 HEAD_SECTIONS: Final = ("Promise", "Learned", "Again")
-"""Headings under a lesson's title, in their order."""
 
 _FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
 _HEADING: Final = re.compile(r"^(#{1,6})\s+(.*?)\s*#*\s*$")
 ITEM: Final = re.compile(r"^ {0,3}(\d{1,3})[.)]\s+(\S.*)$")
-"""A line that begins an answer or a hint."""
 
 _QUOTE: Final = re.compile(r"^\s*>\s?(.*)$")
 
 
 class Fault(Exception):
-    """A file cannot be read.
+    """A fault of a file.
 
     Args:
-        line: of the file, from 1.
-        message: what is wrong, and the remedy.
-        others: further faults that were found with this one.
+        line: 1-based.
     """
 
     def __init__(self, line: int, message: str, others: "Iterable[Fault]" = ()) -> None:
@@ -39,13 +34,12 @@ class Fault(Exception):
 
 
 class FaultLog:
-    """Notes faults and reads on, so that all faults of a file are named at once."""
+    """Collects faults, to report all of a file at once. Reads that fail are left out or replaced."""
 
     def __init__(self) -> None:
         self.found: list[Fault] = []
 
     def take(self, read: Callable[[], T], otherwise: U) -> T | U:
-        """Value of a function, or `otherwise` where it finds a fault."""
         try:
             return read()
         except Fault as fault:
@@ -53,11 +47,10 @@ class FaultLog:
             return otherwise
 
     def all_of(self, reads: Iterable[Callable[[], T]]) -> tuple[T, ...]:
-        """Values of functions, without those that find a fault."""
         return tuple(read for read in (self.take(one, None) for one in reads) if read is not None)
 
     def close(self) -> None:
-        """Raise the faults, if there are any, in the order of their lines."""
+        """Raise the collected faults in the order of their lines."""
         if self.found:
             first, *others = sorted(self.found, key=lambda fault: fault.line)
             raise Fault(first.line, first.message, (Fault(one.line, one.message) for one in others))
@@ -65,7 +58,7 @@ class FaultLog:
 
 @dataclass
 class DataBlock:
-    """The lines of a fenced block; `line` is that of the first of them."""
+    """Content of a fenced block; `line`: its first line."""
 
     line: int
     lines: list[str] = field(default_factory=list)
@@ -73,7 +66,7 @@ class DataBlock:
 
 @dataclass
 class SheetPart:
-    """The lines under a heading; `line` is that of the heading."""
+    """Lines under a heading; `line`: that of the heading."""
 
     title: str
     line: int
@@ -82,20 +75,19 @@ class SheetPart:
 
     @property
     def text(self) -> str:
-        """Return the lines as one text, without empty ones at either end."""
         return "\n".join(self.lines).strip()
 
 
 @dataclass
 class Chapter(SheetPart):
-    """A step, or what stands under the title: the text before its first section, and the sections by name."""
+    """A step, or the part under the title: text before its first section, and sections by name."""
 
     sections: dict[str, SheetPart] = field(default_factory=dict)
 
 
 @dataclass
 class Sheet:
-    """A whole file: what stands under the title, and the steps."""
+    """A whole file: the part under the title, and the steps."""
 
     head: Chapter
     steps: list[Chapter]
@@ -103,7 +95,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Item:
-    """One entry of a numbered list: its text, the quoted lines under it, and its line."""
+    """Entry of a numbered list: text, quoted lines, and line."""
 
     text: str
     quote: str
@@ -111,13 +103,13 @@ class Item:
 
 
 def read_sheet(text: str) -> Sheet:
-    """Return the structure of a lesson's Markdown.
+    """Parse a lesson's Markdown.
 
     Raises:
-        Fault: a heading is missing or out of place, or a fence is left open.
+        Fault: a heading is missing or misplaced, or a fence is left open.
     """
     log, steps = FaultLog(), list[Chapter]()
-    # It has no title as long as none was read.
+    # The title is empty until it is read.
     head = Chapter("", 1)
     here: SheetPart = head
     fence, opened, into = "", 0, here.lines
@@ -181,12 +173,10 @@ def _section(chapter: Chapter, known: tuple[str, ...], title: str, number: int) 
 
 
 def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:
-    """Return the text before a numbered list, and its entries.
-
-    An entry may go on in further lines; quoted lines under it (`> …`) are its quote.
+    """Return the text before a numbered list, and its entries with their quoted lines (`> …`).
 
     Raises:
-        Fault: the numbers do not run 1, 2, 3 …
+        Fault: the numbers are not 1, 2, 3 …
     """
     before: list[str] = []
     items: list[tuple[list[str], list[str], int]] = []

@@ -1,4 +1,4 @@
-"""What came out: measured numbers, verdicts on predictions, judgements on challenges. Pure functions of evidence."""
+"""Measured values, verdicts and judgements: pure functions of evidence."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -22,17 +22,16 @@ from controllers.errors import LazyText, NumberText
 from scenes.settings import RunSettings, specs, values
 
 BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "distance_margin": True}
-"""Names of the measurements that are a distance → whether it is d − d_m instead of d."""
+"""Distance measurements → true for d − d_m instead of d."""
 
 FARTHEST: Final = 1.0
-"""Largest |d| that can be guessed [m]."""
+"""Largest |d| of a guess [m]."""
 
 AT_END: Final = 0.15
-"""A moment that is no longer before the end of a run is the end [s]."""
+"""Moments this close to the end of a run count as its end [s]."""
 
 
 def asks_for_distance(step: Step) -> bool:
-    """True if a step's answers differ by one distance."""
     question = step.question
     if question is None or question.ratio or step.drawing is not None or not question.expects:
         return False
@@ -40,7 +39,7 @@ def asks_for_distance(step: Step) -> bool:
 
 
 def guessed_answer(step: Step, distance: float) -> int | None:
-    """Return the index of the answer that a distance [m] speaks for; None if it speaks for none, or the step asks for no distance."""
+    """Index of the answer that a distance [m] supports, or None."""
     if step.question is None or not asks_for_distance(step) or not math.isfinite(distance) or abs(distance) > FARTHEST:
         return None
     from_critical = BEYOND_CRITICAL[step.measurements[0].name]
@@ -50,14 +49,13 @@ def guessed_answer(step: Step, distance: float) -> int | None:
 
 @dataclass(frozen=True)
 class StepOutcome:
-    """What a run of a step came to.
+    """Outcome of a step's run.
 
     Attributes:
         values: of the step's measurements, each followed by its comparisons.
-        complete: whether the run was long enough.
-        reference: whether it is the reference run's, because the student's run did not get that far or had other settings.
-        unlike: settings of the run, by key, that are not as the question says.
-        curve: what a drawing is compared with; () where none is asked for.
+        reference: true if the reference run replaced a run that was too short or had other settings.
+        unlike: keys of settings that differ from the question's.
+        curve: true curve of a drawing; () if the step has no drawing.
     """
 
     values: tuple[tuple[Value, ...], ...]
@@ -67,19 +65,18 @@ class StepOutcome:
     curve: Curve = ()
 
     def answer(self, question: Question) -> Value:
-        """Value that decides on the question; None if the run does not give it."""
         return question.answer(self.values[0]) if self.values else None
 
     def known(self, step: Step) -> dict[str, tuple[Value, ...]]:
-        """Return the values by the identity of their measurement: its own, then those of its comparisons."""
+        """Values by measurement id: its own, then those of its comparisons."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
     def lines(self, step: Step, language: Language, tabled: Collection[str] = (), told: Collection[str] = ()) -> tuple[str, ...]:
-        """Return every number with its name as a person reads it, and what has to be said about the run.
+        """Format every number with its label, and the remarks on the run.
 
         Args:
-            tabled: identities of measurements that have a table of their comparisons elsewhere.
-            told: identities of those that a text beside the lines tells; their lines are left out if others remain.
+            tabled: ids of measurements that have a table elsewhere.
+            told: ids of those that a text shows; their lines are left out if others remain.
         """
         lines, words = list[str](), words_of(language)
         shown = [m for m in step.measurements if not m.text_only]
@@ -104,17 +101,17 @@ class StepOutcome:
 
 
 def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepOutcome:
-    """Return the outcome of a run of a step.
+    """Measure a step's run.
 
     Args:
-        setup: of the run: the step's own, or one that shows why an answer is wrong.
-        time: simulated so far [s].
+        setup: the step's own run, or one that shows why an answer is wrong.
+        time: simulated time [s].
     """
     own = setup == step.setup
     found: list[tuple[Value, ...]] = []
     for i, m in enumerate(step.measurements):
         value = measure(evidence, m.name, m.parameters)
-        # A run that shows why an answer is wrong is compared with others only if the answer is a ratio, and it is not the other run.
+        # A run for a wrong answer needs comparisons only if the answer is a ratio, and it is not the other run.
         ratio = i == 0 and step.question is not None and step.question.ratio and m.compare[0].setup(step.setup) != setup
         needed = m.compare if own else m.compare[:1] if ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
@@ -124,7 +121,6 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
-    """Return the outcome of the step's run without the student."""
     if step.concept and not step.measurements:
         return StepOutcome((), True)
     own = [measured(setup, m.name, m.parameters) for m in step.measurements]
@@ -134,8 +130,9 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
 
 
 def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> Mark | None:
-    """Return when the first of some measurements that has a moment stands as it does; None if that is at the end of the run, or there is
-    none."""
+    """Time at which the first measurement that has one took its value; None at the end of the run, or without
+    one.
+    """
     for m in measurements:
         time = moment(evidence, m.name, m.parameters)
         if time is not None:
@@ -145,13 +142,7 @@ def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> 
 
 @dataclass(frozen=True)
 class AnswerVerdict:
-    """What is said to a prediction.
-
-    Attributes:
-        headline: in a word.
-        reply: why, in Markdown, with the numbers of this run.
-        lines: the outcome, measured.
-    """
+    """`reply`: the reason, in Markdown with this run's numbers; `lines`: measured values."""
 
     right: bool
     headline: str
@@ -161,11 +152,11 @@ class AnswerVerdict:
 
 @dataclass(frozen=True)
 class Judgement:
-    """One inequality of a challenge.
+    """Judgement of one criterion.
 
     Attributes:
-        text: what was measured, what was asked, and by how much it is missed; a `LazyText`, for a reader may change the language.
-        value: measured, SI.
+        text: measured value, bound, and the difference, in the reader's language.
+        value: measured [SI].
     """
 
     id: str
@@ -179,7 +170,7 @@ _NO_NOTE = LazyText("")
 
 @dataclass(frozen=True)
 class Attempt:
-    """A try at a challenge: every inequality judged; a note, a `LazyText`, if the run cannot count."""
+    """A try at a challenge; `note` says why a run does not count."""
 
     passed: bool
     judgements: tuple[Judgement, ...]
@@ -187,27 +178,21 @@ class Attempt:
 
     @classmethod
     def of(cls, judgements: Sequence[Judgement]) -> "Attempt":
-        """Return an attempt that passes if there are inequalities and all hold."""
         return cls(bool(judgements) and all(j.passed for j in judgements), tuple(judgements))
 
     @property
     def failed(self) -> tuple[str, ...]:
-        """Identities of the inequalities that are missed."""
         return tuple(j.id for j in self.judgements if not j.passed)
 
     @property
     def text(self) -> str:
-        """Return all that is to be said, the misses first."""
+        """The whole text, misses first."""
         ordered = sorted(self.judgements, key=lambda j: j.passed)
         return " ".join((self.note, *(j.text for j in ordered))).strip()
 
 
 def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]) -> Attempt:
-    """Result of a run in a challenge.
-
-    Args:
-        said: forecasts, in their order; what is missing counts as not given.
-    """
+    """Judge a run. `said`: forecasts in their order; missing ones count as not given."""
     judgements = [
         judged(c, measure(evidence, c.measurement.name, c.measurement.parameters), challenge.setup.seconds)
         for c in challenge.criteria
@@ -219,11 +204,11 @@ def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]
 
 
 def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
-    """Grade an inequality, with the amount by which it is missed.
+    """Judge a criterion.
 
     Args:
-        value: measured, SI.
-        seconds: how long a run has to go on that does not tell yet [s].
+        value: measured [SI].
+        seconds: required length of the run, for a value that is not known yet [s].
     """
     m, low, high = criterion.measurement, criterion.low, criterion.high
     label = label_text(m)
@@ -266,7 +251,6 @@ def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
 
 
 def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
-    """Number of digits that show a missed value as different from its bound."""
     return next((n for n in range(m.digits, 9) if _text(m, value, n) != _text(m, bound, n)), 9)
 
 

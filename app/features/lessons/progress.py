@@ -1,4 +1,4 @@
-"""What a student has done, as plain data that survives a reload: to JSON and back, whatever the JSON turns out to be."""
+"""A student's progress, to JSON and back."""
 
 import json
 import math
@@ -19,28 +19,26 @@ from scenes.settings import specs
 
 VERSION: Final = 1
 MOST_WORDS: Final = 4000
-"""Characters of a student's own words in a step."""
+"""Longest own text in a step [characters]."""
 
 LONGEST_REASON: Final = 200
-"""Characters of the reason that a student gives for a prediction."""
+"""Longest reason for a prediction [characters]."""
 
 
 def kept_reason(typed: str) -> str:
-    """Stored form of a reason, as it was typed."""
     return typed[:LONGEST_REASON].strip()
 
 
 MOST_TRIES: Final = 30
-"""Newest tries of a search that are remembered."""
+"""Number of tries that are kept."""
 
 
 class Try(NamedTuple):
-    """One try at a challenge that asks for the value of a setting, or a push of a duel.
+    """One try at a search, or a push of a duel.
 
     Attributes:
-        setting: its value, SI; of a push w_max.
-        measured: what the first inequality is about, SI.
-        met: whether it held.
+        setting: its value [SI]; w_max of a push.
+        measured: value of the first criterion [SI].
     """
 
     setting: float
@@ -50,19 +48,14 @@ class Try(NamedTuple):
 
 @dataclass
 class StepProgress:
-    """What a student has done in one step.
+    """Progress in one step.
 
     Attributes:
-        choice: index of the answer; None before the first.
-        drawing: the curve that was drawn; () for none.
-        guess: the distance that was guessed on the line of contact [m]; None without a guess.
-        why: of the run that shows why the answer is wrong.
-        hints: how many are open.
-        attempts: how often the challenge was tried.
-        last: the newest attempt.
-        words: of the student, about the whole step.
-        because: the student's reason for the prediction.
-        tries: at a challenge that asks for the value of a setting, and the pushes of a duel, oldest first.
+        choice: index of the answer, or None.
+        guess: guessed distance on the line of contact [m], or None.
+        why: outcome of the run that shows why the answer is wrong.
+        because: reason for the prediction.
+        tries: at a search or a duel, oldest first.
     """
 
     choice: Annotated[int, msgspec.Meta(ge=0, le=99)] | None = None
@@ -80,28 +73,22 @@ class StepProgress:
 
     @property
     def predicted(self) -> bool:
-        """True if the run may be seen: an answer was chosen, or a curve was drawn."""
+        """True if the run may be seen: an answer or a curve exists."""
         return self.choice is not None or bool(self.drawing)
 
     @property
     def untouched(self) -> bool:
-        """True if nothing was done here."""
         return self == StepProgress()
 
     def note(self, attempt: Attempt, again: bool = False) -> None:
-        """Take note of an attempt at the challenge. `again`: at the same run as the newest one, which counts once."""
+        """Record an attempt. `again`: same run as the last one, which counts once."""
         self.attempts += not again
         self.last, self.passed = attempt, self.passed or attempt.passed
 
 
 @dataclass
 class Progress:
-    """What a student has done, and where they are.
-
-    Attributes:
-        lesson, step, phase: where, by name.
-        steps: (lesson, step) → what was done there.
-    """
+    """Progress by (lesson, step), and the current place by ids."""
 
     lesson: str = ""
     step: str = ""
@@ -109,19 +96,18 @@ class Progress:
     steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
 
     def at(self, lesson: str, step: str) -> StepProgress:
-        """Return the progress in a step, added if there is none."""
+        """Progress in a step, created if missing."""
         return self.steps.setdefault((lesson, step), StepProgress())
 
 
 def to_json(progress: Progress) -> str:
-    """Return everything as text."""
     steps = [{"lesson": lesson, "step": step, **asdict(p)} for (lesson, step), p in progress.steps.items() if not p.untouched]
     whole = {"lesson": progress.lesson, "step": progress.step, "phase": progress.phase, "steps": steps}
     return json.dumps({"version": VERSION, **_plain(whole)}, allow_nan=False)
 
 
 def _plain(data: Any) -> Any:
-    """Return data with what JSON does not know in other words: infinity, a distance where nothing can be met, and a `LazyText`."""
+    """Replace infinity (no obstacle) and `LazyText`, which JSON does not know."""
     if isinstance(data, LazyText):
         return {"template": data.template, "parts": _plain(data.parts)}
     if isinstance(data, dict):
@@ -132,7 +118,7 @@ def _plain(data: Any) -> Any:
 
 
 def from_json(text: str) -> Progress:
-    """Return the progress in a JSON text; a part that cannot be read is left out, and nothing is raised."""
+    """Read progress; unreadable parts are left out. Never raises."""
     try:
         whole = msgspec.json.decode(text, type=dict[str, Any])
     except (msgspec.MsgspecError, RecursionError, UnicodeEncodeError):
@@ -151,7 +137,7 @@ _Word = Annotated[str, msgspec.Meta(max_length=80)]
 
 
 def _read(value: object, kind: Any, otherwise: Any) -> Any:
-    """Return plain data as a type, or something else where it is none."""
+    """Convert plain data to a type; `otherwise` if that fails."""
     try:
         return msgspec.convert(value if kind in (str, _Word) else _numbers(value), kind, dec_hook=_text)
     except (msgspec.MsgspecError, RecursionError):
@@ -159,7 +145,6 @@ def _read(value: object, kind: Any, otherwise: Any) -> Any:
 
 
 def _numbers(data: Any) -> Any:
-    """Return data with the infinities that `_plain` wrote as words."""
     if isinstance(data, dict):
         return {key: _numbers(value) for key, value in data.items()}
     if isinstance(data, list):
@@ -184,7 +169,6 @@ def _whole_curve(curve: Curve) -> Curve:
 
 
 def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
-    """Return an outcome without settings that there are not."""
     if outcome is None:
         return None
     known = specs(Settings)
@@ -197,7 +181,6 @@ def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
 
 
 def _text(kind: type, data: object) -> object:
-    """Return a `LazyText` of what `_plain` made of it."""
     if kind is not LazyText:
         raise NotImplementedError(f"{kind} is no plain data")
     match data or {"template": "", "parts": {}}:
@@ -213,17 +196,15 @@ def _text(kind: type, data: object) -> object:
 
 @dataclass(frozen=True)
 class SavedLesson:
-    """What outlives a connection.
+    """Lesson state that survives a disconnection.
 
     Attributes:
         progress: the walkthrough's JSON.
         own: the visitor's settings outside the lessons.
-        open: whether a lesson was open.
-        seen: (lesson, step) → the run in which the visitor saw what came of it.
-        now: the settings of the open step's run, which the visitor may have changed; None while no lesson is open.
-        kept: what the visitor did in runs that a later step takes up, by name.
-        said: (lesson, step) → the forecasts that were typed there.
-        measured: whether the present run was measured already.
+        seen: (lesson, step) → run in which the visitor saw its outcome.
+        now: settings of the open step's run, perhaps changed; None while no lesson is open.
+        said: (lesson, step) → typed forecasts.
+        measured: true if the current run was already measured.
     """
 
     progress: str

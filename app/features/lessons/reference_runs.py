@@ -1,4 +1,4 @@
-"""Runs without a page, for what a student did not do: comparisons, reference runs, attempts of the check. Each is made once."""
+"""Runs without a page, each simulated once."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,19 +18,18 @@ from scenes.roles import NO_TARGETS, TargetSource
 from scenes.simulation import Simulation
 
 KEPT_RUNS = 6
-"""Whole runs that are kept in memory; of all others only the numbers are."""
+"""Number of whole runs in memory; of others only the values."""
 
 
 def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
-    """Put a simulation, which has the setup's settings, to where the run begins."""
     simulation.reset(start_positions(simulation.room, setup.start))
 
 
 def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
-    """Return the target source of a simulation that has just begun; without targets where the student moves.
+    """Target source of a simulation that has just begun; without targets where the student moves.
 
     Args:
-        kept: what the student did in earlier steps, by name.
+        kept: recorded motions of earlier steps, by name.
     """
     given = setup.input
     match given.kind:
@@ -51,7 +50,7 @@ def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSou
 
 @lru_cache(maxsize=KEPT_RUNS)
 def simulated(setup: Setup) -> Simulation:
-    """Return a simulation at the end of its run, only to be read. Where the student would move, the experiment's own person does."""
+    """Finished simulation, read-only. The experiment's autopilot replaces the student."""
     run = setup.run
     steps = max(1, round(setup.seconds / run.dt))
     simulation = Simulation(run, steps)
@@ -64,22 +63,19 @@ def simulated(setup: Setup) -> Simulation:
 
 @lru_cache(maxsize=4096)
 def measured(setup: Setup, name: str, parameters: Pairs = ()) -> Value:
-    """Return a measurement of a run without a page; the second time from memory."""
+    """Measure a run without a page, cached."""
     return measure(Evidence(simulated(setup)), name, parameters)
 
 
 @lru_cache(maxsize=64)
 def drawn(setup: Setup, drawing: Drawing) -> Curve:
-    """Return the curve of a run without a page that a drawing is compared with; the second time from memory."""
     return true_curve(drawing, Evidence(simulated(setup)))
 
 
 def comparisons(setup: Setup, m: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
-    """Return a measurement in each of some further runs."""
     return tuple(measured(c.setup(setup), m.name, m.parameters) for c in compared)
 
 
 def forget() -> None:
-    """Make every run again when it is next asked for."""
     for cached in (simulated, measured, drawn):
         cached.cache_clear()

@@ -1,4 +1,4 @@
-"""One run as data: who stands where, who moves, for how long; and settings as a person reads them."""
+"""One run as data, and settings in words."""
 
 import re
 from dataclasses import dataclass, replace
@@ -16,11 +16,12 @@ from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs, values
 
 Pairs = tuple[tuple[str, Any], ...]
-"""Key and value, in order: a dictionary that can be compared and hashed."""
+"""Ordered keys and values: a hashable dictionary."""
 
 InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
-"""Who moves what can be moved: the experiment's own seeded person, none, the student, a script, a recorded file, or what the student
-did in an earlier step."""
+"""The experiment's autopilot, none, the student, a script, a recorded file, or the student's motion in an
+earlier step.
+"""
 
 LONGEST: Final = 60.0
 """Longest run of a step [s]."""
@@ -28,13 +29,11 @@ LONGEST: Final = 60.0
 
 @dataclass(frozen=True)
 class Input:
-    """Who moves what can be moved.
+    """Source of the inputs.
 
     Attributes:
-        kind: see `InputKind`.
-        name: of a script, of a file beside the lesson, or of what was kept.
-        parameters: of a script.
-        fallback: who moves as long as nothing was kept under that name.
+        name: of a script, of a file beside the lesson, or of a kept motion.
+        fallback: used until a motion was kept under that name.
     """
 
     kind: InputKind
@@ -48,13 +47,12 @@ AUTOPILOT: Final = Input("autopilot")
 
 @dataclass(frozen=True)
 class Setup:
-    """One run: everything that decides how it goes.
+    """A complete description of one run.
 
     Attributes:
-        changes: settings by key that are not as they are at first, of the run and of the page.
-        start: where everything begins; None for the room's start.
-        seconds: after which the outcome is measured [s].
-        folder: where its files are.
+        changes: settings of run and page that differ from the defaults, by key.
+        start: None for the scene's own.
+        seconds: time at which the outcome is measured [s].
     """
 
     changes: Pairs
@@ -64,7 +62,7 @@ class Setup:
     folder: Path
 
     def settings(self, start: Settings) -> Settings:
-        """Return these settings: the run wholly the lesson's, the page as it was but for what the lesson says."""
+        """The lesson's settings; those of the page only where the lesson says so."""
         settings = replace(start, run=RunSettings())
         for key, value in self.changes:
             settings = changed(settings, key, value)
@@ -72,7 +70,7 @@ class Setup:
 
     @cached_property
     def run(self) -> RunSettings:
-        # Asked for in every frame of a lesson.
+        # Called in every frame of a lesson.
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
@@ -80,17 +78,17 @@ class Setup:
 
 
 def deviations(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Return the settings of a run, by key, that differ from those asked for; a lever is there to be moved."""
+    """Settings that differ from those asked for, except the lever."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value and key != "lever")
 
 
 _SYMBOL: Final = re.compile(r"(?:^|\s)(?:[^\W_]{1,2}|\w_\w+)$")
-"""The end of a label that a number can be equal to: "n", "dt", "d_m", "dead time T"."""
+"""Symbol at the end of a label: "n", "dt", "d_m", "dead time T"."""
 
 
 def changes_text(changes: Pairs) -> LazyText:
-    """Return settings as they are named on the page, for a sentence: "n = 2, dt = 5 ms, law set to “Unprotected (task only)”"."""
+    """Settings in words, for a sentence: "n = 2, dt = 5 ms, law set to “Unprotected (task only)”"."""
     return joined([_change_text(key, value) for key, value in changes], ", ")
 
 
@@ -105,6 +103,6 @@ def _change_text(key: str, value: object) -> LazyText:
 
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:
-    """Return settings as a person reads them, in a language; None for that of the page."""
+    """Settings in words in a language; None for the page's."""
     translate = spoken() if language is None else words_of(language)
     return translate(changes_text(changes)).replace("d_m", "dₘ")

@@ -1,4 +1,4 @@
-"""People who do the same thing every time: one a script, named in a lesson, a pure function of the room and its parameters."""
+"""Scripted inputs: pure functions of the simulation and their parameters."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -19,10 +19,10 @@ from scenes.solo import NullMotions, swing
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
 
 Motion = Callable[[float], Target]
-"""The target at a time [s]."""
+"""Time [s] → target."""
 
 POSTURES: Final = 150
-"""Postures on the way along one null-space motion."""
+"""Number of postures along one null-space motion."""
 
 
 def _hand(simulation: Simulation) -> Array:
@@ -31,7 +31,9 @@ def _hand(simulation: Simulation) -> Array:
 
 
 def _straight(begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0) -> Callable[[float], Array]:
-    """Return the place (3,) at a time [s] of what goes by a way at a constant speed. `beyond`: how far past its end it goes on [m]."""
+    """Position (3,) over time [s] along a straight way at constant speed. `beyond`: extension past its end
+    [m].
+    """
     length = float(np.linalg.norm(way))
     longest = max(length + beyond, 0.0)
     return lambda time: begin + way * (min(speed * max(time - after, 0.0), longest) / length if length else 0.0)
@@ -44,9 +46,9 @@ def push(
     after: float = 1.0,
     seconds: float = 60.0,
 ) -> Motion:
-    """Your hand goes straight for the other arm's hand, wrist or elbow at a constant speed, and on past it.
+    """The hand moves straight to the other arm's hand, wrist or elbow at a constant speed, and on past it.
 
-    Parameters: speed [m/s]; at; after, how long it waits first [s]; seconds, how long it pushes before it stays where it is.
+    Parameters: speed [m/s]; at; after, first delay [s]; seconds, duration of the push before it stays [s].
     """
     begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
     goal = {
@@ -59,9 +61,9 @@ def push(
 
 
 def push_and_back(simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0) -> Motion:
-    """Your hand goes for the other arm's hand by a share of the way, softly, waits, and comes back; again and again.
+    """The hand moves softly a share of the way to the other arm's hand, waits, and comes back; repeatedly.
 
-    Parameters: share of the way; seconds for the way there [s]; rest, how long it waits at either end [s].
+    Parameters: share of the way; seconds for one way [s]; rest at either end [s].
     """
     begin = _hand(simulation)
     way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * share
@@ -69,31 +71,32 @@ def push_and_back(simulation: Simulation, share: float = 0.7, seconds: float = 3
 
 
 def to_and_fro(time: float, seconds: float, rest: float) -> float:
-    """Return the share in [0, 1] of a way that is gone softly, to and fro, with a rest before each: 0 at time 0."""
+    """Share in [0, 1] of a soft motion there and back, with a rest before each: 0 at time 0."""
     leg, t = divmod(max(time, 0.0), seconds + rest)
     share, _ = quintic(min(max((t - rest) / max(seconds, 1e-9), 0.0), 1.0))
     return 1.0 - share if int(leg) % 2 else share
 
 
 def hand_to(simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1) -> Motion:
-    """Your hand, or the one that keeps its place in a room of one arm, goes by a way at a constant speed, and stays there.
+    """The hand, or in a scene of one arm the protected arm's, moves by (x, y, z) at a constant speed, and
+    stays there.
 
-    Parameters: x, y, z of the way [m]; speed [m/s].
+    Parameters: x, y, z [m]; speed [m/s].
     """
     place = _straight(_hand(simulation), np.array([x, y, z]), speed)
     return lambda time: HandTarget(place(time))
 
 
 def hand_circle(simulation: Simulation, radius: float = 0.1, period: float = 6.0) -> Motion:
-    """Your hand draws an upright circle about its place at the start. Parameters: radius [m]; period, of a round [s]."""
+    """The hand follows a vertical circle about its start. Parameters: radius [m]; period [s]."""
     begin = _hand(simulation)
     return lambda time: HandTarget(begin + _circle(time, radius, period, along_y=True))
 
 
 def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) -> Motion:
-    """The elbow swings to one side, then to the other, and on like this, while the hand is held where it is.
+    """The elbow swings to either side, repeatedly, while the hand keeps its pose.
 
-    Parameters: angle to either side about the line from shoulder to wrist [rad]; period, there, across and back [s].
+    Parameters: angle to either side about the line from shoulder to wrist [rad]; period [s].
     """
     simulation.kinematics.update(simulation.positions)
     swung = swing(simulation.kinematics, simulation.avoiding)
@@ -103,9 +106,11 @@ def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) ->
 def null_motions(
     simulation: Simulation, swing: float = 0.5, x: float = 0.0, y: float = 0.0, z: float = 0.0, seconds: float = 3.0
 ) -> Motion:
-    """The arm goes along its null-space motions one after another and stays there, while the hand stays where it is.
+    """The arm follows its null-space motions one after another and stays there, while the hand keeps its
+    place.
 
-    Parameters: swing of the elbow; x, y, z, turns of the hand about these axes [rad]; seconds for each of the four [s].
+    Parameters: swing of the elbow; x, y, z, turns of the hand about these axes [rad]; seconds for each of the
+    four [s].
     """
     motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
     shares = [quintic(i / POSTURES)[0] for i in range(1, POSTURES + 1)]
@@ -119,9 +124,9 @@ def null_motions(
 
 
 def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after: float = 0.0) -> Motion:
-    """The ball goes straight to a place at a constant speed, and stays there.
+    """The ball moves straight to a place at a constant speed, and stays there.
 
-    Parameters: place; speed [m/s]; after, how long it waits first [s].
+    Parameters: place; speed [m/s]; after, first delay [s].
     """
     begin = _ball(simulation)
     centre = _straight(begin, ball_centre(simulation.room, place) - begin, speed, after)
@@ -129,9 +134,10 @@ def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after:
 
 
 def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: float = -1.0) -> Motion:
-    """The ball goes straight for the hand, as it stands at the start, at a constant speed, and on past it.
+    """The ball moves straight to the hand's start at a constant speed, and on past it.
 
-    Parameters: speed [m/s]; after, how long it waits first [s]; gap, where it stops [m], negative for beyond the hand.
+    Parameters: speed [m/s]; after, first delay [s]; gap, distance at which it stops [m], negative for beyond
+    the hand.
     """
     begin = _ball(simulation)
     centre = _straight(begin, _hand(simulation) - begin, speed, after, -gap - BALL_RADIUS - POINT_RADIUS)
@@ -139,7 +145,7 @@ def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: flo
 
 
 def ball_circle(simulation: Simulation, radius: float = 0.15, period: float = 6.0) -> Motion:
-    """The ball goes round in an upright circle that begins where it lies. Parameters: radius [m]; period, of a round [s]."""
+    """The ball follows a vertical circle from its start. Parameters: radius [m]; period [s]."""
     begin = _ball(simulation)
     return lambda time: BallTarget(begin + _circle(time, radius, period, along_y=False))
 
@@ -158,12 +164,11 @@ def _ball(simulation: Simulation) -> Array:
 
 @dataclass(frozen=True)
 class ScriptEntry:
-    """A script, and where it has something to move.
+    """A script and its use.
 
     Attributes:
-        make: a function of a simulation that has just begun, and its parameters.
-        moves: what it moves, of the visitor's.
-        beside: the obstacles with which it fits.
+        make: (simulation that has just begun, parameters) → motion.
+        beside: obstacles with which it fits.
     """
 
     make: Callable[..., Motion]
@@ -171,7 +176,7 @@ class ScriptEntry:
     beside: tuple[Obstacle, ...]
 
     def fits(self, scene: str) -> bool:
-        """True if it has something to move in an experiment."""
+        """True if the experiment has something for it to move."""
         experiment = EXPERIMENTS[scene]
         return experiment.moves == self.moves and experiment.obstacle in self.beside
 
@@ -196,14 +201,13 @@ SCRIPTS: Final[dict[str, ScriptEntry]] = {
     "ball_push": ScriptEntry(ball_push, "ball", ("ball",)),
     "ball_circle": ScriptEntry(ball_circle, "ball", ("ball",)),
 }
-"""All, by name."""
 
 
 def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tuple[str, Any], ...]:
-    """Return the parameters of a script, checked; a `RoomPlace` among them has been made before.
+    """Check the parameters of a script; a `RoomPlace` among them is already made.
 
     Raises:
-        BadSetting: there is no such script or parameter, a value is not possible, or it has nothing to move in the scene.
+        BadSetting: unknown script or parameter, impossible value, or nothing to move in the scene.
     """
     if name not in SCRIPTS:
         raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
@@ -231,5 +235,5 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
 
 
 def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> Scripted:
-    """Return the target source of a script with checked parameters, in a simulation that has just begun."""
+    """Target source of a script, in a simulation that has just begun."""
     return Scripted(SCRIPTS[name].make(simulation, **dict(parameters)))

@@ -1,4 +1,4 @@
-"""Who moves, from where, with which settings and for how long: the part of a block that describes a run."""
+"""The part of a block that describes a run."""
 
 from dataclasses import replace
 from functools import partial
@@ -22,16 +22,16 @@ SHORTEST: Final = 0.1
 """Shortest run [s]."""
 
 USUAL: Final = 8.0
-"""Length of a run that says nothing about it [s]."""
+"""Default length of a run [s]."""
 
 _FORMERLY: Final = "nobody"
-"""How lesson files used to write "none"."""
+"""Former word for "none" in lesson files."""
 
 PLAIN: Final = ("autopilot", "none", "yours")
 
 
 def read_changes(table: Table, key: str = "settings") -> Pairs:
-    """Return checked settings by key; with an empty key, those that are left in the table itself.
+    """Read settings by key; with an empty key, those left in the table itself.
 
     Raises:
         Fault: an unknown key, or a value that is not possible.
@@ -51,16 +51,12 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
 
 
 def usual_setup(folder: Path) -> Setup:
-    """Return the run of a lesson that says nothing about it. `folder`: where its files are."""
+    """Default run of a lesson. `folder`: of its files."""
     return Setup((), AUTOPILOT, None, USUAL, folder)
 
 
 def read_setup(table: Table, base: Setup) -> Setup:
-    """Return the run that `settings`, `start`, `input` and `seconds` describe.
-
-    Args:
-        table: of the step, a wrong answer, the challenge or an attempt.
-        base: a run that gives what the table does not say.
+    """Read `settings`, `start`, `input` and `seconds` of a table.
 
     Raises:
         Fault: something is not possible.
@@ -79,7 +75,6 @@ def read_setup(table: Table, base: Setup) -> Setup:
 
 
 def start_of_table(table: Table) -> Start | None:
-    """Start of the run."""
     given = table.table("start")
     if given is None:
         return None
@@ -103,7 +98,7 @@ def _place(table: Table) -> RoomPlace:
 
 
 def read_input(table: Table, setup: Setup) -> Input:
-    """Source of the inputs: a word, or a table with `script`, `file` or `kept`."""
+    """Read the inputs: a word, or a table with `script`, `file` or `kept`."""
     value = table.any("input")
     if value == _FORMERLY:
         value = "none"

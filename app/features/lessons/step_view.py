@@ -1,4 +1,4 @@
-"""What a page shows of a walkthrough: plain data, texts with their numbers in them."""
+"""Data that a page shows of a walkthrough, numbers filled in."""
 
 import re
 from dataclasses import dataclass, replace
@@ -18,20 +18,11 @@ from app.i18n.speaking import N_
 _SENTENCE_END: Final = re.compile(r"(?<=[.!?])\s+")
 
 PLOTTED_TRIES: Final = 3
-"""Number of tries at a search that are plotted."""
+"""Fewest tries at a search that are plotted."""
 
 
 @dataclass(frozen=True)
 class StepPosition:
-    """Where a student is.
-
-    Attributes:
-        lesson, step, index: which, and the step's place in the lesson, from 0.
-        done: what the student has done in it.
-        beside: the run that is shown beside the step's own, or None.
-        stale: whether another run has begun since the newest attempt.
-    """
-
     lesson: Lesson
     step: Step
     index: int
@@ -43,26 +34,19 @@ class StepPosition:
 
 @dataclass(frozen=True, kw_only=True)
 class StepView(StepPosition):
-    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in. `done` is a copy.
+    """A step in the student's language; texts are Markdown with LaTeX, numbers filled in. `done` is a copy.
 
     Attributes:
-        phases: which the step has.
         texts: (phase or "goal", text), those that may be seen by now, in order.
-        choices: the answers; empty where nothing is asked.
-        drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
-        locked: whether Run is locked, because nothing is predicted yet.
-        verdict: what is said to the answer, once the outcome is known.
-        outcome: lines with what was measured.
-        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
-        own_curve: whether a drawn λ(d) can be run now.
-        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
-        contrast: in what that run differs, while it is on.
-        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted; the pushes of a duel.
-        forecasts: what the student has to say beforehand, one line each.
-        hints: those that are open.
-        yours: whether the student moves.
-        lesson_finished: whether this is the end of the lesson's last step, and the step is finished.
-        can_next, can_back: whether there is something in that direction.
+        drawing: the drawn curve, with the truth once the outcome is known; None without a drawing.
+        locked: true if Run is locked until a prediction.
+        why_outcome: measured lines of the run that shows why the answer is wrong.
+        own_curve: true if a drawn λ(d) can be run now.
+        why: true if a run shows why the answer is wrong; `showing` while it is on.
+        contrast: difference of that run, while it is on.
+        tries: at a search, once there are enough to plot; pushes of a duel.
+        forecasts: numbers to predict, one line each.
+        lesson_finished: true at the end of a finished last step.
     """
 
     phases: tuple[Phase, ...]
@@ -91,10 +75,9 @@ class LessonEntry:
     """A line of the list of lessons.
 
     Attributes:
-        lesson: in the reader's language.
-        finished: of each step, whether it is.
-        here: whether the student was in this lesson last.
-        step: at which it opens, from 0.
+        finished: for each step.
+        here: true if the student was in this lesson last.
+        step: where it opens (0-based).
     """
 
     lesson: Lesson
@@ -104,12 +87,10 @@ class LessonEntry:
 
     @property
     def promise(self) -> str:
-        """One sentence about the lesson."""
         return self.lesson.promise or first_sentence(self.lesson.goal)
 
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
-    """Return everything that a page shows at a place."""
     step, done, phases = at.step, at.done, phases_of(at.step)
     question, challenge, language = step.question, step.challenge, at.lesson.language
     by_phase = {
@@ -152,7 +133,6 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
 
 
 def first_sentence(text: str) -> str:
-    """First sentence of a text in Markdown, in one line."""
     line = " ".join(text.split())
     ends = (end.start() for end in _SENTENCE_END.finditer(line))
     # A formula may hold a full stop.
@@ -164,7 +144,7 @@ def knows_outcome(phase: Phase) -> bool:
 
 
 def why_of(at: StepPosition) -> Setup | None:
-    """Return the run that shows why the answer is wrong; None if there is none, or it may not be begun now."""
+    """Run that shows why the answer is wrong, if it exists and may begin now."""
     question, choice = at.step.question, at.done.choice
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
         return None
@@ -172,13 +152,12 @@ def why_of(at: StepPosition) -> Setup | None:
 
 
 def has_curve(at: StepPosition) -> bool:
-    """True if the student drew a λ(d) that the arm can obey, and its run may be begun now."""
+    """True if a drawn λ(d) that the arm can follow may run now."""
     drawn = at.step.drawing is not None and at.step.drawing.formula and len(at.done.drawing) > 0
     return drawn and at.phase in (Phase.OBSERVE, Phase.EXPLAIN)
 
 
 def contrast(at: StepPosition) -> Contrast | None:
-    """Return in what the run beside the step's own differs from it; None while none is shown."""
     question, choice, beside = at.step.question, at.done.choice, at.beside
     if beside is None:
         return None
@@ -187,7 +166,7 @@ def contrast(at: StepPosition) -> Contrast | None:
 
 
 def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
-    """Return the verdict on the prediction; None before the outcome is known."""
+    """Verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None

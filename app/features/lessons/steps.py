@@ -1,4 +1,4 @@
-"""One step of a lesson file → `Step`: its texts, and everything that its block declares, checked."""
+"""A step of a lesson file → `Step`, checked."""
 
 import re
 from collections.abc import Iterator
@@ -34,10 +34,10 @@ USUAL_MINUTES: Final = 10
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
-    """Header of a lesson: the run that every step changes, the equations of the paper, and the minutes.
+    """Base run of the steps, equations of the paper, and minutes.
 
     Raises:
-        Fault: the block is none, there are several, or the lesson has no goal.
+        Fault: the block is missing or not unique, or the lesson has no goal.
     """
     log = FaultLog()
     if not sheet.head.text:
@@ -56,7 +56,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
 
 
 def head_faults(head: Chapter, folder: Path) -> Iterator[Fault]:
-    """Yield what is wrong in what stands under a lesson's title: pictures, as it is shown as lines of text, and formulas without an end."""
+    """Yield faults under a lesson's title: pictures (only text is shown) and unclosed formulas."""
     for part in (head, *head.sections.values()):
         for number, line in enumerate((part.title, *part.lines), part.line):
             yield from (Fault(number, problem) for problem in picture_problems(line, folder, False))
@@ -64,7 +64,6 @@ def head_faults(head: Chapter, folder: Path) -> Iterator[Fault]:
 
 
 def formula_faults(chapter: Chapter) -> Iterator[Fault]:
-    """Yield the formulas that have no end."""
     for part in (chapter, *chapter.sections.values()):
         line = left_dollar("\n".join((part.title, *part.lines)))
         if line is not None:
@@ -72,20 +71,19 @@ def formula_faults(chapter: Chapter) -> Iterator[Fault]:
 
 
 def head_texts(head: Chapter) -> tuple[str, ...]:
-    """Promise and summary of a lesson, "" for what the file does not say."""
     return tuple(head.sections[name].text if name in head.sections else "" for name in HEAD_SECTIONS)
 
 
 def step_id(title: str) -> str:
-    """Return a title as an identity: small letters and underscores."""
+    """Make an id of a title: small letters and underscores."""
     return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
 
 
 def read_step(part: Chapter, base: Setup) -> Step:
-    """Return a step. `base`: the run of its lesson.
+    """Read a step. `base`: the run of its lesson.
 
     Raises:
-        Fault: something is missing or not possible; all that can be named at once.
+        Fault: something is missing or not possible; all faults at once.
     """
     if len(part.blocks) != 1:
         line = part.blocks[1].line if part.blocks else part.line
@@ -97,7 +95,7 @@ def read_step(part: Chapter, base: Setup) -> Step:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
     setup = log.take(lambda: read_setup(table, base), None)
     if setup is None:
-        # What follows depends on the run.
+        # The rest depends on the run.
         log.close()
     assert setup is not None
     noted = len(log.found)
@@ -147,7 +145,7 @@ def read_step(part: Chapter, base: Setup) -> Step:
         **texts,
     )
     for key in ("right", "expects", "ratio", "why", "attempt"):
-        # Not read yet where something else is at fault.
+        # Not read if something else is at fault.
         table.any(key)
     log.take(table.close, None)
     if measured:
@@ -159,7 +157,7 @@ def read_step(part: Chapter, base: Setup) -> Step:
 def _question(
     part: Chapter, table: Table, setup: Setup, measurements: tuple[Measurement, ...] | None, concept: bool
 ) -> Question | None:
-    """Return the question of a step. `measurements`: of the step; None if they are at fault themselves."""
+    """Read the question. `measurements`: None if they are faulty."""
     section = part.sections.get("Predict")
     if section is None:
         if concept:
@@ -217,7 +215,7 @@ def _range(table: Table, values: list[Any]) -> tuple[float, float]:
 
 
 def step_texts(part: Chapter, step: Step) -> dict[str, str]:
-    """Return the texts of a step in another language, checked to be complete: by field of `Step`, and that of its challenge.
+    """Complete texts of a step in another language, by field of `Step`, and its challenge's.
 
     Raises:
         Fault: a section is missing.
@@ -233,7 +231,7 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
 
 
 def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog) -> dict[str, str]:
-    """Return the texts of a step by field of `Step`, and that of its challenge; note in the log what is missing."""
+    """Texts of a step by field, and its challenge's; missing ones go to the log."""
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
     needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
@@ -258,7 +256,6 @@ def _hints(part: Chapter, challenge: Challenge | None) -> tuple[str, ...]:
 
 
 def _line_faults(part: Chapter, step: Step) -> Iterator[Fault]:
-    """Yield what is wrong in the lines of a step's texts."""
     folder = step.setup.folder
     yield from (Fault(part.line, problem) for problem in picture_problems(part.title, folder, False))
     yield from formula_faults(part)

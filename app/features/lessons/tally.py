@@ -1,4 +1,4 @@
-"""How a class has answered a question, without names: the counts of a round, and who changed the answer from one round to another."""
+"""Answers of a class to a question: counts of a round, and changes between rounds."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -7,25 +7,21 @@ from typing import NamedTuple
 from app.plots.curve_chart import Curve
 
 QuestionId = tuple[str, str]
-"""Names of the lesson and the step of a question."""
+"""Lesson id and step id."""
 
 
 class Ballot(NamedTuple):
-    """What a student has handed in: an answer, a curve that was drawn, or both; and the student's reason."""
-
     choice: int | None = None
     curve: Curve = ()
     reason: str = ""
 
 
 class Tally(NamedTuple):
-    """How a class has answered.
+    """Counts of a class.
 
     Attributes:
-        counts: of every choice.
-        waiting: how many of the present students have handed in nothing.
-        handed_in: how many have handed in an answer or a curve.
-        curves: that were drawn, without names.
+        waiting: present students without an answer or a curve.
+        handed_in: students with an answer or a curve.
     """
 
     counts: tuple[int, ...]
@@ -35,22 +31,21 @@ class Tally(NamedTuple):
 
     @property
     def answered(self) -> int:
-        """How many have chosen an answer."""
         return sum(self.counts)
 
     @property
     def favourites(self) -> tuple[int, ...]:
-        """The most frequent choice, or all of a tie; () without an answer."""
+        """Most frequent choices (several in a tie); () without an answer."""
         most = max(self.counts, default=0)
         return tuple(i for i, count in enumerate(self.counts) if count == most) if most else ()
 
     @property
     def favourite(self) -> int | None:
-        """The most frequent choice, the first of a tie; None without an answer."""
+        """Most frequent choice, the first in a tie; None without an answer."""
         return next(iter(self.favourites), None)
 
     def share(self, choice: int) -> int | None:
-        """Return the share of a choice among the answers [%]; None without an answer."""
+        """Share of a choice among the answers [%]; None without an answer."""
         return round(100.0 * self.counts[choice] / self.answered) if self.answered else None
 
 
@@ -63,7 +58,7 @@ class Switch(NamedTuple):
 
 
 def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
-    """Return the counts of one round, with none who waits. `ballots`: by student; `choices`: how many there are."""
+    """Count one round, with `waiting` = 0. `ballots`: by student; `choices`: number of choices."""
     counts = [0] * choices
     for choice, *_ in ballots.values():
         if choice is not None and choice < choices:
@@ -73,7 +68,7 @@ def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
 
 
 def switches_between(before: Mapping[str, Ballot], after: Mapping[str, Ballot]) -> tuple[Switch, ...]:
-    """Count of each pair of answers that one student gave in two rounds."""
+    """Count each pair of answers that a student gave in two rounds."""
     pairs = Counter[tuple[int, int]]()
     for student in before.keys() & after.keys():
         old, new = before[student].choice, after[student].choice

@@ -1,6 +1,7 @@
-"""Numbers inside the texts, filled in when they are shown: `{measured:drift}`, `{measured:drift:1}` (its first comparison),
-`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below"), `{measured:margin:size}` (without its sign), `{setting:dm}`,
-and on a line of its own `{table:drift}`."""
+"""Numbers in lesson texts: `{measured:drift}`, `{measured:drift:1}` (first comparison),
+`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below"), `{measured:margin:size}` (unsigned),
+`{setting:dm}`, and on its own line `{table:drift}`.
+"""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,12 +23,11 @@ from scenes.settings import specs, values
 
 
 def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]], setup: Setup, language: Language) -> str:
-    """Return a table with a row for each run, in the order of the one number in which they differ, if it is one.
+    """Table with a row for each run, sorted by the one number in which they differ, if it is one.
 
     Args:
         shown: measurements with the same comparisons; at least one.
-        found: of each its value, then those of its comparisons.
-        setup: of the run itself.
+        found: value of each, then of its comparisons.
     """
     head, runs = _runs(shown[0], setup, language)
     columns = [head, *(label_of(m, language) for m in shown)]
@@ -40,7 +40,7 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
 
 
 def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[tuple[float, str]]]:
-    """Differences of the runs, and for each run its place in the table and its name; the run itself is the first."""
+    """Difference of the runs, and each run's sort value and name; the run itself is first."""
     words = words_of(language)
     keys = {key for compared in m.compare for key, _ in compared.changes}
     others = [compared.setup(setup) for compared in m.compare]
@@ -53,7 +53,7 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
     if not keys and len(tilts) == len(balls) == len(set(tilts)):
         return words(N_("angle")), [(tilt, words(shown_parameter("angle", tilt))) for tilt in tilts]
     if keys == {"law"} and setup.run.law.law == LEVER_LAW:
-        # As in the legends of the plots.
+        # As in the plots' legends.
         names = [words(N_("you")), *(page_value("law", other.run.law.law, language) for other in others)]
     else:
         names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]
@@ -64,7 +64,7 @@ _HOLE: Final = re.compile(r"\{(measured|setting|table):([^{}]*)\}")
 
 
 def _parts(name: str) -> tuple[str, str, str]:
-    """Return identity, number of the comparison or "ratio", and "side" for above or below zero, "size" for no sign, or ""."""
+    """Split a placeholder: id; index of the comparison or "ratio"; "side", "size" or ""."""
     whole, _, form = name.rpartition(":")
     if form not in ("side", "size"):
         whole, form = name, ""
@@ -73,22 +73,20 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 
 def tabled(text: str) -> frozenset[str]:
-    """Return the identities of the measurements that a text shows in tables."""
+    """Ids of the measurements that a text shows in tables."""
     return frozenset(id for kind, name in _HOLE.findall(text) if kind == "table" for id in name.split(","))
 
 
 def told_in(step: Step, text: str) -> frozenset[str]:
-    """Return the identities of a step's measurements of which a text tells every value that a line would have."""
+    """Ids of the measurements of which a text shows every value."""
     told = {(id, number) for kind, name in _HOLE.findall(text) if kind == "measured" for id, number, _ in [_parts(name)]}
     wanted = ((m.id, ("", *(str(i + 1) for i in range(len(m.compare))))) for m in step.measurements)
     return frozenset(id for id, numbers in wanted if all((id, number) in told for number in numbers))
 
 
 def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterator[str]:
-    """Yield what is wrong with the placeholders of a line of a step's text.
-
-    Args:
-        before: whether the text is seen before the run, so that the outcome must not stand in it.
+    """Yield faults in the placeholders of a line. `before`: the text is seen before the run, so the outcome
+    must be hidden.
     """
     by_id = {m.id: m for m in step.measurements}
     for kind, name in _HOLE.findall(line):
@@ -111,11 +109,11 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
 
 
 BLANK: Final = "\\_" * 10
-"""For a number to be written by hand: underscores as Markdown takes them."""
+"""Underscores in Markdown, for a number to be written by hand."""
 
 
 def without_outcome(text: str, step: Step) -> str:
-    """Return a text of a step with a blank for each number that would give the answer away; see `placeholder_problems`."""
+    """Replace each number that gives the answer away by a blank; see `placeholder_problems`."""
 
     def kept(hole: re.Match[str]) -> str:
         known = hole[1] == "setting" or step.question is not None
@@ -137,9 +135,10 @@ def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], befo
 
 
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
-    """Return a text of a step with its numbers in it; what is not known yet is a dash.
+    """Fill in the numbers of a text; unknown ones become a dash.
 
-    Without an outcome they come from the reference run: texts before the student's run show what the software has measured.
+    Without an outcome they come from the reference run: texts before the student's run show the software's
+    values.
     """
     if outcome is None and any(kind != "setting" for kind, _ in _HOLE.findall(text)):
         outcome = reference(step, step.setup)

@@ -1,7 +1,7 @@
-"""One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
+"""A student's way through the lessons, without a page: goal → predict → do → observe → explain → challenge.
 
-The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation by
-`setup` and what was `kept` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+The page shows `view`, calls the student's actions, begins a simulation by `setup` and `kept` whenever
+`run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -39,7 +39,9 @@ from scenes.settings import values
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 250
-"""Newest rows that a live number looks at: the resting distance is a mean over a quarter of a second where two pairs tie."""
+"""Newest rows for a live number: the resting distance is a mean over a quarter of a second where two pairs
+tie.
+"""
 
 
 class Walkthrough:
@@ -47,15 +49,13 @@ class Walkthrough:
 
     Args:
         book: with at least one lesson.
-        progress: what `to_json` gave, to go on from; "" for a fresh start. What does not fit the book, which may be another one, or
-            in another language, is left out.
-        kept: as below; None for nothing.
+        progress: JSON of `to_json`, "" for a fresh start; what does not fit the book is left out.
 
     Attributes:
-        run_id: goes up whenever a fresh run has to begin.
-        beside: the run that is shown beside the step's own, after its outcome: why the answer is wrong, or the student's curve at work;
-            None while none is.
-        kept: the student's recorded motions that a later step repeats, by name; they outlive a reload beside `to_json`.
+        run_id: increases whenever a fresh run has to begin.
+        beside: the shown run that is not the step's own: why the answer is wrong, or the student's curve;
+            else None.
+        kept: the student's recorded motions for later steps, by name; saved beside `to_json`.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -73,7 +73,7 @@ class Walkthrough:
         self._counted: tuple[object, ...] = ()
         self._judged = -1
         self._running: tuple[Bookmark, Setup] | None = None
-        # Taken up where it fits the book.
+        # Resume where it fits the book.
         places = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
         known = ((place, step) for place, step in places.items() if place in saved.steps)
         saved.steps = {place: fitting(step, saved.steps[place]) for place, step in known}
@@ -102,7 +102,6 @@ class Walkthrough:
 
     @property
     def challenge(self) -> Challenge | None:
-        """Return the step's challenge while it is its turn; None in every other phase."""
         return self.step.challenge if self.phase is Phase.CHALLENGE else None
 
     @property
@@ -118,21 +117,20 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """True if a question waits for its answer or its curve: Run is locked, and no page may say what the law does."""
+        """True until the question is answered: Run is locked, and no page may say what the law does."""
         return self.phase is Phase.PREDICT
 
     @property
     def showing(self) -> bool:
-        """True if a run is shown beside the step's own."""
         return self.beside is not None
 
     @property
     def plots(self) -> tuple[str, ...]:
-        """Return the plots that are shown now: while a question waits, those that are empty until the run."""
+        """Current plots; before an answer only those that are empty until the run."""
         return tuple(plot for plot in self.step.plots if plot not in AT_ONCE) if self.locked else self.step.plots
 
     def go(self, lesson: str | int, step: int = 0) -> None:
-        """Go to a step: by a link, or because the teacher does. What was done there is still there.
+        """Go to a step, by a link or with the teacher; its progress stays.
 
         Raises:
             BadSetting: there is no such lesson or step.
@@ -143,7 +141,7 @@ class Walkthrough:
     # ---- what the student does ---------------------------------------------------------------------------------------------
 
     def choose(self, answer: int) -> bool:
-        """Choose an answer, from 0; it may be changed until the outcome is known. Returns whether it was taken."""
+        """Choose an answer (0-based), until the outcome is known; true if accepted."""
         question = self.step.question
         if question is None or not 0 <= answer < len(question.choices) or not self._answerable:
             return False
@@ -153,8 +151,9 @@ class Walkthrough:
         return True
 
     def guess(self, distance: float) -> bool:
-        """Take a guess of d on the line of contact [m], and the answer that it speaks for; until the outcome is known. Returns whether it
-        was taken."""
+        """Accept a guess of d on the line of contact [m] and its answer, until the outcome is known; true if
+        accepted.
+        """
         if not self.guessing or not abs(distance) <= FARTHEST:
             return False
         self.done.guess = distance
@@ -165,18 +164,17 @@ class Walkthrough:
 
     @property
     def guessing(self) -> bool:
-        """True if d may be guessed on the line of contact now."""
         return asks_for_distance(self.step) and self._answerable
 
     @property
     def _answerable(self) -> bool:
         if self.step.asked == "first" and self.done_in(self.lesson.id + LAST, self.step.id).outcome is not None:
-            # The right answer was told with the last test.
+            # The last test told the right answer.
             return False
         return self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
 
     def draw(self, curve: Curve) -> bool:
-        """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""
+        """Replace the drawn curve, () for none, before the run; true if accepted."""
         drawing = self.step.drawing
         if drawing is None or self.phase is not Phase.PREDICT or self.done.outcome is not None:
             return False
@@ -187,7 +185,7 @@ class Walkthrough:
         return True
 
     def next(self) -> bool:
-        """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered, or drawn, first."""
+        """Go to the next phase or step; false at the end, or before the question is answered."""
         ahead = self._ahead()
         if ahead is None:
             return False
@@ -199,7 +197,7 @@ class Walkthrough:
         return True
 
     def back(self) -> bool:
-        """Go back: to the phase before, or the end of the step before. Returns whether there was something. Nothing is forgotten."""
+        """Go to the previous phase, or the end of the step before; false at the beginning."""
         behind = self._behind()
         if behind is None:
             return False
@@ -207,7 +205,7 @@ class Walkthrough:
         return True
 
     def reset(self) -> None:
-        """Restart the present step; only the student's own words stay. In a test an answer stays once the right one was told."""
+        """Restart the step, keeping own words; in a test an answer stays once the right one was told."""
         if self.step.asked and not self._answerable:
             return
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
@@ -216,17 +214,15 @@ class Walkthrough:
         self._enter(self._at, self.phases[0])
 
     def run_again(self) -> None:
-        """Restart the present run; nothing else changes."""
         self.run_id += 1
         self._running = self._at, self.setup
         self.run_watch.begin()
 
     def show_why(self) -> bool:
-        """Begin the run that shows why the answer is wrong. Returns whether there is one."""
+        """Begin the run that shows why the answer is wrong; false if there is no such run."""
         return self._show_beside(why_of(self._place()))
 
     def show_curve(self) -> bool:
-        """Begin the step's run with the λ(d) that the student drew. Returns whether there is one."""
         if not has_curve(self._place()) or self.step.drawing is None:
             return False
         changes = {"law": DRAWN_LAW, "curve": law_curve(self.step.drawing, self.done.drawing)}
@@ -240,7 +236,7 @@ class Walkthrough:
         return True
 
     def hint(self) -> str | None:
-        """Open the next hint and return it; None if all are open."""
+        """Open the next hint; None if all are open."""
         hints, done = self.step.hints, self.done
         if done.hints >= len(hints):
             return None
@@ -248,18 +244,16 @@ class Walkthrough:
         return hints[done.hints - 1]
 
     def write(self, words: str, lesson: str | None = None, step: str | None = None) -> None:
-        """Keep what the student writes about a step: the present one, or that of a name."""
         self._progress.at(lesson or self.lesson.id, step or self.step.id).words = words[:MOST_WORDS]
 
     def give_reason(self, reason: str, lesson: str, step: str) -> None:
-        """Keep the reason that the student gives for a prediction, in the step of a name."""
         self._progress.at(lesson, step).because = kept_reason(reason)
 
     # ---- the run -----------------------------------------------------------------------------------------------------------
 
     @property
     def rival_hidden(self) -> bool:
-        """True if the ghost is the law that the student plays against, which is not to be seen before the end."""
+        """True if the ghost is the law that the student plays against, hidden until the end."""
         return self.phase is Phase.DO and self.step.at_lever
 
     @property
@@ -268,27 +262,26 @@ class Walkthrough:
 
     @property
     def yours(self) -> bool:
-        """True if the student moves in the present run."""
+        """True if the student moves in the current run."""
         return self.setup.input.kind == "yours"
 
     @property
     def duel(self) -> bool:
-        """True if the step's challenge is a duel."""
         return self.step.challenge is not None and self.step.challenge.best_of > 0
 
     @property
     def pushes(self) -> bool:
-        """True if the present run is a push of a duel."""
+        """True if the current run is a push of a duel."""
         return self.duel and self.challenge is not None
 
     @property
     def ends(self) -> bool:
-        """True if the present run comes to an end: it is not the student's own, or a push of a duel."""
+        """True if the current run has an end: it is not the student's own, or a push of a duel."""
         return not self.yours or self.pushes
 
     @property
     def nearest(self) -> Recorded | None:
-        """Return the nearest push of the step's duel; None before the first one, and elsewhere."""
+        """Nearest push of the step's duel, or None."""
         person = self.kept.get(self._nearest) if self.pushes and self.done.tries else None
         return person.recorded if isinstance(person, RecordedPerson) else None
 
@@ -297,13 +290,13 @@ class Walkthrough:
         return f"nearest {self.lesson.id} {self.step.id}"
 
     def live(self, simulation: Simulation) -> tuple[tuple[Measurement, float | None], ...]:
-        """Return the numbers in view and their values in the newest step."""
         evidence = Evidence(simulation, newest=LIVE_ROWS)
         return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
 
     def watch(self, simulation: Simulation) -> bool:
-        """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge. Returns whether it is the
-        run that the newest attempt asked for; the attempt is gone then."""
+        """Check the run once a frame: changed settings spoil it for a challenge. True if the last attempt
+        asked for this run; that attempt is then cleared.
+        """
         self.run_watch.see(simulation)
         last = self.done.last
         asked = simulation.steps > 0 and last is not None and bool(last.note) and not last.judgements
@@ -316,7 +309,9 @@ class Walkthrough:
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
     def observe(self, simulation: Simulation) -> StepOutcome:
-        """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
+        """Measure the run. At its end keep the outcome; a run that is not the student's own continues to
+        OBSERVE.
+        """
         setup = self.beside or self.step.setup
         until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
@@ -324,7 +319,7 @@ class Walkthrough:
             self.done.why = outcome
         elif outcome.complete and self.phase is Phase.DO:
             if outcome.unlike and self.step.question is not None:
-                # The replies explain the numbers that were asked for, not those of other settings.
+                # The replies explain the numbers of the question's settings, not of others.
                 outcome = replace(reference(self.step, setup), unlike=outcome.unlike)
             self.done.outcome = outcome
             if not self.yours:
@@ -332,7 +327,7 @@ class Walkthrough:
         return outcome
 
     def decisive(self, simulation: Simulation) -> Mark | None:
-        """Return the moment of a finished run that the step is about; None where that is its end, and where the run has none."""
+        """Decisive moment of a finished run; None for its end, or without one."""
         if not self.ends or not simulation.history.count:
             return None
         criteria = None if self.challenge is None else self.challenge.criteria
@@ -342,11 +337,10 @@ class Walkthrough:
     def attempt(
         self, simulation: Simulation, said: Sequence[float | None] = (), person: TargetSource | None = None
     ) -> Attempt | None:
-        """Judge the present run by the challenge, which counts once; None where there is none to be tried.
+        """Judge the run by the challenge, counted once; None without an open challenge.
 
         Args:
-            said: the student's forecasts, where the challenge asks for any.
-            person: what the student did in this run, as someone who does it again; kept for a later step that asks for it.
+            person: the student's motion in this run, kept for a later step that asks for it.
         """
         challenge = self.challenge
         if challenge is None or challenge.custom_law:
@@ -355,7 +349,7 @@ class Walkthrough:
         attempt = attempted(challenge, simulation, said, yours=self.yours, finished=finished, mixed=mixed)
         if attempt.passed and challenge.keep and person is not None:
             self.kept[challenge.keep] = person
-        # A run that is checked twice is one attempt; other numbers are another one.
+        # A run that is checked twice is one attempt; new numbers are another one.
         counted = self.lesson.id, self.step.id, self.run_watch.run, *said
         self._judged = self.run_watch.run
         again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
@@ -372,7 +366,6 @@ class Walkthrough:
         return attempt
 
     def attempt_custom_law(self, verdicts: Sequence[TrialResult]) -> Attempt | None:
-        """Judge the challenge by how a custom law did in its tests; None where none is to be tried."""
         if self.challenge is None or not self.challenge.custom_law:
             return None
         attempt = attempt_of(verdicts)
@@ -382,21 +375,20 @@ class Walkthrough:
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
     def in_book(self, book: LessonBook | None) -> Bookmark:
-        """Return the present step as it stands in the same book in another language; None for this one."""
+        """Current place in the same book in another language; None for this book."""
         return self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
 
     def translate(self, book: LessonBook) -> None:
-        """Go on with the same book in another language; the present run goes on."""
         self._at, self.book = self.in_book(book), book
         if self._running is not None:
             self._running = self._at, self.setup
 
     def view(self, book: LessonBook | None = None) -> StepView:
-        """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
+        """What a page shows now. `book`: in the reader's language; None for this one."""
         return make_view(self._place(book), self.yours, self._ahead() is not None, self._behind() is not None)
 
     def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
-        """Yield every lesson, and how far the student has come in it. `book`: as for `view`."""
+        """Yield every lesson with the student's progress. `book`: as for `view`."""
         begun = self.begun or self.step is not self.book.lessons[self.book.first].steps[0]
         for lesson in (book or self.book).lessons:
             finished = tuple(is_finished(step, self.done_in(lesson.id, step.id)) for step in lesson.steps)
@@ -405,7 +397,6 @@ class Walkthrough:
             yield LessonEntry(lesson, finished, here, step)
 
     def to_json(self) -> str:
-        """Return everything that survives a reload."""
         progress = self._progress
         progress.lesson, progress.step, progress.phase = self.lesson.id, self.step.id, self.phase.value
         return to_json(progress)
@@ -413,7 +404,7 @@ class Walkthrough:
     # ---- inside ------------------------------------------------------------------------------------------------------------
 
     def _enter(self, at: Bookmark, phase: Phase) -> None:
-        """Be in a phase of a step; a run begins where it is another than before."""
+        """Enter a phase of a step; a run begins if it differs from the current one."""
         showed, self.beside = self.showing, None
         self._at, self.phase = at, phase
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
@@ -422,13 +413,13 @@ class Walkthrough:
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
         at, challenge = self.in_book(book), self.step.challenge
-        # A law of one's own is tested, not the run.
+        # The custom law is tested, not the run.
         tested = challenge is not None and challenge.custom_law
         stale = self.done.last is not None and not tested and 0 <= self._judged != self.run_watch.run
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _ahead(self) -> tuple[Bookmark, Phase] | None:
-        """Next place; None at the end of the book, and while a question waits. After a run beside it, the step's own run."""
+        """Next place, or the step's own run after another; None at the end, and before an answer."""
         if self.showing:
             return self._at, self.phase
         if self.locked and not self.done.predicted and self.step.asked != "first":
@@ -440,7 +431,7 @@ class Walkthrough:
         return None if after is None else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
 
     def _behind(self) -> tuple[Bookmark, Phase] | None:
-        """Place before this one; None at the beginning. An answer cannot be changed once the outcome is known."""
+        """Previous place; None at the beginning. An answer cannot change once the outcome is known."""
         if self.showing:
             return self._at, self.phase
         place = self.phases.index(self.phase) - 1

@@ -1,4 +1,4 @@
-"""Studies beside a run: what if, how smooth, the same distance, single steps, maps and curves, and searches for a run that breaks it."""
+"""Studies of a run: what if, smoothness, equal distance, single steps, maps and curves, and counterexamples."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Everything that is computed beside one session's run; the maps and curves come part by part, while they are shown."""
+"""All studies of one session's run."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,14 +28,12 @@ Result = TypeVar("Result")
 
 
 class BackgroundParts(Generic[Part, Result]):
-    """The parts of one session's result; computed when they are first asked for, and again when the settings have changed.
+    """A result in parts, computed on demand, and again when the settings change.
 
     Args:
-        background: where they are computed.
-        wake: called when there is a further part.
-        parts: what is computed one by one.
+        wake: called when a part is ready.
         compute: (settings, part) → result, at a module's top level.
-        relevant: the settings of a run with fixed values for all that does not matter.
+        relevant: replaces irrelevant settings of a run by fixed values.
     """
 
     def __init__(
@@ -52,7 +50,6 @@ class BackgroundParts(Generic[Part, Result]):
         self._jobs: list[Job] = []
 
     def results(self, run: RunSettings) -> dict[Part, Result]:
-        """Finished results, part by part."""
         of = self._relevant(run)
         if of != self._of:
             self.forget()
@@ -64,11 +61,10 @@ class BackgroundParts(Generic[Part, Result]):
 
     @property
     def size(self) -> float:
-        """How much of it is there, from 0 to 1."""
+        """Finished share, from 0 to 1."""
         return sum(job.result is not None for job in self._jobs) / len(self._parts)
 
     def forget(self) -> None:
-        """Drop the results, and what is being computed."""
         self._background.cancel(self)
         self._of, self._jobs = None, []
 
@@ -85,10 +81,10 @@ class SafetyPoint(NamedTuple):
 
 
 def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
-    """Return the points of one knob, by their distance.
+    """Points of one knob, sorted by distance.
 
     Raises:
-        Stopped: after the run at work, see `scenes.wanted`.
+        Stopped: after the current run, see `scenes.wanted`.
     """
     runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
     found = while_wanted(runs)
@@ -96,37 +92,28 @@ def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
 
 
 def _any_law(run: RunSettings) -> RunSettings:
-    """Return the settings for the curves of all laws, which do not depend on the chosen one."""
     return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
 
 
 def trade_off_row(settings: RunSettings, order: float) -> tuple[TradeOff, ...]:
-    """Return the points of one n, every v of the map.
+    """Points of one n, for every v of the map.
 
     Raises:
-        Stopped: after the run at work, see `scenes.wanted`.
+        Stopped: after the current run, see `scenes.wanted`.
     """
     return tuple(while_wanted(trade_off(settings, SECONDS, order)))
 
 
 def _any_order(run: RunSettings) -> RunSettings:
-    """Return the settings for the map, which does not depend on the present n and v."""
     return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
 
 
 class BackgroundStudies(SessionPart):
     """The six studies of one session.
 
-    Args:
-        session: its run is studied.
-
     Attributes:
-        questions: "what if", and how smooth the run is.
-        trade_off, safety_curves: distance against error over n and v, a row an n, and law by law, a curve a knob; None where nothing
-            is computed.
-        knob_search: for the same distance.
-        counterexample: the search for a run that breaks the promise.
-        microscope: which single steps are looked at.
+        trade_off, safety_curves: distance against error over n and v (a row an n), and by law (a curve a
+            knob); None if not computed.
     """
 
     name: ClassVar[str] = "studies"
@@ -140,7 +127,7 @@ class BackgroundStudies(SessionPart):
 
     def _make(self) -> None:
         session = self._session
-        # They know the settings' laws only, and would answer for another one.
+        # They know only the settings' laws, and would answer for another one.
         jobs = None if session.law.given else session.background
         wake, inputs = session.wake, session.inputs
         self.questions = Studies(jobs, wake, inputs)
@@ -153,22 +140,22 @@ class BackgroundStudies(SessionPart):
         self.microscope = Microscope(jobs, wake, inputs)
 
     def law_changed(self) -> None:
-        """Study the run of a law of one's own no more, or again one of a built-in law."""
+        """Stop the studies for a custom law, or resume them for a built-in one."""
         self.close()
         self._make()
 
     def advance(self, elapsed: float) -> None:
-        """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
+        """Start what is due, and collect answers. `elapsed`: wall time since the last call [s]."""
         self.questions.advance(elapsed, self._session.simulation)
         self.knob_search.advance()
         self.counterexample.advance(elapsed)
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Ask "what if" again, or drop it. `rebuilt`: whether the run is of another experiment now."""
+        """Repeat or drop "what if". `rebuilt`: true for a run of another experiment."""
         self.questions.follow(before, after, rebuilt)
 
     def measure_smoothness(self) -> None:
-        """Make the last 10 s again in ever smaller steps; `questions.smoothness` then tells what came out."""
+        """Recompute the last 10 s at smaller and smaller time steps."""
         session, ghost = self._session, self._session.ghost_run
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (session.inputs, session.settings.run)}
         if ghost.simulation is not None and ghost.source is None:
@@ -176,15 +163,15 @@ class BackgroundStudies(SessionPart):
         self.questions.measure_smoothness(runs)
 
     def match_distance(self) -> None:
-        """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
+        """Set a law's knob to keep the other law's distance on the last inputs, see `KnobSearch.ask`."""
         session = self._session
         self.knob_search.ask(session.ghost_run.frozen, session.inputs.window(WINDOW))
         if self.knob_search.busy and self.safety_curves is not None:
-            # They would be of other settings afterwards, and the search need not wait for them.
+            # They would have other settings afterwards, and the search need not wait for them.
             self.safety_curves.forget()
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
-        """Replay the run that a link holds; the visitor's own run stands meanwhile, and goes on when the replay is left."""
+        """Replay the run of a link; the visitor's own run continues afterwards."""
         if ATTACK in query:
             try:
                 self.counterexample.open(query[ATTACK])
@@ -193,17 +180,14 @@ class BackgroundStudies(SessionPart):
         return ()
 
     def curves(self) -> WhatIf | None:
-        """How the last part would have gone with the present settings."""
         return self.questions.what_if
 
     def reset(self) -> None:
-        """Drop what is about the run before a reset."""
         self.questions.forget()
         self.knob_search.forget()
         self.microscope.forget()
 
     def close(self) -> None:
-        """Drop everything that is being computed."""
         self.reset()
         self.counterexample.close()
         for parts in (self.trade_off, self.safety_curves):
@@ -212,6 +196,6 @@ class BackgroundStudies(SessionPart):
 
 
 def magnified(frame: Frame) -> Magnified | None:
-    """Single steps of the live run; None of a replay."""
+    """Single steps of the live run; None for a replay."""
     part = frame.part(BackgroundStudies)
     return part.microscope.magnify(frame.live.simulation) if part is not None and frame.of_live else None

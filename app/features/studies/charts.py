@@ -1,4 +1,4 @@
-"""The charts that are drawn from studies: trade-off, laws at equal safety, single steps."""
+"""Charts of studies: trade-off, laws at equal safety, single steps."""
 
 from itertools import chain
 from typing import Any, Final
@@ -19,7 +19,6 @@ def _tip(text: str) -> Markup:
 
 
 def trade_off(frame: Frame, height: int) -> Markup:
-    """The map of distance against error over n and v. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.trade_off is None:
         return _tip(tr("The trade-off map is not available for a custom law."))
@@ -28,7 +27,6 @@ def trade_off(frame: Frame, height: int) -> Markup:
 
 
 def safety(frame: Frame, height: int) -> Markup:
-    """The curves of all laws at equal safety. `height`: [CSS px]."""
     part = frame.part(BackgroundStudies)
     if part is None or part.safety_curves is None:
         return _tip(tr("Laws are not compared while a custom law runs."))
@@ -36,7 +34,6 @@ def safety(frame: Frame, height: int) -> Markup:
 
 
 def single_steps(frame: Frame, height: int) -> Markup:
-    """Steps of the live run at dt and dt/2. `height`: [CSS px]."""
     seen = magnified(frame)
     return (
         _tip(tr("Single steps are shown of the live run.")) if seen is None else microscope_html(seen, frame.settings.run, height)
@@ -44,7 +41,6 @@ def single_steps(frame: Frame, height: int) -> Markup:
 
 
 def _size(parts: BackgroundParts[Any, Any] | None) -> float:
-    """How much of a result is there, from 0 to 1."""
     return 0.0 if parts is None else parts.size
 
 
@@ -61,6 +57,6 @@ def _safety_size(frame: Frame) -> float:
 CHARTS: Final[Charts] = {
     "map": FurtherChart(N_("trade-off of n and v"), trade_off, _trade_off_size),
     "safety": FurtherChart(N_("laws at equal safety"), safety, _safety_size),
-    # It also changes by its own buttons, and when finer steps are there: it is drawn at every refresh.
+    # Drawn at every refresh: its own buttons and new finer steps change it, too.
     "microscope": FurtherChart(N_("single steps at dt and dt/2"), single_steps, lambda frame: object()),
 }

@@ -1,4 +1,4 @@
-"""What was computed beside the run, in numbers: what if, and how smooth the law and its ghost are."""
+"""Results of the studies on the tab on comparisons."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -28,14 +28,14 @@ from scenes.smoothness import StepStudy
 
 
 class Compute(Action, newest_by=("what",)):
-    """Measure how smooth the run is, set a law's knob so that it keeps the distance of the other law, begin or end a search for a run
-    that breaks the promise, or replay the worst one."""
+    """Start smoothness or equal distance, start or stop the search for a counterexample, or replay its worst
+    run.
+    """
 
     what: Literal["smoothness", "same distance", "counterexample", "worst run"]
 
 
 def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
-    """Query of a link that replays an attack to break the promise."""
     return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
 
 
@@ -92,14 +92,12 @@ class ComparePanel(PagePanel):
                 self._studies.counterexample.replay_worst()
 
     def _link(self, frame: Frame) -> Mapping[str, str] | None:
-        """A link to the run that is replayed, if it was found by the search."""
         attack = self._studies.counterexample.replayed
         if frame.shown.replay.file != NAME or attack is None:
             return None
         return attack_query(frame.live.settings, attack)
 
     def show(self, frame: Frame) -> None:
-        """Bring it up to date; hide it where there is nothing to compare."""
         settings, studies = frame.live.settings, self._studies
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
@@ -122,18 +120,18 @@ class ComparePanel(PagePanel):
         self._broken.content = _in_panel(_tip(attack_html(attack)))
 
     def _asked(self, questions: Studies) -> Markup:
-        """The answer to “what if”; before it, where the slider is: it flashes."""
+        """Answer to “what if”; before it, the place of the slider, which flashes."""
         block = _what_if_block(questions)
         return block if questions.what_if is not None else flash_html(self._controls.places(("dm",))) + block
 
     def _found(self, search: KnobSearch) -> Markup:
-        """What “same distance” has set; that slider flashes."""
+        """Result of “same distance”; its slider flashes."""
         words = _tip(tr("Computing …") if search.busy else tr(search.message))
         return flash_html(self._controls.places(search.turned)) + words
 
 
 def flash_html(places: tuple[tuple[str, str], ...]) -> Markup:
-    """Style by which controls flash, and the tab that holds them while another one is open. `places`: see `Controls.places`."""
+    """CSS that makes controls, or their closed tab, flash. `places`: see `Controls.places`."""
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )
@@ -159,7 +157,6 @@ def _what_if_block(questions: Studies) -> Markup:
 
 
 def attack_html(search: CounterexampleSearch) -> Markup:
-    """Result of the search so far, and its meaning."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
@@ -180,7 +177,6 @@ def attack_html(search: CounterexampleSearch) -> Markup:
 
 
 def what_if_html(answer: WhatIf) -> Markup:
-    """The last seconds as they were, and as they would have been."""
     joints = answer.settings.experiment.error_unit == "rad²"
     error = (
         (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°")) if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
@@ -197,7 +193,6 @@ def what_if_html(answer: WhatIf) -> Markup:
 
 
 def smoothness_html(found: Smoothness) -> Markup:
-    """Return the largest step of q̇ at every time step, and what it says."""
     runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
     steps = zip(*(measured.largest for _, measured in runs), strict=True)
     rows = [(decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
@@ -206,7 +201,6 @@ def smoothness_html(found: Smoothness) -> Markup:
 
 
 def _words(measured: StepStudy) -> str:
-    """Return the verdict as a sentence."""
     first, *_, finest = (step or 0.0 for step in measured.largest)
     match measured.verdict:
         case "measuring":

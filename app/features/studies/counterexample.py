@@ -1,12 +1,15 @@
-"""A search for a counterexample: the run in which d_law falls farthest below d_m although the conditions of the promise hold.
+"""A search for a counterexample: the run in which d_law falls farthest below d_m although the promise's
+conditions hold.
 
-The person, the obstacle and the posture decide over w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`; that one pair
-is the closest depends on the law's distance, so that a run in which it fails counts. One differentiable distance keeps the promise
-under the first three. The closest of several pairs need not: where an arm slides along the tie of two pairs and the retreats oppose
-each other, it holds each of them and loses both.
+Inputs, obstacle and posture decide over w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`;
+the closest pair depends on the law's distance, so a run in which only that condition fails counts. One
+differentiable distance keeps the promise under the first three. The closest of several pairs need not: where
+an arm slides along the tie of two pairs and the retreats oppose each other, it holds each of them and loses
+both.
 
-So each search begins at such a posture, to which it climbs from a random one. A person goes on from there along a few random ways,
-and the simplex of Nelder & Mead (1965) makes the worst of these runs worse: start posture, way and speed together.
+So each search climbs from a random posture to such a tie. Scripted inputs continue from there along a few
+random ways, and the simplex of Nelder & Mead (1965) varies start posture, way and speed together to find the
+largest loss.
 """
 
 from contextlib import suppress
@@ -35,22 +38,22 @@ SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
 
 BROKEN: Final = 1e-4
-"""Least loss at which the promise counts as broken [m], at dt and at dt / `FINER`."""
+"""Smallest loss that breaks the promise [m], at dt and at dt / `FINER`."""
 
 FINER: Final = 4
-"""Divisor of dt in the second run of a candidate."""
+"""Divisor of dt in a candidate's second run."""
 
 LEGS: Final = 2
-"""Ways of a person, from waypoint to waypoint."""
+"""Number of segments between waypoints."""
 
 WAYS: Final = 3
-"""Random ways from a start posture."""
+"""Random ways per start posture."""
 
 CLIMB: Final = 300
-"""Postures that are tried to find a start."""
+"""Postures tried to find a start."""
 
 NEAR: Final = 0.03
-"""Length by which distances count while a start is sought [m]."""
+"""Length scale of the distances while a start is sought [m]."""
 
 AHEAD: Final = 0.01
 """Desired margin of the nearest pair above d_m at the start [m]."""
@@ -71,13 +74,13 @@ CORNER: Final = 0.05
 """Edge of the first simplex [rad, m, m/s]."""
 
 DIGITS: Final = 4
-"""Digits of start and way: a tenth of a millirad and of a millimetre."""
+"""Decimals of start and way: 0.1 mrad and 0.1 mm."""
 
 FARTHEST: Final = 10.0
-"""Largest number of a start or a way that is believed [rad, m]."""
+"""Largest accepted number of a start or a way [rad, m]."""
 
 BLAMED: Final = (Condition.SPEED, Condition.LEVER, Condition.BOUND)
-"""Conditions that the person, the obstacle or the posture can break."""
+"""Conditions that inputs, obstacle or posture can break."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +88,8 @@ class Attack:
     """A run that may break the promise.
 
     Attributes:
-        settings: of the run; its person is as fast as this attack wants.
         start: q (nv,) [rad, m].
-        points: of the person's way (k, size), see `Waypoints`; it begins where it is.
+        points: waypoints (k, size), see `Waypoints`; the first is the start.
     """
 
     settings: RunSettings
@@ -95,19 +97,19 @@ class Attack:
     points: Array
 
     def text(self) -> str:
-        """Return start and way as a link has them; see `attack_of`."""
+        """Start and way in the format of a link; see `attack_of`."""
         return ",".join(f"{number:.{DIGITS}f}" for number in (*self.start, *self.points.ravel()))
 
     def table(self, finer: int = 1) -> Array:
-        """Return the history of the run (rows, columns of `scenes.history`) at dt / `finer`."""
+        """History of the run (rows, columns of `scenes.history`) at dt / `finer`."""
         return _made(self, replace(self.settings, dt=self.settings.dt / finer)).table()
 
 
 def attack_of(settings: RunSettings, text: str) -> Attack:
-    """Return the attack of a link: the settings, and `Attack.text`.
+    """Parse `Attack.text` from a link.
 
     Raises:
-        BadSetting: this is no such text, or of another room.
+        BadSetting: invalid text, or of another scene.
     """
     check(settings)
     low, high = _box(room_of(settings))
@@ -126,7 +128,7 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
 
 
 def replayed(attack: Attack) -> Recorded:
-    """Return the run of an attack as it can be made again; takes as long as the run."""
+    """Recording of an attack; takes as long as the run."""
     log = InputsLog()
     _made(attack, attack.settings, log)
     recorded = log.window(SECONDS)
@@ -148,20 +150,20 @@ def _made(attack: Attack, settings: RunSettings, log: InputsLog | None = None) -
 
 
 def _box(room: Room) -> tuple[Array, Array]:
-    """Return the bounds of a start posture (nv,) [rad, m], in whole units of its text."""
+    """Bounds of a start posture (nv,) [rad, m], in whole units of its text."""
     low, high = random_bounds(room)
     unit = 10.0**DIGITS
     return np.ceil(low * unit) / unit, np.floor(high * unit) / unit
 
 
 class Loss(NamedTuple):
-    """What a run lost below d_m in one go [m].
+    """Loss of a run below d_m in one interval [m].
 
     Attributes:
-        lost: with all of `BLAMED` kept; if that is more than `BROKEN`, what is `lasting` of it.
-        strict: what was lost while one pair was the closest, too.
-        nearest: smallest d_law − d_m ≥ 0 while `BLAMED` are kept; ∞ if there is none.
-        missing: one of `BLAMED` → what was lost while none of the others was missing.
+        lost: with all of `BLAMED` kept; if it exceeds `BROKEN`, its `lasting` part.
+        strict: the same while one pair was also the closest.
+        nearest: smallest d_law − d_m ≥ 0 while `BLAMED` are kept, or ∞.
+        missing: one of `BLAMED` → loss while no other was missing.
     """
 
     lost: float
@@ -172,7 +174,7 @@ class Loss(NamedTuple):
 
 @dataclass(frozen=True)
 class Found:
-    """The worst run of one start. `runs`: how many were made; `missing`: the largest loss of all of them, as in `Loss`."""
+    """Worst run of one start. `runs`: number of runs; `missing`: largest loss of all runs, as in `Loss`."""
 
     attack: Attack
     loss: Loss
@@ -181,18 +183,20 @@ class Found:
 
     @property
     def badness(self) -> tuple[float, float]:
-        """What a worse run has more of: what it loses, else how near it comes."""
+        """Sort key, larger for a worse run: its loss, then how near it comes."""
         return self.loss.lost, -self.loss.nearest
 
 
 def lasting(lost: float, finer: float) -> float:
-    """Loss that remains at any time step, of losses at dt and at dt / `FINER` [m]: what shrinks in proportion to dt is the step's own."""
+    """Loss that remains at any time step, from losses at dt and dt / `FINER` [m]: a part proportional to dt
+    is the step's own.
+    """
     limit = (FINER * finer - lost) / (FINER - 1)
     return max(min(lost, finer, limit), 0.0)
 
 
 def check(settings: RunSettings) -> None:
-    """Raise `BadSetting` if there is nothing to search for under these settings."""
+    """Raise `BadSetting` if these settings leave nothing to search for."""
     if settings.experiment.obstacle == "nothing":
         scenes = ", ".join(name for name, one in EXPERIMENTS.items() if one.obstacle != "nothing")
         raise BadSetting("Nothing is in the way in the scene {scene}; choose from {scenes}.", scene=settings.scene, scenes=scenes)
@@ -203,10 +207,10 @@ def check(settings: RunSettings) -> None:
 
 
 def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf) -> Found:
-    """Search from one start: always the same one for a seed and an index.
+    """Search from one start, which a seed and an index determine.
 
     Args:
-        until: when no run is made worse any more, of the clock `time.monotonic` [s].
+        until: end of the refinement on the clock `time.monotonic` [s].
 
     Raises:
         Stopped: before a run, see `scenes.wanted`.
@@ -219,7 +223,7 @@ class _OutOfTime(Exception):
 
 
 class _Search:
-    """The search from one start. Its variables (nv + `LEGS` · size + 1,) are start posture, way and speed."""
+    """Search from one start. Its variables (nv + `LEGS` · size + 1,) are start posture, way and speed."""
 
     def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float) -> None:
         self._settings, self._dice, self._until = settings, dice, until
@@ -236,8 +240,8 @@ class _Search:
         self._worst: Found | None = None
 
     def found(self, refine: bool) -> Found:
-        """Return the worst run. `refine`: whether it is made worse in any case."""
-        # Takes longer to load than a first picture may wait.
+        """Worst run. `refine`: refine it in any case."""
+        # Loads too slowly for the first picture.
         from scipy.optimize import minimize
 
         start = self._start()
@@ -262,10 +266,10 @@ class _Search:
         return -self._badness(variables)
 
     def _badness(self, variables: Array) -> float:
-        """Loss of a run [m]; below 0: how far above d_m it stays."""
+        """Loss of a run [m]; below 0: its distance above d_m."""
         check_wanted()
         nv = len(self._low)
-        # A link says no more digits than these.
+        # A link has no more decimals.
         start = variables[:nv].clip(self._low, self._high).round(DIGITS)
         points = np.vstack([self._place(start), variables[nv:-1].reshape(LEGS, self._size)]).round(DIGITS)
         speed = round(float(np.clip(variables[-1], *self._speeds)), DIGITS)
@@ -279,7 +283,9 @@ class _Search:
         return loss.lost or -min(loss.nearest, 1.0)
 
     def _start(self) -> Array:
-        """Return q (nv,) where the nearest pairs tie just above d_m and their retreats oppose each other, as nearly as the climb comes."""
+        """q (nv,) where the nearest pairs tie just above d_m and their retreats oppose each other, as nearly
+        as possible.
+        """
         dice, low, high = self._dice, self._low, self._high
         best, size = dice.uniform(low, high), 0.6
         least = self._apart(best)
@@ -293,7 +299,6 @@ class _Search:
         return best
 
     def _apart(self, posture: Array) -> float:
-        """Distance of a posture from such a tie."""
         self._world.kinematics.update(posture)
         self._world.detector.detect()
         distances, rows = self._world.detector.distances(), self._world.detector.rows()[:, self._avoiding]
@@ -309,7 +314,7 @@ class _Search:
         return float(tie + (abs(distances[nearest] - first) + distances[nearest] - distances.min()) / NEAR)
 
     def _place(self, start: Array) -> Array:
-        """Start of a person's way (size,)."""
+        """Start of the way (size,)."""
         if self._settings.experiment.moves == "person":
             return REST.ravel()
         if self._world.room.ball is not None:
@@ -318,7 +323,7 @@ class _Search:
         return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
 
     def _way(self, start: Array) -> Array:
-        """Return random waypoints (`LEGS`, size): about elbow, wrist or hand of the arm that the person does not hold, or about `REST`."""
+        """Random waypoints (`LEGS`, size): about elbow, wrist or hand of the arm that is not guided, or about `REST`."""
         dice = self._dice
         if self._settings.experiment.moves == "person":
             return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))
@@ -329,7 +334,7 @@ class _Search:
         return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(-0.3, 0.3, (LEGS, self._size))
 
     def _speed(self) -> float:
-        """Return a person's speed [m/s]: half of them are no faster than v."""
+        """Input speed [m/s]: half of them are at most v."""
         slow, fast = self._speeds
         v = float(np.clip(self._settings.law.nominal_velocity, slow, fast))
         return v if self._dice.random() < 0.5 else float(self._dice.uniform(slow, fast))

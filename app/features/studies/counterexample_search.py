@@ -1,4 +1,4 @@
-"""Searches beside one session's run for a run that breaks the promise under the present settings; the worst one can be replayed."""
+"""Background searches for a run that breaks the promise."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,29 +13,25 @@ from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 
 SECONDS: Final = 20.0
-"""Least wall time of a search [s]."""
+"""Shortest wall time of a search [s]."""
 
 STARTS: Final = 16
-"""Least number of start postures of a search: on a busy machine it lasts longer."""
+"""Fewest start postures: on a busy machine a search lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
-"""Name of the replay, in place of a file's name."""
+"""Name of the replay."""
 
 
 class CounterexampleSearch:
     """The search of one session; all methods belong to the thread that advances it.
 
     Args:
-        background: where the runs are made; None where nothing is searched.
-        wake: called, from any thread, when there is news.
-        settings: gives the session's present settings.
-        watch: has a run replayed, by its name.
+        background: None if nothing is searched.
+        wake: called from any thread on a new result.
 
     Attributes:
-        worst: the worst run so far; None before the first start has been searched.
-        runs: how many have been made.
-        replayed: the attack that is replayed, or was before.
-        message: why nothing can be searched or replayed, for the visitor; "" if all is well.
+        replayed: newest replayed attack.
+        message: for the visitor: why nothing can be searched or replayed, or "".
     """
 
     def __init__(
@@ -56,16 +52,13 @@ class CounterexampleSearch:
 
     @property
     def busy(self) -> bool:
-        """Whether a search is under way."""
         return "search" in self._jobs.kinds
 
     @property
     def broken(self) -> bool:
-        """Whether the promise broke in the worst run."""
         return self.worst is not None and self.worst.loss.lost > BROKEN
 
     def toggle(self) -> None:
-        """Begin a search, or end the one under way and keep what it has found."""
         if self.busy:
             self._jobs.drop("search")
             return
@@ -83,37 +76,33 @@ class CounterexampleSearch:
         self._search_on()
 
     def advance(self, elapsed: float) -> None:
-        """Collect what was found, and go on. `elapsed`: wall time since the last call [s]."""
+        """Collect results, and continue. `elapsed`: wall time since the last call [s]."""
         self._elapsed += elapsed
         self._jobs.collect()
         if self._asked is not None and self._asked != self._settings().run:
             self.forget()
 
     def replay_worst(self) -> None:
-        """Replay the worst run so far."""
         if self.worst is not None:
             self.replay(self.worst.attack)
 
     def replay(self, attack: Attack) -> None:
-        """Replay an attack."""
         self._jobs.submit("replay", partial(self._show, attack), replayed, attack, urgent=True)
 
     def open(self, text: str) -> None:
-        """Replay the attack that a link names, under the present settings.
+        """Replay a link's attack under the current settings.
 
         Raises:
-            BadSetting: it names none.
+            BadSetting: invalid text.
         """
         self.replay(attack_of(self._settings().run, text))
 
     def forget(self) -> None:
-        """Drop the search and what it has found."""
         self._jobs.drop("search")
         self._asked = self.worst = None
         self.runs, self.message = 0, ""
 
     def close(self) -> None:
-        """Drop everything that is being computed."""
         self._jobs.close()
 
     def _show(self, attack: Attack, recorded: Recorded) -> None:

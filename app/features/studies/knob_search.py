@@ -1,4 +1,4 @@
-"""Sets the knob of a law so that it keeps the same smallest distance as another law on the recorded inputs."""
+"""Sets a law's knob so that it keeps another law's smallest distance on the recorded inputs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,21 +15,19 @@ from scenes.laws import LAWS
 from scenes.settings import LawSettings, RunSettings, specs, values
 
 WINDOW: Final = 30.0
-"""How much of the run is made again for each value of the knob [s]."""
+"""Recomputed part of the run for each value of the knob [s]."""
 
 
 class KnobSearch:
     """The search of one session; all methods belong to the thread that advances it.
 
     Args:
-        background: where the runs are made; None where no law can be compared.
-        wake: called, from any thread, when there is news.
-        settings: gives the session's present settings.
-        change: sets one of them, by its key.
+        background: None if no law can be compared.
+        wake: called from any thread on a new result.
 
     Attributes:
-        message: what came out, or why nothing can, for the visitor; "" before the first search.
-        turned: keys of the settings that the newest search has set; empty if it has set none.
+        message: result or reason, for the visitor; "" before the first search.
+        turned: keys of the settings that the last search has set.
     """
 
     def __init__(
@@ -47,15 +45,13 @@ class KnobSearch:
 
     @property
     def busy(self) -> bool:
-        """Whether a search is under way."""
         return self._asked is not None
 
     def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
-        """Begin to search: turns the knob of the ghost's law, and the run's law keeps its distance; beside a frozen ghost the reverse.
+        """Search for the knob of the ghost's law at the run's distance; with a frozen ghost the reverse.
 
         Args:
-            frozen: settings that a frozen ghost has.
-            recorded: inputs of the run; None if there are none.
+            frozen: settings of a frozen ghost.
         """
         self.turned = ()
         settings = self._settings()
@@ -73,11 +69,9 @@ class KnobSearch:
             self._jobs.submit("knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen))
 
     def advance(self) -> None:
-        """Do what a finished search asks for."""
         self._jobs.collect()
 
     def forget(self) -> None:
-        """Drop a search."""
         self._jobs.close()
         self._asked, self.message, self.turned = None, "", ()
 
@@ -124,5 +118,5 @@ class KnobSearch:
 
 
 def _overrides(run: RunSettings) -> dict[str, object]:
-    """Return key → value of what a frozen ghost keeps: a law's settings, its gain and the hardware."""
+    """Key → value of a frozen ghost: law, gain and hardware."""
     return {**values(run.law), **values(run.hardware), "k": run.gain}

@@ -1,4 +1,4 @@
-"""One knob a law, so that laws can be compared where they keep the same distance; and the value of it that keeps a given one."""
+"""The knob of each law, and the search for its value at a given distance."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -13,19 +13,16 @@ from scenes.settings import LawSettings, RunSettings, changed, specs
 
 @dataclass(frozen=True)
 class LawKnob:
-    """A law with one of its knobs. `law`: its name."""
-
     law: str
     setting: Knob
 
     @property
     def second(self) -> bool:
-        """Whether it is not the setting by which the law's distance is chosen first."""
+        """False for the setting that decides the law's distance first."""
         first = LAWS[self.law].distance_knob
         return first is None or self.setting.key != first.key
 
     def at(self, settings: RunSettings, value: float) -> RunSettings:
-        """Return the settings with this law and a value of its knob."""
         law = replace(settings.law, law=self.law, feed_forward=self.setting.feed_forward)
         settings = replace(settings, law=law)
         for key, number in self.setting.settings(value).items():
@@ -34,30 +31,28 @@ class LawKnob:
 
 
 def knobs() -> tuple[LawKnob, ...]:
-    """Return the knobs of all laws, law by law."""
     return tuple(LawKnob(law.name, knob) for law in LAWS.values() for knob in law.knobs)
 
 
 MATCH: Final = 0.001
-"""How near two smallest distances are to count as the same [m]."""
+"""Largest difference of two equal smallest distances [m]."""
 
 MOST_RERUNS: Final = 24
-"""Runs that a search may make."""
+"""Most runs of a search."""
 
 _FIRST_LOOK: Final = 7
-"""Number of the first values, which are spread over the whole range of the knob."""
+"""Number of first values, spread over the knob's range."""
 
 
 @dataclass(frozen=True)
 class KnobMatch:
-    """The outcome of a search.
+    """Result of a search.
 
     Attributes:
-        law: with the knob that was turned.
         key: of the knob; "" if the law has none.
-        value: that keeps the wanted distance within `MATCH`, SI; None if no value does.
+        value: keeps the wanted distance within `MATCH` [SI], or None.
         wanted: smallest distance of the other law on the same inputs [m].
-        reached: smallest distance of this law at `value`, or the nearest that was found [m].
+        reached: smallest distance of this law at `value`, or the nearest found [m].
     """
 
     law: str
@@ -68,13 +63,13 @@ class KnobMatch:
 
 
 def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]) -> KnobMatch:
-    """Return the value of a law's knob at which its smallest distance is that of another law on the same recorded inputs.
+    """Find the value of a law's knob at which its smallest distance equals another law's on the same inputs.
 
-    Looks at some values over the whole range, then halves the interval between two of them.
+    Tries values over the whole range, then bisects.
 
     Args:
-        reference: key → value of the other law's settings.
-        chosen: those of the law with the knob that is turned.
+        reference: key → value of the other law.
+        chosen: the same of the law with the turned knob.
 
     Raises:
         Stopped: see `rerun`.
@@ -92,17 +87,15 @@ def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapp
 
 
 def knob_range(knob: Knob) -> tuple[float, float]:
-    """Return the least and the largest value of a knob."""
     spec = specs(LawSettings)[knob.key]
     return spec.low, spec.high
 
 
 def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted: float) -> tuple[float | None, float]:
-    """Return the value at which a distance is the wanted one within `MATCH`, None if it is nowhere, and the nearest that was found [m].
+    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m].
 
     Args:
-        distance: by value [m].
-        ends: of the range of values.
+        distance: of a value [m].
     """
     low, high = ends
     found = {

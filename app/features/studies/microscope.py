@@ -1,4 +1,4 @@
-"""Which steps of a run the visitor looks at one by one, and the same steps at half the time step, computed in the background."""
+"""Single steps of a run around an instant, also at half the time step."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,21 +16,15 @@ from scenes.smoothness import AROUND, avoiding_rates, finer_rows, rows_around, t
 Signal = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
-"""The largest jump is searched for in so much of the newest run, and finer steps are computed from at least so far back [s]."""
+"""Newest part of the run, searched for the largest jump and recomputed in finer steps at least [s]."""
 
 STRIDE: Final = 10
-"""Steps by which the instant is moved."""
+"""Steps by which the instant moves."""
 
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """One signal, step by step.
-
-    Attributes:
-        dt: time step [s].
-        times: (k,) [s].
-        values: (k,) in SI units.
-    """
+    """One signal, step by step: `dt` [s], `times` (k,) [s], `values` (k,) [SI]."""
 
     dt: float
     times: Array
@@ -38,18 +32,16 @@ class Steps:
 
     @property
     def largest(self) -> float:
-        """The largest change from one step to the next."""
         return float(np.abs(np.diff(self.values)).max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Magnified:
-    """What is seen.
+    """The shown steps.
 
     Attributes:
-        joint: number of the joint, from 0, of which q̇ is shown: the one that jumps most.
-        steps: of the run.
-        finer: of the same inputs in finer steps; None while they are computed, or where they cannot be.
+        joint: number of the shown joint (0-based), the one that jumps most.
+        finer: the same inputs in finer steps; None until computed, or if impossible.
     """
 
     time: float
@@ -60,16 +52,14 @@ class Magnified:
 
 
 class Microscope:
-    """The instant and the signal that one visitor looks at. All methods belong to the session's thread.
+    """Instant and signal of one visitor's microscope. All methods belong to the session's thread.
 
     Args:
-        background: where the finer steps are computed; None where they are not.
-        wake: called, from any thread, when they are there.
-        inputs: of the run.
+        background: None if no finer steps are computed.
+        wake: called from any thread when they are ready.
 
     Attributes:
-        quantity: the signal.
-        span: when what is kept of the run begins and ends, and the instant that was shown last [s]; None while there is none.
+        span: begin and end of the kept run, and the last shown instant [s], or None.
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
@@ -81,12 +71,11 @@ class Microscope:
         self._finer: Array | None = None
 
     def go_to(self, time: float | None) -> None:
-        """Go to a time on the clock of the run [s], or to the nearest step that is kept; None for the largest step of q̇, which is
-        followed."""
+        """Go to the nearest kept step to a time [s]; None follows the largest step of q̇."""
         self._time = time
 
     def move(self, steps: int, dt: float) -> None:
-        """Make `steps` steps of `dt` [s]."""
+        """Move by `steps` steps of `dt` [s]."""
         if self.span is not None:
             self._time = self.span[2] + steps * dt
 
@@ -113,7 +102,7 @@ class Microscope:
         whole = bool(times[-1] >= time + (AROUND + 1) * dt)
         if self._asked is None or self._asked[:3] != (history, time, dt):
             self._finer = None
-        # Asked once more when the run has gone on as far as there is to see.
+        # Asked again when the run has passed the end of the view.
         if self._asked != (asked := (history, time, dt, whole)) and self._jobs.computes:
             self._asked = asked
             if (recorded := self._inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
@@ -130,10 +119,9 @@ class Microscope:
         self._finer = rows
 
     def _failed(self, job: Job) -> None:
-        """Show the run's own steps alone."""
+        """Show only the run's own steps."""
 
     def forget(self) -> None:
-        """Drop what is being computed, and the instant: it was one of the run before."""
         self._jobs.close()
         self._asked = self._finer = self._time = None
 

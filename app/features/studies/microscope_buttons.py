@@ -1,4 +1,4 @@
-"""The buttons and the slider of the microscope: which signal, and which instant."""
+"""Buttons and slider of the microscope: signal and instant."""
 
 from typing import Final
 
@@ -13,29 +13,25 @@ from app.session.actions import Action
 from app.session.frame import Frame
 
 SIGNALS: Final[dict[str, Signal]] = {"d": "d", "λ": "lambda", "q̇": "dq", "e": "e"}
-"""What a button says → the signal that is looked at."""
+"""Button label → signal."""
 
 WRITE: Final = 0.5
-"""Time between two writes of the slider while the run goes on [s]."""
+"""Period of the slider's updates during a run [s]."""
 
 
 class Magnify(Action, newest_by=None):
-    """Look at a signal; without one at the largest jump, or at a later or earlier instant. `steps`: by which the instant moves."""
+    """Select a signal; without one the largest jump, or an instant `steps` later."""
 
     quantity: Signal | None = None
     steps: int = 0
 
 
 class SeekInstant(Seek):
-    """Look at the steps about an instant."""
+    """Show the steps around an instant."""
 
 
 class MicroscopeButtons(PagePanel):
-    """Buttons and slider; they are there while the microscope is.
-
-    Args:
-        view: with the panel of plots.
-    """
+    """Buttons and slider, shown with the microscope."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -74,13 +70,11 @@ class MicroscopeButtons(PagePanel):
             microscope.go_to(None)
 
     def _follow(self, action: ShowMoment) -> bool:
-        """Look at the steps about the moment that is shown, too."""
         if action.time is not None:
             self._session.parts.of(BackgroundStudies).microscope.go_to(action.time)
         return False
 
     def show(self, frame: Frame) -> None:
-        """Mark the present signal, and put the slider where the instant is."""
         microscope = self._session.parts.of(BackgroundStudies).microscope
         shown = "microscope" in self._view.plots.shown and frame.of_live
         self._buttons.show(list(SIGNALS.values()).index(microscope.quantity), visible=shown)

@@ -1,4 +1,4 @@
-"""Single steps of a run about an instant, as dots, and the same steps at half the time step over them."""
+"""Single steps as dots, over those at half the time step."""
 
 import math
 
@@ -14,7 +14,7 @@ from scenes.smoothness import AROUND
 
 
 def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
-    """Return the chart, and below it the largest step at either time step. `height`: [CSS px]."""
+    """Chart, and the largest step at either time step. `height`: [CSS px]."""
     name, unit, scale, kind = _shown(seen.quantity, seen.joint, run)
     runs = [steps for steps in (seen.finer, seen.steps) if steps is not None]
     values = np.concatenate([steps.values for steps in runs]) * scale
@@ -42,7 +42,6 @@ def _largest(steps: Steps, scale: float) -> str:
 
 
 def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
-    """Return name, unit, factor and class of CSS of a signal."""
     match quantity:
         case "d":
             return "d", "mm", 1000.0, "d"

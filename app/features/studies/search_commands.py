@@ -42,7 +42,8 @@ class Hunt:
 
 
 def hunt(command: Hunt) -> int:
-    """Make the runs, print the broken ones with the command that repeats each, and a summary; return the exit code.
+    """Make the runs, print the broken ones with commands that repeat them, and a summary; return the exit
+    code.
 
     Raises:
         BadSetting: an option is not possible.
@@ -85,7 +86,7 @@ def hunt(command: Hunt) -> int:
 
 
 def _repeating(command: Hunt, index: int, random: RandomRun) -> str:
-    """Return the command line that makes a run again, and write its start posture, if it has one of its own, into the folder."""
+    """Command line that repeats a run; writes its own start posture, if it has one, into the folder."""
     words = ["lwr-duet", "run", "--seconds", f"{command.seconds:g}"]
     usual = values(RunSettings())
     given = values(random.settings)
@@ -107,7 +108,7 @@ LONGEST: Final = 86_400.0
 """Longest search [s]."""
 
 FASTEST: Final = 20
-"""Starts that a process searches in a second at most; more are never drawn up."""
+"""Most starts that a process searches in a second."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,8 @@ class Falsify:
 
 
 def falsify(command: Falsify) -> int:
-    """Search, print the worst run and what was lost with a condition missing, write the run; return the exit code.
+    """Search, print the worst run and the losses with a missing condition, write the run; return the exit
+    code.
 
     Raises:
         BadSetting, BadInputFile: an option is not possible.
@@ -182,7 +184,7 @@ def falsify(command: Falsify) -> int:
 
 
 def _worst(found: dict[int, Found]) -> Found:
-    """Return the worst run; of equal ones that of the first start."""
+    """Worst run; the earliest start of equal ones."""
     return max((one for _, one in sorted(found.items())), key=lambda one: one.badness)
 
 

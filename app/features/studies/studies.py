@@ -1,4 +1,4 @@
-"""What a session has computed beside its run, on the inputs of the run: what if, and how smooth."""
+"""Studies on a session's inputs: what if, and smoothness."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,33 +15,31 @@ from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, StepStudy, largest_velocity_step, unmeasured
 
 REST: Final = 0.1
-"""A slider that has not moved for so long rests [s of wall time]."""
+"""Wall time after which an unmoved slider rests [s]."""
 
 WINDOW: Final = 20.0
-"""How much of the run "what if" makes again [s]: what the plots show."""
+"""Part of the run that "what if" recomputes [s], as in the plots."""
 
 MOVING: Final = 1500
-"""How many of its newest steps are made again while a slider moves: a tenth of a second of work."""
+"""Newest steps recomputed while a slider moves: a tenth of a second of work."""
 
 SMOOTHNESS_WINDOW: Final = 10.0
-"""How much of the run is made again to see whether it is smooth [s]."""
+"""Part of the run recomputed for its smoothness [s]."""
 
 Who = Literal["law", "ghost"]
 
 LEAST: Final = 50
-"""Steps below which there is nothing to measure."""
+"""Fewest steps to measure."""
 
 
 @dataclass(frozen=True)
 class Smoothness:
-    """The largest steps of q̇ of the run's law, and of the ghost's if there is one."""
-
     law: StepStudy
     ghost: StepStudy | None
 
     @property
     def finished(self) -> bool:
-        """Whether the steps of both runs are measured at every time step."""
+        """True if both runs are measured at every time step."""
         return all(m.verdict != "measuring" for m in (self.law, self.ghost) if m is not None)
 
 
@@ -49,14 +47,12 @@ class Studies:
     """The studies of one session; all methods belong to the thread that advances it.
 
     Args:
-        background: where they are computed; None where nothing is studied.
-        wake: called, from any thread, when there is news.
-        inputs: of the run.
+        background: None if nothing is studied.
+        wake: called from any thread on a new result.
 
     Attributes:
-        what_if: how the last part would have gone with the present settings; None without a question, or for another run.
-        smoothness: as far as it is measured.
-        message: why something could not be computed, for the visitor; "" if all is well.
+        what_if: the last part of the run with the current settings, or None.
+        message: why something could not be computed, for the visitor, or "".
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
@@ -69,15 +65,14 @@ class Studies:
 
     @property
     def busy(self) -> bool:
-        """Whether anything is being computed, or about to be."""
+        """True if anything is being computed, or about to be."""
         return self._rested is not None or any(kind != "warm" for kind in self._jobs.kinds)
 
     def prepare(self, settings: Settings) -> None:
-        """Make a process ready for the first question."""
         self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
     def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Prepare, ask or drop "what if" after a change of the settings. `rebuilt`: whether the run is of another experiment now."""
+        """Prepare, ask or drop "what if" after a change. `rebuilt`: true for a run of another experiment."""
         if rebuilt:
             self.forget()
         if not after.page.what_if:
@@ -85,17 +80,17 @@ class Studies:
         elif not before.page.what_if:
             self.prepare(after)
         elif self._jobs.computes and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
-            # A long answer that is being computed is about a value that is no longer set.
+            # A long answer in progress is about an outdated value.
             self._jobs.drop("what if")
             self._rested, self._moved = 0.0, True
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
-        """Ask and answer what is due about a run. `elapsed`: wall time since the last call [s]."""
+        """Start what is due for a run, and collect answers. `elapsed`: wall time since the last call [s]."""
         self._jobs.collect()
         if self._rested is None:
             return
         self._rested += elapsed
-        # A short answer that is under way is finished, or there would be none as long as the slider moves.
+        # A short answer in progress is finished, or none would come while the slider moves.
         if "newest" in self._jobs.kinds:
             return
         if self._moved:
@@ -111,7 +106,7 @@ class Studies:
             return
         table = simulation.history.table(recorded.steps)
         if len(table) < recorded.steps:
-            # At small time steps the log reaches back farther than the curves that are drawn.
+            # At small time steps the log is longer than the drawn curves.
             recorded = self._inputs.window(len(table) * simulation.settings.dt - CHAPTER)
             if recorded is None or recorded.steps > len(table):
                 return
@@ -125,11 +120,7 @@ class Studies:
         self._jobs.submit(kind, done, what_if, recorded, asked, summarise(simulation, table), urgent=True)
 
     def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
-        """Begin to measure.
-
-        Args:
-            runs: the inputs and the settings of the run, "law", and of its "ghost" if there is one.
-        """
+        """Start measuring. `runs`: inputs and settings of "law", and of "ghost" if it exists."""
         if not self._jobs.computes:
             return
         self._forget_smoothness()
@@ -168,13 +159,11 @@ class Studies:
                 self._jobs.drop(kind)
 
     def forget(self) -> None:
-        """Drop all questions and answers: they were about another run."""
         self._jobs.close()
         self.forget_what_if()
         self.smoothness, self.message = None, ""
 
     def forget_what_if(self) -> None:
-        """Drop "what if" alone."""
         self._jobs.drop("what if")
         self._jobs.drop("newest")
         self._rested = self.what_if = None

@@ -1,4 +1,4 @@
-"""Charts of what safety costs: the trade-off of n and v, and the laws at equal safety."""
+"""Charts of the trade-off of n and v, and of the laws at equal safety."""
 
 import math
 from collections.abc import Iterator
@@ -20,15 +20,14 @@ from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 
 _TICKS: Final = tuple((value, f"{value:g}") for value in (0.0, 0.1, 0.2, 0.3, 0.4))
 FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
-"""d_min over the largest |e|, both in m."""
+"""d_min over the largest |e| [m]."""
 
 
 def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height: int) -> Markup:
-    """Return the map.
+    """Map of the trade-off.
 
     Args:
-        points: computed so far.
-        size: how much of the map that is, from 0 to 1.
+        size: finished share, from 0 to 1.
         run: its n and v are marked.
         height: [CSS px].
     """
@@ -56,13 +55,13 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
 
 
 def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
-    """Return d_min and the largest |e| [m] of the present n and v, between the points of the map; None while it is not complete."""
+    """d_min and the largest |e| [m] of the current n and v, interpolated; None while the map is incomplete."""
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None
     table = {(p.order, p.nominal_velocity): (p.d_min, p.e2_max**0.5) for p in points}
     field = np.array([[table[n, v] for v in TRADE_OFF_VELOCITIES] for n in TRADE_OFF_ORDERS])
     log_n, log_v = (math.log(max(value, 1e-6)) for value in (run.law.order, run.law.nominal_velocity))
-    # Beyond the map's edge both are what they are there.
+    # Beyond the map's edge, use the values at the edge.
     columns = [[np.interp(log_v, np.log(TRADE_OFF_VELOCITIES), row) for row in field[:, :, i]] for i in range(2)]
     d, e = (float(np.interp(log_n, np.log(TRADE_OFF_ORDERS), column)) for column in columns)
     return d, e
@@ -72,15 +71,13 @@ FAR: Final = 0.3
 """End of the axis of d_min [m]."""
 
 _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
-"""Ends that the axis of e² may have."""
 
 
 def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int) -> Markup:
-    """Return the chart, and beside it which line is which.
+    """Chart of the laws, with a legend.
 
     Args:
-        curves: computed so far.
-        size: how much of them that is, from 0 to 1.
+        size: finished share, from 0 to 1.
         run: its law is drawn thick.
         height: [CSS px].
     """
@@ -99,7 +96,7 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
         seen = np.flatnonzero((ds > 0.05 * FAR) & (ds < 0.97 * FAR) & (e2 < 0.97 * span))
         if len(seen) and knob.law not in marked:
             marked.add(knob.law)
-            # Where few other numbers are.
+            # A place with few other numbers.
             at = int(seen[-1 - laws.index(knob.law) % len(seen)])
             chart.mark(ds[at], e2[at], f"digit {law_class(knob.law)}", str(list(LAWS).index(knob.law) + 1))
     unit = run.experiment.error_unit

@@ -1,4 +1,4 @@
-"""The boxes into which a student types: the numbers that a challenge asks for, a reason, and, by a script, a guess of d."""
+"""Input boxes of a step: forecasts, a reason, and a guess of d."""
 
 import math
 import re
@@ -25,7 +25,7 @@ from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
 _NUMBER: Final = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE)
-"""A number and what may stand behind it; a number of two parts, such as 1.000,5, is none."""
+"""A number and its unit; 1.000,5 with two separators is not a number."""
 
 _GUESS: Final = ORDER["choices"] + 0.5
 _REASON: Final = ORDER["choices"] + 7.5
@@ -33,13 +33,8 @@ _REASON: Final = ORDER["choices"] + 7.5
 
 
 class Forecasts:
-    """The boxes of every challenge that asks for numbers, made when it is first seen.
-
-    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
-
-    Args:
-        run: the lessons; what is typed goes to their `said`.
-        tab: where the boxes are.
+    """Boxes for the forecasts of each challenge. Two steps never share a box, since the last text may arrive
+    after a change of step.
     """
 
     def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
@@ -56,7 +51,6 @@ class Forecasts:
         return on_entry(box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text))))
 
     def show(self, view: StepView, challenge: Challenge | None) -> None:
-        """Offer the boxes of a challenge, with what was typed there; none without one."""
         here = (view.lesson.id, view.step.id) if challenge is not None else None
         if self._shown == here:
             return
@@ -72,17 +66,17 @@ class Forecasts:
 
 
 def read_number(text: object) -> float | None:
-    """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
+    """Parse a number with a decimal point or comma and perhaps a unit, or None."""
     found = _NUMBER.fullmatch(text[:40].replace("−", "-")) if isinstance(text, str) else None
     number = float(found[1].replace(",", ".")) if found is not None else math.inf
     return number if abs(number) < 1e9 else None
 
 
 def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
-    """Add a hidden box in the container that the caller has opened: `contact_guess.js` sends its value, a guess in mm. Return its id.
+    """Add a hidden box for a guess [mm], set by `contact_guess.js`, in the open container. Return its id.
 
     Args:
-        post: has an action done on the thread to which the lessons belong.
+        post: performs an action on the lessons' thread.
     """
 
     def take(text: str) -> None:
@@ -101,11 +95,11 @@ def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
-    """Parts of the card for a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
-    step asks for no distance, and where the reader operates nothing: in a class the guess on the stage is not the reader's.
+    """Data of the card for a guess: label, value [mm], step, and box ("" if closed); {} if the step asks for
+    no distance, or the reader is not the operator.
 
     Args:
-        box: id of the box on the reader's page, "" for one that operates nothing.
+        box: id of the box on an operator's page, else "".
     """
     if not box or not lessons.open or lessons.listing or not asks_for_distance(lessons.walk.step):
         return {}
@@ -123,12 +117,11 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
 
 
 class ReasonBox:
-    """One box for every step that asks something, made when it is first seen. The caller opens its container.
-
-    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
+    """Box for the reason of each question. Two steps never share a box, since the last text may arrive after
+    a change of step.
 
     Args:
-        post: has an action done on the thread to which all but the callback belongs.
+        post: performs an action on the session's thread.
     """
 
     def __init__(self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle) -> None:
@@ -144,14 +137,13 @@ class ReasonBox:
         return on_entry(box, lambda words: self._post(GiveReason(lesson, step, words)))
 
     def show(self, view: StepView | None) -> None:
-        """Offer the box of the present step as long as its answer can be changed; without a step none."""
         here: tuple[str, str] | None = None
         if view is not None and takes_reason(view.step, view.phase):
             here = view.lesson.id, view.step.id
             if here not in self._boxes:
                 self._boxes[here] = self._make(*here)
             if kept_reason(self._boxes[here].value) != view.done.because:
-                # A reload or a reset has changed it, not the student's typing.
+                # Changed by a reload or a reset, not by typing.
                 self._boxes[here].value = view.done.because
         for place, box in self._boxes.items():
             box.visible = place == here
@@ -162,12 +154,12 @@ class ReasonBox:
 
 
 def takes_reason(step: Step, phase: Phase) -> bool:
-    """True if a phase of a step takes a reason for the answer: the box for own words waits until it does not."""
+    """True if the phase takes a reason; the box for own words appears afterwards."""
     return (step.question is not None or step.drawing is not None) and phase in (Phase.PREDICT, Phase.DO)
 
 
 def add_readers(gui: viser.GuiApi, tab: viser.GuiTabHandle, order: float) -> viser.GuiHtmlHandle:
-    """Add a hidden line under a box that says who reads it."""
+    """Add a hidden line below a box that says who reads it."""
     words = element("p", tr("Only your lab report shows it; you decide who gets that."), class_="crumb")
     with tab:
         return gui.add_html(element("div", "", words, class_="duet duet-lesson"), order=order, visible=False)

@@ -1,4 +1,4 @@
-"""The marks that a step of a lesson asks the elbow to touch: with their angles, and green with a tick once the elbow was there."""
+"""Marks for the elbow to touch; green with a tick once touched."""
 
 from collections.abc import Callable
 from typing import Final
@@ -18,22 +18,17 @@ from app.theme import PALETTES, rgb, scale
 from scenes.simulation import Simulation
 
 RADIUS: Final = 0.03
-"""Radius of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
+"""Drawn radius of a mark [m]; the challenge decides what counts as touched."""
 
 USUAL_REACH: Final = 0.015
-"""How near the elbow has to come where no challenge says it [m]."""
+"""Default tolerance without a challenge [m]."""
 
 PERIOD: Final = 0.2
-"""Wall time between two looks at the run [s]."""
+"""Wall time between updates [s]."""
 
 
 class Marks:
-    """What is seen of them.
-
-    Args:
-        run: the lessons.
-        page: gives how the page looks.
-    """
+    """The drawn marks of a step. `page`: gives the look."""
 
     def __init__(self, scene: viser.SceneApi, run: LessonSession, page: Callable[[], PageSettings]) -> None:
         self._scene, self._run, self._page = scene, run, page
@@ -42,7 +37,6 @@ class Marks:
         self._next = 0.0
 
     def show(self, frame: Frame) -> None:
-        """Bring them up to date."""
         step = self._run.walk.step if self._run.open and self._run.walk.step.marks else None
         page = self._page()
         drawn = None if step is None else (step, id(frame.live.simulation.room), page.theme, page.profile)
@@ -67,7 +61,7 @@ class Marks:
             ball = self._scene.add_icosphere(
                 f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
             )
-            # The elbow is inside the arm, so the label stands outside it.
+            # The elbow is inside the arm, so the label is outside it.
             label = self._scene.add_label(
                 f"/marks/label{i + 1}", "", position=place + np.array([0.0, 0.0, 0.11]), anchor="bottom-center"
             )
@@ -77,14 +71,14 @@ class Marks:
 
     def _paint(self, index: int, touched: bool) -> None:
         theme, (ball, label) = self._page().theme, self._nodes[index]
-        # The arm is orange, so that its marks are not.
+        # The arm is orange, so the marks are not.
         ball.color = rgb(PALETTES[theme].velocity if touched else PALETTES[theme].ink)
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
         label.text = f"✓ {angle}" if touched else angle
 
 
 def reaches(step: Step) -> tuple[float, ...]:
-    """Tolerance of the elbow at each mark of a step [m], as its challenge says."""
+    """Tolerance of the elbow at each mark of a step [m]."""
     criteria = step.challenge.criteria if step.challenge is not None else ()
     said: dict[object, float] = {}
     for criterion in criteria:

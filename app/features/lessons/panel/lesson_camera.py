@@ -1,4 +1,4 @@
-"""What a step of a lesson wants to be seen of its experiment."""
+"""Camera of a lesson's step."""
 
 from dataclasses import replace
 from typing import Final
@@ -14,20 +14,19 @@ from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
 MARGIN: Final = 0.22
-"""What is seen around the joints of an arm, which has a girth, and of its hand, which swings [m]."""
+"""Margin around joints (an arm has a girth) and the hand (it swings) [m]."""
 
 REACH: Final = 0.12
-"""What is seen above the hand of a single arm, besides the margin [m]."""
+"""Extra margin above the hand of a single arm [m]."""
 
 INSIDE: Final = 0.7
-"""Share of the experiment's own view that a wider one shows, about its middle; the rest of it is margin."""
+"""Share of the experiment's own view that a wider one shows, about its middle."""
 
 TOP: Final = (0.35, 0.0, 1.0)
-"""From the middle of the view to an eye above it, any length."""
+"""Direction from the middle of the view to an eye above it, any length."""
 
 
 def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
-    """Return a view of a simulation."""
     view = view_of(simulation)
     if where == "top":
         return replace(view, toward=TOP)
@@ -35,13 +34,13 @@ def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
         return view
     near = _near(simulation, where)
     if where == "room":
-        # A ball may begin beyond what shows the arm and its table.
+        # A ball may begin outside the view of the arm and its table.
         near = np.vstack([near, view_corners(replace(view, width=INSIDE * view.width, height=INSIDE * view.height))])
     return _around(near, view)
 
 
 def _near(simulation: Simulation, where: LessonCamera) -> Array:
-    """Return the points (k, 3) that a near view has to show [m]."""
+    """Points (k, 3) that a near view has to show [m]."""
     kinematics, room = simulation.kinematics, simulation.room
     arms = room.arms if where == "between" else (simulation.avoiding,)
     points: list[Array] = []
@@ -49,7 +48,7 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
         points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
         points += [room.rig.bases[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
     if simulation.settings.experiment.obstacle == "nothing":
-        # Where a circle is drawn, or the handle's arrow stands.
+        # Room for a drawn circle, or the handle's arrow.
         points.append(points[-1] + np.array([0.0, 0.0, REACH]))
     if room.ball is not None:
         hand, ball = points[-1], simulation.positions[room.ball]
@@ -59,7 +58,7 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
 
 
 def _around(points: Array, view: Camera) -> Camera:
-    """Return a view from the same direction that shows points (k, 3) with a margin."""
+    """Same direction, fitted to points (k, 3) with a margin."""
     right, up, toward = axes(np.array(view.toward))
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN

@@ -1,4 +1,4 @@
-"""Charts of the lessons: the tries at a challenge that asks for the value of a setting, and two runs of one attack."""
+"""Charts of a search's tries, and of two runs of one attack."""
 
 from collections.abc import Callable
 from typing import Final
@@ -27,13 +27,12 @@ BOTTOM: Final = 132.0
 """Edges of the plot [px]."""
 
 MARGIN: Final = 0.12
-"""Margin of the axes, as a share of the range that has to be shown."""
+"""Margin of the axes, as a share of the shown range."""
 
 
 def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language) -> Markup:
-    """Return the plot as HTML: a dot for a try that met the first inequality, a cross for one that missed it, the newest one ringed.
-
-    Dashed lines are the bounds of that inequality, and of the setting itself where it has any.
+    """Plot as HTML: dots met the first criterion, crosses missed it, the newest is ringed; dashed lines are
+    the bounds of criterion and setting.
     """
     criterion, spec = challenge.criteria[0], specs()[challenge.search]
     m = criterion.measurement
@@ -62,7 +61,7 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
 
 
 def _axis(values: list[float], low: float, high: float) -> Callable[[float], float]:
-    """Return the map from numbers to pixels that shows all `values`. `low`, `high`: edges [px]."""
+    """Map from numbers to pixels in [low, high] [px] that shows all `values`."""
     first, last = min(values), max(values)
     span = (last - first) or abs(first) or 1.0
     begin, scale = first - MARGIN * span, (high - low) / (span * (1.0 + 2.0 * MARGIN))
@@ -78,16 +77,11 @@ def _bounds(criterion: Criterion) -> list[float]:
 
 
 TRACK_POINTS: Final = 240
-"""Number of parts of a run; the smallest distance of each is a point of the track."""
+"""Parts of a run; the track shows the smallest distance of each."""
 
 
 def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:
-    """Return the chart, with d_m in it.
-
-    Args:
-        own, rival: at the end of runs of the same length, of which all steps are known.
-        names: of the two.
-    """
+    """Chart of two complete runs of equal length, with d_m."""
     end, critical = own.time, own.settings.law.critical_distance
     tracks = [_track(run.history.table()) for run in (own, rival)]
     low, high = min(-0.05, *(float(ys.min()) for _, ys in tracks)), max(float(ys.max()) for _, ys in tracks)

@@ -1,4 +1,4 @@
-"""The buttons and keys of the lessons: what is operated, by one."""
+"""Buttons and keys of the lessons, for the operator."""
 
 from collections.abc import Callable
 from typing import Final, Literal
@@ -33,7 +33,7 @@ MOST_STEPS: Final = 12
 
 
 class AskToLeave(Action):
-    """Ask before a whole class leaves the lessons, or ask no more."""
+    """Show (or, by `asks=False`, hide) the question before a whole class leaves the lessons."""
 
     asks: bool = True
 
@@ -58,14 +58,14 @@ class LessonLawTask:
 
 
 class LessonControls(PagePanel):
-    """What is operated: answers, Run, next and back, on the panel of everybody.
+    """The operator's buttons and keys.
 
-    Keys mean something else while a lesson is open. Space, ., R and the arrows have a third meaning, in a replay or at the lever, which
-    goes first; so the handlers of these keys also do what they mean while no lesson is open.
+    Space, ., R and the arrows have a third meaning in a replay or at the lever, which takes precedence; so
+    their handlers here also act while no lesson is open.
 
     Args:
-        page: its controls flash where a contrast changes them; its gizmos move by the keys while no lesson is open; on a page that
-            others watch, with keys that mean something else, leaving the lessons asks first.
+        page: its controls flash where a contrast changes them; its gizmos follow the keys while no lesson is
+            open; if others watch it, leaving the lessons asks first.
     """
 
     def __init__(self, page: PanelContext) -> None:
@@ -103,7 +103,7 @@ class LessonControls(PagePanel):
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
-        # Else the lesson's own run begins in the place of what is being loaded.
+        # Otherwise the lesson's run would replace what is being loaded.
         if not (action == lesson_actions.Press("run") and self._session.player.coming):
             self._run.act(action)
 
@@ -113,7 +113,7 @@ class LessonControls(PagePanel):
         return self._run.open
 
     def _keep_autopilot(self, action: Toggle) -> bool:
-        """True, and nothing is done, for the autopilot where the lesson moves what the visitor could move."""
+        """True (and nothing happens) for the autopilot if the lesson controls what the visitor could move."""
         return action.what == "autopilot" and self._run.hands_off
 
     def _pause(self, action: Pause) -> None:
@@ -188,7 +188,7 @@ class LessonControls(PagePanel):
         return listing
 
     def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
-        """Add the button that opens a lesson where the student was in it; the list shows a card in its place."""
+        """Add the button that opens a lesson; in the list a card replaces it."""
         button = self._button(lesson_actions.GoTo(index, None), ORDER["list"] + 1.0)
         button.label = f"{lesson.number}  {plain(lesson.title)}"
         return button
@@ -206,7 +206,7 @@ class LessonControls(PagePanel):
         with self._gui.add_modal(tr("Leave the lessons?")) as modal:
             said = tr("The whole class leaves the lesson with you. Its answers are kept.")
             self._gui.add_html(element("p", said, class_="duet"))
-            # The first button has the keyboard.
+            # The first button gets the keyboard focus.
             stay = self._gui.add_button(tr("Stay"))
             leave = self._gui.add_button(tr("Leave with the class"), color="gray")
 
@@ -224,9 +224,8 @@ class LessonControls(PagePanel):
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def show(self, frame: Frame) -> None:
-        """Update the buttons."""
         run = self._run
-        # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
+        # An open lesson has its own button to leave it, visible while a narrow window folds the controls.
         self._list_button.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:
             self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._instead)]
@@ -297,7 +296,6 @@ class LessonControls(PagePanel):
         _offer(self._next, view.can_next, next_label(view), None if foremost == "next" else "gray")
 
     def _foremost(self, view: StepView, paused: bool, over: bool) -> Literal["run", "check", "next"]:
-        """Return which button stands out: one at a time."""
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         if challenge is None:
             return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
@@ -323,7 +321,6 @@ class LessonControls(PagePanel):
         _offer(self._hint, challenge is not None and len(view.hints) < len(view.step.hints), label, "gray")
 
     def _arrange_settings(self, keys: tuple[str, ...]) -> None:
-        """Offer the controls of these settings in the lesson's own panel."""
         assert self._panel.tab is not None
         twins = self._controls.twins
         for place, key in enumerate(keys):
@@ -335,7 +332,7 @@ class LessonControls(PagePanel):
 
 
 def flash_style(places: tuple[tuple[str, str], ...]) -> str:
-    """Return the style that has controls flash when it comes to the page. `places`: of each, see `Controls.places`."""
+    """CSS that makes controls flash. `places`: see `Controls.places`."""
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )
@@ -353,7 +350,6 @@ def _offer(
 
 
 def next_label(view: StepView) -> str:
-    """Label of the button that continues."""
     if view.showing:
         return tr("Back to the outcome")
     place = view.phases.index(view.phase)

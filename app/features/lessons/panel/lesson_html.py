@@ -1,4 +1,4 @@
-"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
+"""The walkthrough's view as HTML, one block for each part of a step."""
 
 from typing import Final
 
@@ -21,7 +21,6 @@ PHASES: Final[dict[str, str]] = {
     "explain": N_("Explain"),
     "challenge": N_("Challenge"),
 }
-"""What a person calls the parts of a step."""
 
 NEXT: Final = {
     "predict": N_("Next: predict"),
@@ -30,10 +29,8 @@ NEXT: Final = {
     "explain": N_("Next: explain"),
     "challenge": N_("Next: challenge"),
 }
-"""What stands on the button that goes on to a part."""
 
 BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "said", "verdict", "after", "attempt", "learned", "hints")
-"""All blocks."""
 
 _NOTHING: Final = Markup()
 _TEMPLATE: Final = "features/lessons/panel/lesson.html"
@@ -41,13 +38,10 @@ _DUEL: Final = "features/lessons/panel/duel.html"
 
 
 def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
-    """Return every block's HTML, "" for one that has nothing to say.
+    """HTML of every block, "" for an empty one.
 
     Args:
-        view: of the walkthrough.
-        live: label and value of the numbers in view.
-        computing: whether further runs are still being made.
-        operated: whether the reader has buttons for the answers; otherwise they are listed.
+        operated: true if the reader has answer buttons; otherwise the answers are listed.
     """
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
     observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
@@ -58,17 +52,17 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "text": lesson_html("" if observing else texts.get(view.phase.value, ""), folder),
         "drawing": figure_html(view) if view.phase is Phase.PREDICT and not operated else _NOTHING,
         "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
-        # What was measured is told once: in the verdict.
+        # Measured values are told once: in the verdict.
         "live": _NOTHING if observing else made.live(live),
         "said": verdict if waits else _NOTHING,
         "verdict": _NOTHING if waits else verdict,
-        # The numbers in it are of the question's run.
+        # Its numbers belong to the question's run.
         "after": _after_html(view) if observing and not view.showing else _NOTHING,
         "attempt": attempt_html(view),
         "learned": learned_html(view),
         "hints": made.hints(view.hints) if view.hints else _NOTHING,
     }
-    # Formulas that explain have the numbers of this moment.
+    # Explaining formulas show the current numbers.
     return {
         name: made.block(name, block, name == "text" and view.phase is Phase.EXPLAIN) if block else block
         for name, block in blocks.items()
@@ -76,7 +70,6 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
 
 
 def _verdict_html(view: StepView, computing: bool) -> Markup:
-    """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
     made, curves = macros(_TEMPLATE), view.drawing
     chosen = None if view.done.choice is None else view.choices[view.done.choice]
     if computing:
@@ -92,7 +85,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
     reply = lesson_html(view.verdict.reply, folder) if view.verdict is not None else _NOTHING
     if view.contrast is not None:
         return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
-    # A screen reader is read the card, not the numbers of the axes.
+    # A screen reader reads the card, not the numbers of the axes.
     figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
     near = made.drawn(None if curves is None else curves.verdict)
     if view.verdict is not None:
@@ -103,7 +96,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
 
 
 def _number(view: StepView) -> tuple[str, ...]:
-    """Line of the first measured number, unless the verdict's sentence tells it."""
+    """First measured value, unless the verdict has it."""
     question, choice, measured = view.step.question, view.done.choice, view.step.measurements
     if question is None or choice is None or not measured:
         return ()
@@ -112,7 +105,6 @@ def _number(view: StepView) -> tuple[str, ...]:
 
 
 def _after_html(view: StepView) -> Markup:
-    """What else is told after a run: folded where a verdict comes first, which has the sentence and the number."""
     folder = view.step.setup.folder
     observed = lesson_html(dict(view.texts).get("observe", ""), folder)
     if view.verdict is None:
@@ -126,7 +118,7 @@ def _after_html(view: StepView) -> Markup:
 
 
 def figure_html(view: StepView) -> Markup:
-    """Return the student's curve, beside the truth once the outcome is known; "" where no curve is asked for."""
+    """Drawn curve, with the truth once known; "" without a drawing."""
     drawing, curves = view.step.drawing, view.drawing
     if drawing is None or curves is None:
         return _NOTHING
@@ -134,7 +126,6 @@ def figure_html(view: StepView) -> Markup:
 
 
 def attempt_html(view: StepView) -> Markup:
-    """Result of the newest attempt at the challenge: every inequality, the missed ones first."""
     made, attempt, challenge = macros(_TEMPLATE), view.done.last, view.step.challenge
     if view.phase is not Phase.CHALLENGE:
         return _NOTHING
@@ -143,10 +134,10 @@ def attempt_html(view: StepView) -> Markup:
     judgements = [
         (j.passed, sentence(tr(j.text)))
         for j in sorted(attempt.judgements, key=lambda j: j.passed)
-        # The note says already why these have nothing to tell.
+        # The note already explains why these have no value.
         if not attempt.note or j.passed or j.value is not None
     ]
-    # A duel counts its pushes, not what else was tried.
+    # A duel counts its pushes, not other attempts.
     attempts = 0 if challenge is not None and challenge.best_of else view.done.attempts
     card = duel_html(view) + made.attempt(attempt, attempts, judgements, view.stale)
     if challenge is not None and challenge.search and view.tries:
@@ -155,7 +146,7 @@ def attempt_html(view: StepView) -> Markup:
 
 
 def duel_html(view: StepView) -> Markup:
-    """Return the score of a step's duel; "" before the first push, and where there is none."""
+    """Score of a duel; "" before the first push."""
     challenge = view.step.challenge
     if challenge is None or not challenge.best_of or not view.tries:
         return Markup()
@@ -165,27 +156,25 @@ def duel_html(view: StepView) -> Markup:
 
 
 def record_html(margin: float | None) -> Markup:
-    """Best margin of a class. `margin`: the smallest d less d_m [m]; None before the first."""
+    """Best margin of a class, the smallest d − d_m [m]; None before the first."""
     return Markup() if margin is None else macros(_DUEL).record(*_with_words(margin))
 
 
 def _with_words(margin: float) -> tuple[float, str]:
-    """Return a margin [m], and its size as a person reads it."""
+    """Margin [m] and its size in words."""
     return margin, decimal(f"{1000.0 * abs(margin):.1f} mm")
 
 
 def learned_html(view: StepView) -> Markup:
-    """Summary of the lesson, once its last step is finished."""
     if not view.lesson_finished or not view.lesson.learned:
         return _NOTHING
     return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
 
 
 def rules_html(css: str) -> Markup:
-    """Return rules of CSS as an element of the panel, with which they go."""
     return macros(_TEMPLATE).rules(Markup(css))
 
 
 def choice_label(number: int, text: str, chosen: bool) -> str:
-    """Label of an answer's button; `number` from 1."""
+    """Label of an answer's button; `number` is 1-based."""
     return f"{'● ' if chosen else ''}{number}   {plain(text)}"

@@ -17,9 +17,8 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
     Hotkey("why", Press("why"), "Y", N_("lesson: the run that shows why"), "Y", icon=viser.Icon.QUESTION_MARK),
     Hotkey("leave", Press("leave"), "X", N_("lesson: leave the lessons"), "X", icon=viser.Icon.X),
 )
-"""Keys of an open lesson. There the digits answer, and ← and → go back and on where the hand cannot be moved."""
+"""← and → are back and next only where the hand cannot be moved."""
 
 
 def key_help() -> tuple[KeyHelp, ...]:
-    """Rows of the page's table of keys."""
     return *LESSON_KEYS, KeyRange("1", str(min(len(EXPERIMENTS), 9)), N_("lesson: your answer"))

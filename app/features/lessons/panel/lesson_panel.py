@@ -1,4 +1,4 @@
-"""The panel of lessons: what is seen of it, for everybody."""
+"""The panel of the lessons as everyone sees it."""
 
 from collections.abc import Callable
 from typing import Final
@@ -21,41 +21,35 @@ from app.text.templates import element, macros
 from scenes.laws import LAWS
 
 PERIOD: Final = 0.2
-"""Wall time between two refreshes of the numbers [s]."""
+"""Wall time between updates of the numbers [s]."""
 
 WIDTH: Final = 340
-"""Width of the panel [CSS px]."""
 
 EDITOR_WIDTH: Final = 520
-"""Width of the panel with an editor in it, where the window is wide enough [CSS px]."""
+"""Width with an editor in it, in a wide window [CSS px]."""
 
 NARROW_WIDTH: Final = 300
-"""Width of the panel in a narrow window [CSS px]."""
+"""Width in a narrow window [CSS px]."""
 
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
-"""Where every block stands among its neighbours, the buttons between them."""
+"""Order of each block; buttons are between them."""
 
 VERDICT: Final = 0.5
-"""Place of the verdict and what is offered with it: above everything, so that a phone shows it first."""
+"""First, so that a phone shows it."""
 
 PLOTS: Final = "[data-duet-holds~=plots]"
-"""Selector of the window of plots."""
 
 IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
-"""Where a step's drawing board stands."""
 
 
 class LessonPanel:
-    """What is seen: the panel at the left and its texts. It is made when a lesson is opened for the first time.
+    """The panel at the left, made when a lesson is first opened.
 
     Args:
-        gui: of those who see it.
         width: of the panel [CSS px].
-        operated: whether the reader also operates it.
-        folds: true if the controls at the right fold up for it until a step asks for one of them.
-        narrow: true on a narrow window, where the panel has to be opened.
-        sheet: gives the page's style sheet; the page's own one goes away with the controls when they are folded up.
-        book: the lessons in the language of those who see it; None for that of `run`.
+        folds: true if the controls at the right fold until a step asks for one of them.
+        sheet: gives the page's style sheet; the page's own disappears when the controls fold.
+        book: in the readers' language; None for the session's.
     """
 
     def __init__(
@@ -75,18 +69,15 @@ class LessonPanel:
         self._wide = width
         self._folded = False
         self.panel: viser.PanelHandle | None = None
-        """The panel itself; None before a lesson was opened."""
         self.tab: viser.GuiTabHandle | None = None
         self.openers: dict[str, str] = {}
-        """Lesson id → id of the button that opens it, on the page of an operator."""
+        """Lesson id → id of its button, on an operator's page."""
         self.guess_box = ""
-        """Id of the box that takes a guess of d, on the page of an operator."""
+        """Id of the box for a guess of d, on an operator's page."""
         self.edits = False
-        """Whether the operator writes a law on the page."""
         self.contrast: Contrast | None = None
-        """In what the run on the page differs from the one of the question; None where it does not."""
         self.run_names: tuple[str, str] | None = None
-        """Names of the visitor's run at the lever and of the law's, once both are shown; None elsewhere."""
+        """Names of the visitor's run at the lever and the law's, once both are shown."""
         self._tracks: tuple[object, Markup] = None, Markup()
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
@@ -101,11 +92,11 @@ class LessonPanel:
         return panel
 
     def set_width(self, width: float) -> None:
-        """Give the panel another width [CSS px] from the next frame on, and its editor with it."""
+        """Set the width of panel and editor [CSS px] from the next frame on."""
         self._width, self._shown = width, ()
 
     def show(self, frame: Frame) -> bool:
-        """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
+        """Update; true if the panel opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
         if not run.open or run.listing:
             self.contrast = self.run_names = None
@@ -164,7 +155,7 @@ class LessonPanel:
         return blocks
 
     def _both_tracks(self, frame: Frame) -> Markup:
-        """Return both runs in one chart; nothing where a reload has left their beginning out, or before the first step."""
+        """Both runs in one chart; empty if a reload has lost their beginning."""
         (own, rival), names = frame.live.traced, self.run_names
         if rival is None or names is None or not 0 < own.history.count == rival.history.count == own.steps:
             return Markup()
@@ -174,7 +165,6 @@ class LessonPanel:
         return self._tracks[1]
 
     def _widen(self, wide: bool) -> float:
-        """Give the panel the width that it needs, and return it."""
         width = self._width * (EDITOR_WIDTH / WIDTH if wide and not self._narrow else 1.0)
         if width != self._wide and self.panel is not None:
             self._wide = width
@@ -191,14 +181,14 @@ class LessonPanel:
 
 
 def hidden_beside(view: StepView) -> str:
-    """Selectors of what is not shown beside a step: its equation comes after the experience, and plots only where something runs."""
+    """Selectors to hide: the equation before the experience, and plots where nothing runs."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
     rests = view.step.concept or view.phase is Phase.PREDICT
     return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if rests else "")
 
 
 def asks_for_settings(view: StepView) -> bool:
-    """True if a step asks for a setting that has its control at the right alone."""
+    """True if a step asks for a setting with its only control at the right."""
     challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
     if challenge is None or view.step.controls:
         return False
@@ -206,5 +196,5 @@ def asks_for_settings(view: StepView) -> bool:
 
 
 def panel_style(width: float, hidden: str = "") -> str:
-    """Return the style that makes room for the panel. `hidden`: selectors of what is not shown beside it."""
+    """CSS that makes room for the panel. `hidden`: selectors to hide."""
     return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))

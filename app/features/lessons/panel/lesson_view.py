@@ -1,4 +1,4 @@
-"""What is seen of the lessons on a page: their panel, the marks of a step, its camera and its plots."""
+"""The lessons on a page: panel, marks, camera and plots."""
 
 from html import escape
 
@@ -18,12 +18,7 @@ from scenes.simulation import Simulation
 
 
 class LessonView:
-    """The lessons of the view's session.
-
-    Attributes:
-        lessons: of the session.
-        panel: at the left of the page.
-    """
+    """The lessons of the view's session. `panel`: at the left of the page."""
 
     def __init__(self, view: View) -> None:
         self._view, self.lessons = view, view.session.parts.of(LessonSession)
@@ -46,7 +41,6 @@ class LessonView:
         return lesson_view(simulation, lessons.walk.step.camera) if lessons.open else view_of(simulation)
 
     def show(self, frame: Frame) -> None:
-        """Draw the panel and the marks, and fill the view's places."""
         lessons, view = self.lessons, self._view
         if self._profile != view.page.profile:
             self._profile = view.page.profile
@@ -56,7 +50,7 @@ class LessonView:
         view.plots.only = lessons.walk.plots if lessons.open else ()
         if self.panel.show(frame) or step != self._step:
             self._step = step
-            # The panel takes its room from the canvas.
+            # The panel reduces the canvas.
             view.fit_again()
         contrast = self.panel.contrast
         names = self.panel.run_names if contrast is None else contrast.names

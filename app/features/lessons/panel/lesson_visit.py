@@ -1,4 +1,4 @@
-"""The lessons of a server, and what they do for one of its visitors: a link to a step, the welcome, a teacher's notes."""
+"""Lessons of a server and of a visitor."""
 
 import logging
 from collections.abc import Mapping
@@ -24,15 +24,11 @@ from controllers.errors import LazyText
 log = logging.getLogger("duet.lessons")
 
 MOST_PROBLEMS = 5
-"""Faults of lesson files that a visitor is told of at once."""
+"""Most faults shown to a visitor at once."""
 
 
 class LessonServer(ServerPart):
-    """The lessons of a server.
-
-    Attributes:
-        library: their files, and the teacher's notes, which are not read where there is no key.
-    """
+    """`library`: has the teacher's notes only if the server has a key."""
 
     def __init__(self, context: AppContext) -> None:
         options, own = context.options, context.options.of(LessonOptions)
@@ -40,12 +36,11 @@ class LessonServer(ServerPart):
         for problem in self.library.book.problems:
             log.warning("a lesson was left out: %s", problem)
         if options.shared is None:
-            # A shared session goes on with the lessons that it began with.
+            # A shared session keeps its first lessons.
             self.library.watch(context.wake)
 
     @property
     def book(self) -> LessonBook:
-        """The lessons, in English."""
         return self.library.book
 
     def visit(self, visit: Visit) -> VisitorPart:
@@ -59,8 +54,6 @@ class LessonServer(ServerPart):
 
 
 class LessonVisit(VisitorPart):
-    """The lessons of one visitor."""
-
     def __init__(self, context: AppContext, library: Library, visit: Visit) -> None:
         self._workload, self._library, self._session = context.workload, library, visit.session
         self._query, self._language = visit.query, visit.language
@@ -101,21 +94,19 @@ class LessonVisit(VisitorPart):
 
 
 def name_faults(session: Session, book: LessonBook) -> None:
-    """Tell a visitor what is wrong with the files of lessons."""
     for problem in book.problems[:MOST_PROBLEMS]:
         session.notify("A lesson file has a fault", str(problem))
 
 
 def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
-    """Lesson and step of a link, as text."""
     return query.get("lesson", "")[:60], query.get("step", "")[:8]
 
 
 def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
-    """Open the lesson of a link, or resume what is left of a visitor's record; a message for every part of the link that is not possible.
+    """Open a link's lesson, or resume a visitor's record; a message for each impossible part of the link.
 
     Args:
-        record: of the visitor; by the same lesson link its lesson is open again, by another one only its progress counts.
+        record: the same lesson link reopens its lesson; with another one only its progress counts.
     """
     lesson, step = lesson_link(query)
     if record is not None and run.left is not None:
@@ -140,7 +131,7 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
 
 
 def step_of(text: str) -> tuple[int, str]:
-    """Step of a link, from 0, and the message if its text is not valid, else ""."""
+    """Step of a link (0-based), and a message, "" if valid."""
     if not text:
         return 0, ""
     if text.isascii() and text.isdecimal() and int(text) >= 1:

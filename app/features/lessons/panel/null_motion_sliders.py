@@ -1,4 +1,4 @@
-"""Sliders that lead an arm by the motions that are left while the hand stays where it is, where a challenge offers them."""
+"""Sliders for null-space motions of an arm."""
 
 import math
 from typing import Final
@@ -17,25 +17,20 @@ from scenes.solo import MOTIONS, NullMotions
 from scenes.targets import JointTarget
 
 FARTHEST: Final = 60.0
-"""Either end of a slider for a null-space motion [°]."""
+"""Ends of a slider [°]."""
 
 LABELS: Final = (N_("swing the elbow"), N_("turn the hand, x"), N_("turn the hand, y"), N_("turn the hand, z"))
 
 
 class MoveInNullSpace(Action, newest_by=("motion",)):
-    """Lead the arm along a motion, from 0, to a way from where the first one began [rad]."""
+    """Move the arm along a null-space motion (0-based) to `way` from its start [rad]."""
 
     motion: int
     way: float
 
 
 class NullMotionSliders:
-    """The sliders. The caller has opened their container.
-
-    Args:
-        run: the lessons; a fresh run begins with all sliders at 0.
-        handlers: of the page.
-    """
+    """The sliders, in the caller's open container. A fresh run sets them to 0."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, handlers: ActionHandlers) -> None:
         self._session, self._run = session, run
@@ -56,7 +51,6 @@ class NullMotionSliders:
         return on_entry(slider, take)
 
     def _move(self, action: MoveInNullSpace) -> None:
-        """Lead the arm along a motion, where the sliders are offered."""
         session = self._session
         if not self._offered:
             return
@@ -72,7 +66,7 @@ class NullMotionSliders:
         return shown and walk.step.challenge is not None and walk.step.challenge.null_motions and walk.yours
 
     def show(self, frame: Frame) -> None:
-        """Offer the sliders where they belong; they go back to 0 in a fresh run, and when the arm is taken by something else."""
+        """Show the sliders if the challenge has them; a fresh run, or another mover of the arm, resets them."""
         offered, of = self._offered, (self._run.walk.run_id, frame.live.simulation)
         if of != self._of or not (offered and isinstance(frame.live.held, JointTarget)):
             self._of, self._motions = of, None

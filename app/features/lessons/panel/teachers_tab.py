@@ -1,4 +1,4 @@
-"""What a teacher's key opens: the notes on the lessons, and the server's load."""
+"""The teacher's tab: notes on the lessons, and the server's load."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -17,11 +17,7 @@ ORDER: Final = -20.0
 
 
 class NotesView:
-    """The notes to the open lesson, those to the present step first.
-
-    Args:
-        notes: Markdown by lesson id.
-    """
+    """`notes`: Markdown by lesson id; the current step's come first."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
@@ -29,11 +25,10 @@ class NotesView:
         self._shown: tuple[bool, Notes | None, Step | None] | None = None
 
     def show(self, lessons: LessonSession) -> None:
-        """Update the notes to the open lesson and step."""
         walk = lessons.walk if lessons.open else None
         notes = self._notes.get(walk.lesson.id) if walk is not None else None
         place = lessons.open, notes, walk.step if walk is not None else None
-        # Markdown with formulas is too slow to be read in every frame.
+        # Markdown with formulas is too slow for every frame.
         if place == self._shown:
             return
         self._shown = place
@@ -42,18 +37,14 @@ class NotesView:
             said = tr("This lesson has no notes.") if lessons.open else no_lesson
             self._handle.content = macros("page/panels/pills.html").note(said)
         else:
-            # The section of the present step comes first.
+            # The section of the current step comes first.
             self._handle.content = macros("features/lessons/panel/notes.html").notes(
                 notes, walk.step.number, walk.step.setup.folder
             )
 
 
 class TeachersTab:
-    """The server's numbers and the notes in a tab of their own, for a teacher with a private session.
-
-    Args:
-        notes: Markdown by lesson id.
-    """
+    """Load and notes, for a teacher with a private session. `notes`: Markdown by lesson id."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
@@ -62,7 +53,6 @@ class TeachersTab:
             self._notes = NotesView(gui, notes)
 
     def show(self, lessons: LessonSession, load: ServerLoad) -> None:
-        """Update the notes and the server's load."""
         if load != self._shown:
             self._shown = load
             pills = macros("page/panels/pills.html").heads([load_pills(load)])

@@ -1,4 +1,4 @@
-"""What a newcomer reads first: what the silver arm has to do, and what to try."""
+"""A newcomer's card: the silver arm's task, and what to try."""
 
 from collections.abc import Mapping
 
@@ -16,16 +16,12 @@ from app.web.viser_internals import uuid_of
 
 
 def is_for_newcomers(query: Mapping[str, str]) -> bool:
-    """True if a link asks for the page as it is at first: for no lesson, and for no settings but the look."""
+    """True if a link asks for no lesson, and for no settings except the look."""
     return all(key in LOOKS or (is_foreign(key) and key not in STEP_KEYS and key != WHOLE) for key in query)
 
 
 class Welcome:
-    """The card; the script `welcome.js` shows it over the stage, once in a browser.
-
-    Args:
-        session, lessons: what the visitor does there ends it.
-    """
+    """The card, shown by `welcome.js` once in a browser. Any action ends it."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, lessons: LessonSession) -> None:
         self._lessons, self._over = lessons, False
@@ -36,7 +32,6 @@ class Welcome:
         self._card = gui.add_html(macros("features/lessons/panel/welcome.html").card(*map(uuid_of, self._buttons)))
 
     def show(self, frame: Frame) -> None:
-        """End it as soon as the visitor moves something or opens the lessons."""
         lessons = self._lessons
         if not self._over and (frame.live.held is not None or lessons.open or lessons.listing):
             self._over = True

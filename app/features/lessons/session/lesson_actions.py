@@ -1,4 +1,4 @@
-"""What a student can ask a lesson for, as typed values."""
+"""Actions of a student in a lesson, as typed values."""
 
 from typing import Literal
 
@@ -11,19 +11,19 @@ class LessonAction(Action):
 
 
 class Enter(LessonAction):
-    """Open a lesson, from 0, outside the lessons too."""
+    """Open a lesson (0-based), also from outside the lessons."""
 
     lesson: int
 
 
 class Choose(LessonAction):
-    """Predict an answer, from 0."""
+    """Choose an answer (0-based)."""
 
     answer: int
 
 
 class Draw(LessonAction):
-    """Predict a curve in the step of a lesson, by their names; () takes it back."""
+    """Draw a curve in a step, named by ids; () clears it."""
 
     lesson: str
     step: str
@@ -31,7 +31,7 @@ class Draw(LessonAction):
 
 
 class Guess(LessonAction):
-    """Guess d [m] on the line of contact in the step of a lesson, by their names."""
+    """Guess d [m] on the line of contact in a step, named by ids."""
 
     lesson: str
     step: str
@@ -39,14 +39,14 @@ class Guess(LessonAction):
 
 
 class GoTo(LessonAction):
-    """Open a step of a lesson, both from 0; None for the present lesson, or for the step in which the student was."""
+    """Open a step (0-based); None for the current lesson, or for the student's step in it."""
 
     lesson: int | None
     step: int | None
 
 
 class SayNumber(LessonAction, newest_by=("lesson", "step", "index")):
-    """Say a number, from 0, that the challenge in the step of a lesson asks for, by their names; None takes it back."""
+    """Enter forecast `index` (0-based) of a challenge; None clears it."""
 
     lesson: str
     step: str
@@ -55,7 +55,7 @@ class SayNumber(LessonAction, newest_by=("lesson", "step", "index")):
 
 
 class Write(LessonAction, newest_by=("lesson", "step")):
-    """Keep the student's own words about the step of a lesson, by their names."""
+    """Keep the student's own text about a step, named by ids."""
 
     lesson: str
     step: str
@@ -63,7 +63,7 @@ class Write(LessonAction, newest_by=("lesson", "step")):
 
 
 class GiveReason(LessonAction, newest_by=("lesson", "step")):
-    """Give a reason for the prediction in the step of a lesson, by their names."""
+    """Give a reason for the prediction in a step, named by ids."""
 
     lesson: str
     step: str
@@ -74,10 +74,10 @@ class Press(LessonAction, newest_by=("what",)):
     """Press a button of the lessons, or its key.
 
     Attributes:
-        what: show the list of lessons, or close it (list); go to the next phase or step, where a run that is to be measured runs to its
-            end first (next), or to the one before (back); begin the step from its first phase (reset), or the present run (again); start
-            the run, pause it, or go on (run); show the run that explains a wrong answer (why), or run the step once more with the λ(d)
-            that the student drew (curve); show the next hint of the challenge (hint), or check it (check); close the lessons (leave).
+        what: show or close the list of lessons (list); next phase or step, after fast-forwarding a measured
+            run (next); previous one (back); restart the step (reset) or the run (again); start, pause or
+            continue the run (run); show the run that explains a wrong answer (why), or the run with the drawn
+            λ(d) (curve); next hint (hint); check the challenge (check); close the lessons (leave).
     """
 
     what: Literal["list", "next", "back", "reset", "again", "run", "why", "curve", "hint", "check", "leave"]

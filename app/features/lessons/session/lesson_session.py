@@ -1,7 +1,4 @@
-"""One session on its way through the lessons: in and out, what the visitor does there, and when a run has come to its end.
-
-Everything here belongs to the session's thread, but for the further runs that a step compares with, which another thread makes.
-"""
+"""The lessons of a session, on its thread; another thread simulates the further runs of a step."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -34,30 +31,26 @@ from scenes.simulation import Simulation
 log = logging.getLogger("duet.lessons")
 
 PATIENCE: Final = 40.0
-"""A run of a duel in which no hand is taken begins again after this time [s]; with a push it still fits into a link."""
+"""Time without the hand after which a duel's run restarts [s]; with a push it still fits into a link."""
 
 
 OF_STEPS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
-"""Settings that a step decides by itself, and a link to it need not say."""
+"""Settings that a step decides, so its link omits them."""
 
 _SEEN: Final = "seen"
 _KEPT: Final = "kept"
 _TAB: Final = "\t"
-"""Between the words of a recording's name."""
+"""Separator in a recording's name."""
 
 
 class LessonSession(SessionPart):
     """The lessons of one session.
 
-    Args:
-        book: of the lessons; a session of a server is given its book by `begin_with`.
-
     Attributes:
-        english: the book in English; `book` is in the language of who operates the session.
-        open: whether a lesson is open; otherwise the page is the visitor's own.
-        listing: whether the list of lessons stands in the lesson's place.
-        version: goes up with every change that the page has to show.
-        pace: the steps that a teacher has opened; None for all.
+        english: the book in English; `book` is in the operator's language.
+        listing: true if the list of lessons replaces the lesson.
+        version: increases with every change that the page has to show.
+        pace: steps that a teacher has opened; None for all.
     """
 
     name: ClassVar[str] = "lessons"
@@ -72,12 +65,11 @@ class LessonSession(SessionPart):
         self._forget(book)
 
     def _forget(self, book: LessonBook) -> None:
-        """Begin as if no lesson had ever been opened."""
         self.book, self.open, self.listing = book, False, False
         self.version += 1
         self.pace: OpenSteps | None = None
         self.left: SavedLesson | None = None
-        """What the record says, until `resume`; None if it says nothing, or afterwards."""
+        """Saved state, until `resume`; else None."""
         self._reopened: SavedLesson | None = None
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._walk: Walkthrough | None = None
@@ -85,7 +77,6 @@ class LessonSession(SessionPart):
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
         self._stood = ("", 0)
-        """Lesson and step where the visitor was last, of those that are open."""
         self.runner = StepRunner(self.session)
         self._waiting: lesson_actions.LessonAction | None = None
 
@@ -93,7 +84,7 @@ class LessonSession(SessionPart):
 
     @property
     def walk(self) -> Walkthrough:
-        """Return the way through the lessons; it outlives their being closed."""
+        """The walkthrough; it outlives closing the lessons."""
         if self._walk is None:
             self._walk = Walkthrough(self.book)
         return self._walk
@@ -103,7 +94,7 @@ class LessonSession(SessionPart):
         return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
-        """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
+        """Open the last place, or a step. `lesson`: 0-based or an id; `step`: 0-based."""
         if not self.book.lessons:
             self.session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
             return
@@ -120,7 +111,6 @@ class LessonSession(SessionPart):
         self._guarded(self._follow)
 
     def leave(self) -> None:
-        """Close the lessons: the visitor's own settings are restored, and the experiment restarts with them."""
         self.listing = False
         self.version += 1
         if not self.open:
@@ -145,7 +135,7 @@ class LessonSession(SessionPart):
 
     def saved(self) -> bytes:
         lesson = self.saved_lesson()
-        # What was recorded is kept apart, see `recordings`.
+        # Recordings are saved separately, see `recordings`.
         return b"" if lesson is None else msgspec.msgpack.encode(replace(lesson, seen={}, kept={}))
 
     def recordings(self) -> dict[str, Recorded]:
@@ -179,7 +169,7 @@ class LessonSession(SessionPart):
         self.left = replace(lesson, seen=seen, kept=kept)
 
     def saved_lesson(self) -> SavedLesson | None:
-        """What outlives a connection; None if no lesson was ever opened."""
+        """State that survives a disconnection; None if no lesson was ever opened."""
         if self._walk is None:
             return self.left
         settings, open_now = self.session.settings, self.open
@@ -196,7 +186,7 @@ class LessonSession(SessionPart):
         )
 
     def resume(self, saved: SavedLesson, reopen: bool) -> None:
-        """Take up what was saved; `reopen`: also where the visitor was."""
+        """Restore saved state. `reopen`: also the visitor's place."""
         if not self.book.lessons:
             return
         self.left = None
@@ -215,7 +205,7 @@ class LessonSession(SessionPart):
         lesson = self._reopened
         if not self.open or lesson is None:
             return 0.0
-        # The run that shows why an answer is wrong begins again.
+        # Restart the run that shows why an answer is wrong.
         return None if lesson.now is None else LONGEST
 
     def run_restored(self) -> None:
@@ -233,7 +223,9 @@ class LessonSession(SessionPart):
 
     @property
     def withholds(self) -> bool:
-        """True while a question waits for its answer or for the first step of its run: no page may say what the law does."""
+        """True until a question has its answer and the first step of its run: no page may say what the law
+        does.
+        """
         if not self.open or self.walk.step.question is None:
             return self.locked
         waits = self.walk.phase is Phase.DO and self.session.simulation.steps == 0
@@ -241,12 +233,12 @@ class LessonSession(SessionPart):
 
     @property
     def said(self) -> list[float | None]:
-        """Return the forecasts that the visitor has typed in the present step, as a list to be changed."""
+        """Typed forecasts of the current step, mutable."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
-        """Return the runs in which the visitor saw what came of a step, by lesson and step."""
+        """(lesson, step) → run in which the visitor saw its outcome."""
         return self.runner.seen
 
     @property
@@ -256,7 +248,7 @@ class LessonSession(SessionPart):
 
     @property
     def over(self) -> bool:
-        """True if the run has come to its end, so that *Run* begins the next one."""
+        """True if the run has ended, so that *Run* begins the next one."""
         walk = self.walk
         if walk.pushes:
             return walk.run_id == self._measured
@@ -264,11 +256,11 @@ class LessonSession(SessionPart):
 
     @property
     def computing(self) -> bool:
-        """True if something waits for a further run."""
+        """True while something waits for a further run."""
         return self._waiting is not None
 
     def act(self, action: lesson_actions.LessonAction) -> None:
-        """Do what the student asks for; an action at the wrong moment does nothing."""
+        """Perform an action; one at the wrong moment does nothing."""
         match action:
             case lesson_actions.Press("list"):
                 self.listing = bool(self.book.lessons) and not self.listing
@@ -311,7 +303,7 @@ class LessonSession(SessionPart):
             case lesson_actions.Choose(answer):
                 walk.choose(answer)
             case lesson_actions.Draw(lesson, step, curve):
-                # What is drawn last may arrive when the student is already in the next step.
+                # The last drawing may arrive when the student is already in the next step.
                 if (lesson, step) == (walk.lesson.id, walk.step.id):
                     walk.draw(curve)
             case lesson_actions.Guess(lesson, step, distance):
@@ -353,17 +345,17 @@ class LessonSession(SessionPart):
             case _:
                 raise TypeError(f"a lesson does not do {action!r}")
         if shown_beside and action in (lesson_actions.Press("next"), lesson_actions.Press("back")):
-            # The question's run is made once more at once, so that it stands in the plots and at its moment.
+            # Simulate the question's run again at once, so that the plots show it, at its decisive moment.
             self._begin()
             session.control.hurry(walk.setup.seconds)
 
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
-        """Return the lesson and the step, both from 0."""
+        """Lesson and step of an action, both 0-based."""
         lesson = self.book.lessons.index(self.walk.lesson) if wanted.lesson is None else wanted.lesson
         return lesson, tuple(self.walk.entries())[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
-        """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
+        """Fast-forward to the end; false if impossible, so that the reference run gives the outcome."""
         walk, session = self.walk, self.session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
         over = walk.run_id == self._measured or walk.finished(session.simulation)
@@ -397,7 +389,9 @@ class LessonSession(SessionPart):
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def decide(self) -> None:
-        """Begin, stop or measure the run where the step asks for it: once a frame, between the actions and the steps; never raises."""
+        """Begin, stop or measure the run as the step asks: once a frame, between actions and steps. Never
+        raises.
+        """
         if not self.open:
             return
         try:
@@ -413,7 +407,7 @@ class LessonSession(SessionPart):
         self.session.control.halt.set("lesson")
         self._measured = run_id
         if self._reported_run == run_id:
-            # Said once for a run, not once for a frame.
+            # Reported once a run, not once a frame.
             return
         self._reported_run = run_id
         self.session.notify("The lesson stopped here", text)
@@ -446,7 +440,7 @@ class LessonSession(SessionPart):
         if walk.ends:
             session.control.halt.set("lesson")
         if not walk.showing and walk.phase is not Phase.DO and walk.challenge is None:
-            # The run is seen once more, and was measured before.
+            # The run is shown again; it was measured before.
             self._measured = walk.run_id
             self._show_moment()
             return
@@ -464,14 +458,14 @@ class LessonSession(SessionPart):
         self._show_moment()
 
     def _push_goes_on(self) -> bool:
-        """True if a push of a duel goes on: its time begins as the hand is taken. A hand that is left alone begins again."""
+        """True while a push continues: its time begins when the hand is taken. An untouched hand restarts it."""
         simulation, seconds = self.session.simulation, self.walk.setup.seconds
         if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
             self._begin(True)
         return self.walk.pushes and (self._taken is None or simulation.time < self._taken + seconds)
 
     def _left_pace(self) -> bool:
-        """Go back to an open step, before another one is seen, answered or run; return whether that was necessary."""
+        """Return to an open step before another one is seen, answered or run; true if necessary."""
         walk, pace, here = self.walk, self.pace, (self.walk.lesson.id, self.walk.step_index)
         if pace is None or pace.allows(*here):
             self._stood = here
@@ -481,20 +475,17 @@ class LessonSession(SessionPart):
         return True
 
     def _show_moment(self) -> None:
-        """Have the picture of a run that is measured stand at the moment that its step is about."""
         walk = self.walk
         if walk.run_id == self._measured and (mark := walk.decisive(self.session.simulation)) is not None:
             self.session.player.review(mark.time, mark)
             self.session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self.session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
-        """Change settings of the present run as a link asks for."""
         for key, value in query.items():
             if key in specs(RunSettings):
                 self._guarded(lambda key=key, value=value: self.session.change(key, value))
 
     def _follow(self) -> None:
-        """Begin the run that the step asks for, if it is another than before."""
         if self.open:
             self._left_pace()
         self.version += 1
@@ -518,18 +509,15 @@ class LessonSession(SessionPart):
         return {"lesson": self.walk.lesson.id, "step": str(self.walk.lesson.steps.index(self.walk.step) + 1), **query}
 
     def begin_with(self, english: LessonBook, language: Language) -> None:
-        """Take the book of the server, before a lesson is opened."""
         self.english, self.book = english, english.in_language(language)
 
     def read_again(self, english: LessonBook, language: Language) -> None:
-        """Go on with a book that was read again, or in another language, where the lessons are now."""
         saved, self.english = self.saved_lesson(), english
         self._forget(english.in_language(language))
         if saved is not None:
             self.resume(saved, reopen=True)
 
     def translate(self, book: LessonBook) -> None:
-        """Go on with the same lessons in another language."""
         self.book = book
         if self._walk is not None:
             self._walk.translate(book)
@@ -537,14 +525,14 @@ class LessonSession(SessionPart):
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
-        """Progress of the custom law's tests; None where the step does not ask for one."""
+        """Progress of the custom law's tests; None if the step asks for no custom law."""
         return tests_of(self.session) if self.open and asks_for_custom_law(self.walk) else None
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
-        """Return label and value of the step's numbers, as they are at the moment of the run that is shown.
+        """Labels and values of the step's numbers at the shown moment.
 
         Args:
-            book: the lessons in the reader's language; None for these.
+            book: in the reader's language; None for the session's.
         """
         language = self.walk.in_book(book).lesson.language
         try:

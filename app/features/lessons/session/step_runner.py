@@ -1,4 +1,4 @@
-"""The run that a step of a lesson asks for, in a session: begun with its settings, measured, and compared with further runs."""
+"""Begins and measures a step's run, and simulates its further runs."""
 
 import logging
 from collections.abc import Sequence
@@ -26,15 +26,11 @@ from scenes.simulation import Simulation
 log = logging.getLogger("duet.lessons")
 
 _RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
-"""Where further runs are made; one after another, so that pages go on."""
+"""Thread for further runs, one at a time, so that pages stay responsive."""
 
 
 def _make_runs(step: Step, why: Setup | None) -> None:
-    """Make every further run that a step compares with, so that they are known when they are needed.
-
-    Args:
-        why: the run that shows why an answer is wrong, while that one is on.
-    """
+    """Simulate all further runs of a step in advance."""
     try:
         if why is not None:
             reference(step, why)
@@ -50,19 +46,19 @@ def _make_runs(step: Step, why: Setup | None) -> None:
 
 
 def with_look(settings: Settings, session: Session) -> Settings:
-    """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
+    """Keep the page's current look: a lesson does not change it."""
     page = session.settings.page
     look = Look(page.theme, page.profile, page.picture, page.language)
     return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
 def asks_for_custom_law(walk: Walkthrough) -> bool:
-    """True if it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
+    """True if the step asks for a custom law; others use the settings' law."""
     return walk.challenge is not None and walk.challenge.custom_law
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
-    """Return title and text of a notice if the visitor has chosen what the lesson's run cannot go on with; None if it can."""
+    """Title and text of a notice if the visitor's choice stops the lesson's run."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
@@ -72,11 +68,11 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
 
 
 class StepRunner:
-    """Begins and measures the run of a step; belongs to the session's thread.
+    """Begins and measures a step's run; belongs to the session's thread.
 
     Attributes:
-        further: the making of the further runs that it is compared with; done where nothing has to be waited for.
-        seen: (lesson, step) → the run in which the visitor saw what came of it.
+        further: simulation of the further runs; done if nothing is pending.
+        seen: (lesson, step) → run in which the visitor saw its outcome.
     """
 
     def __init__(self, session: Session) -> None:
@@ -89,7 +85,7 @@ class StepRunner:
         self._tests = tests_of(session)
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
-        """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
+        """Begin the current run from its start. `own_settings`: keep the visitor's settings."""
         session = self._session
         step = walk.lesson.id, walk.step.id, walk.showing
         if self._further_of != step:
@@ -115,17 +111,17 @@ class StepRunner:
             beside = Simulation(asked.run)
             begin_reference_run(beside, asked)
             session.ghost_run.begin_other(beside, person_of(beside, asked, walk.kept))
-        # A hand that is the visitor's answers at once; anything else waits for Run.
+        # The visitor's hand responds at once; any other run waits for Run.
         session.control.frame_ends_at = 0.0 if walk.yours else walk.setup.seconds
         session.control.halt.go_on()
         session.control.halt.set("lesson", walk.locked or not walk.yours)
         if not self._warm:
-            # The decisive moment of the first run should not wait for a process that begins.
+            # The decisive moment of the first run should not wait for a starting process.
             session.parts.of(BackgroundStudies).questions.prepare(session.settings)
             self._warm = True
 
     def apply(self, settings: Settings) -> None:
-        """Apply settings one by one, in whatever order they are possible; a notice says the last refusal, if some are not."""
+        """Apply settings one by one, in any order that works; a notice shows the last refusal."""
         problem = ""
         for _ in range(3):
             problem = ""
@@ -140,7 +136,7 @@ class StepRunner:
         self._session.notify("A setting of the lesson is not possible here", problem)
 
     def observe(self, walk: Walkthrough) -> None:
-        """Measure the run, and keep it where it is the one that answers the step's question."""
+        """Measure the run, and keep it if it answers the question."""
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
         if walk.observe(self._session.simulation).complete and not showing and self._session.law_status.file is None:
             recorded = self._session.inputs.window(LONGEST)
@@ -148,10 +144,10 @@ class StepRunner:
                 self.seen[step] = recorded
 
     def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
-        """Try the step's challenge, if it is its turn, with the run as it is.
+        """Check the step's challenge, if it is open, with the current run.
 
         Args:
-            said: the forecasts that the visitor has typed, each in the unit in which its measurement is shown.
+            said: typed forecasts, each in its measurement's shown unit.
         """
         session, challenge = self._session, walk.challenge
         if challenge is None:
@@ -172,7 +168,7 @@ class StepRunner:
         walk.attempt(session.simulation, forecasts, person)
 
     def advance_law_tests(self, walk: Walkthrough) -> bool:
-        """Look after the tests of the custom law; return whether there is anything new."""
+        """Poll the custom law's tests; true if anything is new."""
         before, self._tests = self._tests, tests_of(self._session)
         if self._tests == before:
             return False
