@@ -15,7 +15,7 @@ class Quantity:
         name: in links and in files.
         label: what a person reads in the chooser.
         short: what it is a value of, as in "distance".
-        symbol: of the value, TeX.
+        symbol: of the value.
         unit: SI unit of it.
         against: what is kept clear of, in plain words; "" if the arm keeps clear of nothing outside it.
     """
@@ -47,7 +47,7 @@ FIRST_TASKS: Final[dict[str, Quantity]] = {
     for quantity in (
         Quantity(WALL, "A wall", "distance from the wall", "d", "m", "wall"),
         Quantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
-        Quantity(SINGULAR, "Out of singularity", "smallest singular value", "\\sigma", "m/rad"),
+        Quantity(SINGULAR, "Out of singularity", "smallest singular value", "σ", "m/rad"),
         Quantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
         Quantity(ALL, "All at once", "least of all margins", "h", "m"),
     )

@@ -239,7 +239,7 @@ def least_lever(sample: Sample) -> float:
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
     """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
-    if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
+    if sample.pair < 0 or not simulation.room.meets_bodies or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
         return False
     body, _ = bodies_of_pair(simulation, sample.pair)
     return simulation.room.geometry.geometryObjects[body].parentJoint == 0
