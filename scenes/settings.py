@@ -204,16 +204,16 @@ class RunSettings:
     ball: BallMotion = ARMS.choice(
         "still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path"
     )
-    first: str = ARMS.choice(
+    first: str = ABOVE.choice(
         WALL, lambda: {name: quantity.label for name, quantity in FIRST_TASKS.items()}, "first", "first task",
         "What the arm must keep before anything else; d_m and v are then in its unit.",
     )  # fmt: skip
-    together: Together = ARMS.choice(
+    together: Together = ABOVE.choice(
         "ratios", Together, "together", "all at once",
         "How several first tasks are one: the smooth minimum of their ratios, or one stage after the other.",
         "By ratios", "By stages",
     )  # fmt: skip
-    load: float = ARMS.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
+    load: float = ABOVE.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
     clip: ClipName = ARMS_TASK.choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )

@@ -13,6 +13,9 @@ from controllers.first_tasks.centre_of_mass import CentreOfMass
 from scenes.first_task.detector import FirstTaskDetector
 from scenes.simulation import Simulation
 
+LOAD_RADIUS: Final = 0.031
+"""Radius of a ball of steel of 1 kg [m]."""
+
 ABOVE: Final = 0.004
 """Height of lines above the floor [m]."""
 
@@ -38,7 +41,8 @@ class BalanceView(StagePart):
         self._kept = scene.add_line_segments("/balance/kept", line, (0, 0, 0), thickness=2, thickness_units="screen")
         self._plumb = scene.add_line_segments("/balance/plumb", line, (0, 0, 0), thickness=2, thickness_units="screen")
         self._centre = scene.add_icosphere("/balance/centre", radius=0.03, subdivisions=3, cast_shadow=False)
-        self.nodes = (self._foot, self._kept, self._plumb, self._centre)
+        self._load = scene.add_icosphere("/balance/load", radius=LOAD_RADIUS, subdivisions=3)
+        self.nodes = (self._foot, self._kept, self._plumb, self._centre, self._load)
         self._foot.points = _outline(task, 0.0)
         self._drawn = -1.0
 
@@ -46,6 +50,7 @@ class BalanceView(StagePart):
         self._on, palette = page.contact, PALETTES[page.theme]
         for node, colour in ((self._foot, palette.ink), (self._kept, palette.activation), (self._plumb, palette.ink)):
             node.colors = np.array(rgb(colour), np.uint8)
+        self._load.color = rgb(palette.faint)
         self._colours: tuple[Rgb, Rgb] = rgb(palette.distance), rgb(palette.approach)
 
     def show(self, frame: Frame) -> None:
@@ -58,6 +63,13 @@ class BalanceView(StagePart):
         if kept != self._drawn:
             self._drawn = kept
             self._kept.points = _outline(task, kept)
+        simulation = frame.simulation
+        pose = simulation.kinematics.hand_pose(simulation.avoiding)
+        # A ball of steel, the larger the heavier.
+        radius = LOAD_RADIUS * simulation.settings.load ** (1.0 / 3.0)
+        self._load.visible = radius > 0.0
+        self._load.scale = max(radius, 1e-3) / LOAD_RADIUS
+        self._load.position = pose.translation + pose.rotation[:, 2] * radius
         centre, (ground, _) = task.centre(), task.ground_points()
         self._centre.position = centre
         self._centre.color = self._colours[int(task.margin().value < 0.0)]

@@ -79,7 +79,8 @@ def in_unit(spec: Spec, quantity: Quantity) -> Spec:
         return spec
     if spec.key in ("dm", "d0"):
         label = spec.label.replace("d_", f"{quantity.symbol}_")
-        return replace(spec, label=label, page_unit=quantity.page_unit)
+        words = spec.words if quantity.against or spec.key == "d0" else N_("critical value")
+        return replace(spec, label=label, words=words, page_unit=quantity.page_unit)
     if spec.key == "v":
         return replace(spec, page_unit=f"{quantity.unit}/s")
     return spec

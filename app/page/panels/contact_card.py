@@ -115,6 +115,11 @@ def _legend() -> list[tuple[str, str]]:
     return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 
+def _first_task_legend(wall: bool) -> list[tuple[str, str]]:
+    """Legend of a first task; only a wall has something at the distance to keep."""
+    return [_legend()[0], *([("dm", tr("violet plane: distance to keep"))] if wall else [])]
+
+
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
     """Text of the card, and the curve λ(d) [mm, ‰], in the visitor's language."""
     simulation, run = frame.simulation, frame.settings.run
@@ -126,7 +131,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         yours, other = other, yours
     quantity, kept = run.quantity, FIRST_TASK_TEXTS.get(run.quantity.name)
     if kept is not None:
-        yours, other = ("grey", tr(kept.other)), ("orange", tr("orange arm"))
+        yours, other = ("silver", tr(kept.other)), ("orange", tr("orange arm"))
     custom = isinstance(simulation.law, LawOfFile)
     return {
         "span": round(1e3 * _span(run)),
@@ -141,10 +146,12 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "apart": tr("mm apart") if kept is None else f"{quantity.page_unit} {tr(kept.apart)}",
         "overlap": tr("mm of overlap") if kept is None else f"{quantity.page_unit} {tr(kept.beyond)}",
         **({} if kept is None else {"mm": quantity.page_unit, "symbol": quantity.symbol}),
-        "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")],
+        "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
+        if kept is None or quantity.against
+        else [tr("the margin falls"), tr("the margin holds"), tr("the margin grows")],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
-        "legend": _legend() if kept is None or simulation.room.wall is not None else _legend()[:1],
+        "legend": _legend() if kept is None else _first_task_legend(simulation.room.wall is not None),
         "ghost": tr("ghost"),
         "gives": tr("gives way"),
         **_common_words(),

@@ -36,7 +36,7 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 PICKER: Final = _keys_of(ABOVE.name)
 """Settings above everything else: which experiment."""
 
-SMALL: Final = ("scene", "law", "dm", "n", "v", "k")
+SMALL: Final = ("scene", "first", "together", "load", "law", "dm", "n", "v", "k")
 """Settings that those see who just play."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
