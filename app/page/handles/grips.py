@@ -28,7 +28,9 @@ class Grip:
         holder: who pulls.
     """
 
-    def __init__(self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle], holder: Holder) -> None:
+    def __init__(
+        self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle], holder: Holder
+    ) -> None:
         self._holder = holder
         self._nodes = {node.name: node for node in nodes}
         self._taken: str | None = None

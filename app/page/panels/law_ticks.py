@@ -66,6 +66,6 @@ class LawTicks(PagePanel):
             self._list.value = entries[0]
 
     def _entries(self, ticked: tuple[str, ...], drawn: tuple[str, ...]) -> tuple[str, ...]:
-        """Return what the row says, which is the first entry of its list, and the entries of the laws."""
+        """Text of the row, which is the first entry of its list, then the entries of the laws."""
         row = ", ".join(self._said[name] for name in ticked) or self._no_law
         return (row, *((MARK if name in drawn else NOT_DRAWN) + text for name, text in self._said.items()))
