@@ -139,9 +139,9 @@ addEventListener("DOMContentLoaded", () => {
   duet.onLabelDistance((mm) => {
     labelled = mm;
     isNew = true;
-    requestAnimationFrame(() => {
-      if (wanted !== null && words.step === undefined) showDistance(labelled);
-    });
+    // viser takes the text at the next picture, and draws it with the one after.
+    const show = () => wanted !== null && words.step === undefined && showDistance(labelled);
+    requestAnimationFrame(() => requestAnimationFrame(show));
   });
 
   const showNumbers = () => {

@@ -2,7 +2,7 @@
 (() => {
   const LABEL = "/closest/distance";
   let said = () => {};
-  // Calls back with d [mm], negative in overlap, at the picture that draws it.
+  // Calls back with d [mm], negative in overlap, as soon as it has come.
   duet.onLabelDistance = (callback) => {
     said = callback;
   };
