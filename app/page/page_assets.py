@@ -34,7 +34,7 @@ def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
         "holders teacher_key without_webgl lost_picture fast_picture grab_events hand_hover picture_size embed hotkeys resume "
         "announcements accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay "
         "copy_button link_box pressed_buttons tooltip_placement label_placement contact_chart contact_balance contact_guess lambda_tone "
-        "contact_card live_equations lit_symbols symbol_sentences small_panel tab_row "
+        "label_distance contact_card live_equations lit_symbols symbol_sentences small_panel tab_row "
         "loading"
     )
     styles = "without_webgl lost_picture announcements notes page_overlay embed loading contact_card"

@@ -128,6 +128,22 @@ addEventListener("DOMContentLoaded", () => {
     if (place) say(fixed(Math.abs(allowed)), place);
   };
 
+  // As the label in the scene says it, which is newer than the numbers of the card while it changes.
+  let labelled = null;
+  let isNew = false;
+  const showDistance = (mm) => {
+    number.className = mm < words.dm ? "d below" : "d";
+    say(String(Math.abs(mm)), number);
+    say(mm < 0 ? words.overlap : words.apart, unit);
+  };
+  duet.onLabelDistance((mm) => {
+    labelled = mm;
+    isNew = true;
+    // viser takes the text at the next picture, and draws it with the one after.
+    const show = () => wanted !== null && words.step === undefined && showDistance(labelled);
+    requestAnimationFrame(() => requestAnimationFrame(show));
+  });
+
   const showNumbers = () => {
     const s = wanted;
     number.parentElement.dataset.symbol = words.step === undefined ? "d" : "e";
@@ -146,9 +162,8 @@ addEventListener("DOMContentLoaded", () => {
       picture.setAttribute("aria-label", `${number.textContent} ${words.off}; ${note.textContent}`);
       return;
     }
-    number.className = s.d < words.dm ? "d below" : "d";
-    say(String(Math.abs(s.d)), number);
-    say(s.d < 0 ? words.overlap : words.apart, unit);
+    showDistance(isNew ? labelled : s.d);
+    isNew = false;
     if (words.asks) {
       trend.className = "trend";
       say("", trend);

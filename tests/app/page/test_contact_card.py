@@ -335,3 +335,34 @@ def test_the_word_for_the_gap_does_not_flicker() -> None:
     for rate in rates:
         ways.append(trend(rate, ways[-1]))
     assert ways[1:] == [0, 1, 1, 1, 1, 0, 0, 0, -1, -1, 0]
+
+
+LABELS = r"""(() => {
+  const seen = window.duetLabels = { labels: [], late: [] }, Native = window.Worker;
+  window.Worker = class extends Native {
+    constructor(...given) {
+      super(...given);
+      this.addEventListener("message", ({ data }) => {
+        for (const { name, updates } of data?.messages ?? []) if (name === "/closest/distance" && updates?.text) {
+          const place = seen.labels.push(updates.text.match(/\d+/)[0]) - 1;
+          // Two pictures later.
+          requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => {
+            const card = document.querySelector("#duet-contact .gap b").textContent;
+            if (card && !seen.labels.slice(place).includes(card)) seen.late.push([seen.labels[place], card]);
+          })));
+        }
+      });
+    }
+  };
+})()"""
+"""Note every number of the label in the scene, and where the card says an older one two pictures after."""
+
+
+def test_the_card_says_the_same_distance_as_the_label(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 700)
+    page.add_init_script(LABELS)
+    visit(page, house(), "speed=2")
+    until(page, lambda: len(set(page.evaluate("duetLabels.labels"))) > 60, "a distance that changes")
+    labels, late = page.evaluate("[duetLabels.labels.length, duetLabels.late]")
+    # Until the card is there it says nothing, and the numbers that it begins with may be of another moment.
+    assert len(late) <= 2, (labels, late)
