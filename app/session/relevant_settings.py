@@ -1,4 +1,4 @@
-"""Which settings matter in which experiment and under which law: the others are hidden, never removed."""
+"""Which settings matter in an experiment and under a law; the others are hidden, never removed."""
 
 from collections.abc import Callable
 from typing import Final
@@ -16,7 +16,7 @@ _OF_LAWS: Final = frozenset(specs(LawSettings)) - {"law"}
 """Settings that matter only under laws that read them."""
 
 _OF_OBSTACLES: Final = _OF_LAWS | {"law", "fps", "dnoise", "ghost", "whatif"}
-"""Settings that matter only where there is something to keep clear of."""
+"""Settings that matter only with something to keep clear of."""
 
 ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "avoid": lambda s: s.run.experiment.obstacle == "arm",
@@ -32,11 +32,11 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "eps": lambda s: s.run.law.pairs == "smooth",
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
 }
-"""Key → what must hold, too, for it to matter."""
+"""Key → further condition under which the setting matters."""
 
 
 def matters(key: str, settings: Settings) -> bool:
-    """True if a setting, named by its key, has any effect now."""
+    """True if the setting `key` has any effect now."""
     run, experiment = settings.run, settings.run.experiment
     if key not in experiment.reads and any(key in other.reads for other in EXPERIMENTS.values()):
         return False
@@ -48,7 +48,7 @@ def matters(key: str, settings: Settings) -> bool:
 
 
 def built_of(settings: Settings) -> tuple[object, ...]:
-    """Settings of which room, arms, handles and page are made: a change of one builds something again."""
+    """Settings that determine room, arms, handles and page; a change of one rebuilds something."""
     run, page = settings.run, settings.page
     return (
         *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start),

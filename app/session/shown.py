@@ -12,37 +12,31 @@ from scenes.targets import Target
 
 
 class Shown(Protocol):
-    """A run as a page reads it: `app.session.session.Session`, or `app.session.replay_player.Past` in its place."""
+    """A run as a page reads it: `app.session.session.Session` or `app.session.replay_player.Past`."""
 
     @property
-    def settings(self) -> Settings:
-        """Settings of the run, and of the page."""
-        ...
+    def settings(self) -> Settings: ...
 
     @property
-    def simulation(self) -> Simulation:
-        """The run."""
-        ...
+    def simulation(self) -> Simulation: ...
 
     @property
     def ghost(self) -> Simulation | None:
-        """The second run, at the same moment; None if there is no second run."""
+        """The second run at the same moment; None without one."""
         ...
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """Both runs as the plots over time draw them; the second one only if it may be seen."""
+        """Both runs for the plots over time; the second one only if it may be seen."""
         ...
 
     @property
     def ghost_hidden(self) -> bool:
-        """True while the ghost may not be seen yet."""
+        """True while the ghost must not be seen yet."""
         ...
 
     @property
-    def pace(self) -> Pace:
-        """How the clock runs."""
-        ...
+    def pace(self) -> Pace: ...
 
     @property
     def held(self) -> Target | None:
@@ -50,20 +44,18 @@ class Shown(Protocol):
         ...
 
     def target(self) -> Target | None:
-        """Target of the active source; None if it gives no target."""
+        """Target of the active source; None without a target."""
         ...
 
     @property
     def parts(self) -> SessionParts | None:
-        """What features keep with the session; None in a replay."""
+        """State of features; None in a replay."""
         ...
 
     @property
-    def law_status(self) -> LateLawStatus:
-        """State of the law that may answer later."""
-        ...
+    def law_status(self) -> LateLawStatus: ...
 
     @property
     def replay(self) -> ReplayStatus:
-        """Which replay it is, or is coming."""
+        """The replay that is shown or loading."""
         ...
