@@ -43,8 +43,8 @@ class Command:
     """A command of `lwr-duet`.
 
     Attributes:
-        options: dataclass whose docstring and fields are the command's help; the first line is also its line
-            in the help of `lwr-duet`.
+        options: dataclass; its docstring and fields are the command's help, the first line also its line in
+            the help of `lwr-duet`.
         run: does it and returns the exit code.
         brief: makes the options of `--help` if `--help-all` shows more; None if `--help` shows all.
 

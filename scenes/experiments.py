@@ -1,35 +1,35 @@
-"""The experiments, each declared once: everything else that knows the experiments by name is made from these entries.
+"""The experiments, each declared once; all lists of experiments are made from these entries.
 
-An experiment is a `Scenario` of `scenes.roles`, its entry here, and its words in `app.text.experiment_texts`. Nothing here loads a library.
+An experiment is a `Scenario` of `scenes.roles`, its entry here, and its texts in `app.text.experiment_texts`.
+Loads no library.
 """
 
 from dataclasses import dataclass
 from typing import Final, Literal
 
 Obstacle = Literal["nothing", "ball", "arm"]
-"""What there is to keep clear of."""
+"""The obstacle."""
 
 Moved = Literal["arm", "ball", "person"]
-"""What the visitor moves: an arm, the ball, or the figure of the person who is imitated."""
+"""What the visitor moves: an arm, the ball, or the figure of the imitated person."""
 
 Followed = Literal["nothing", "arm", "person"]
-"""Who leads the joints of the arm that plots and numbers show; with "nothing", its task is about its hand."""
+"""Leader of the joints of the arm that plots and numbers show; with "nothing", its task concerns its hand."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What the arms and the person do in a room.
+    """An experiment.
 
     Attributes:
         name: on the command line, in links and in files.
-        label: what a person reads in the picker.
-        short: the same where there is little room.
+        label: in the picker.
+        short: short label.
         made_by: its class, "file:Name" in `scenes`.
-        obstacle, moves, follows: see `Obstacle`, `Moved` and `Followed`.
-        reads: keys of settings that have an effect in some experiments only, and in this one.
-        both_avoid: whether both arms keep clear in the paper.
-        for_two: whether a second person can hold the arm that keeps its place.
-        maps: whether distance and error are mapped over n and v, see `scenes.sweep`.
+        reads: keys of settings that have an effect only in some experiments, including this one.
+        both_avoid: both arms keep clear in the paper.
+        for_two: a second person can hold the arm that keeps its place.
+        maps: distance and error are mapped over n and v, see `scenes.sweep`.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Experiment:
 
     @property
     def error_unit(self) -> str:
-        """Unit of the squared error that is recorded."""
+        """Unit of the recorded squared error."""
         return "m²" if self.follows == "nothing" else "rad²"
 
 
@@ -55,7 +55,7 @@ BALL: Final = "ball"
 HOLD: Final = "hold"
 MASTER_SLAVE: Final = "master_slave"
 IMITATION: Final = "imitation"
-"""Those that figures, tests of laws and benchmarks are made of."""
+"""Names used by figures, tests of laws and benchmarks."""
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
     experiment.name: experiment

@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
 
 def contact(simulation: Simulation, sample: Sample) -> Contact:
-    """Contact in the simulation's newest step, whose sample is `sample`; positions are not moved."""
+    """Contact in the simulation's newest step, `sample`; positions are not moved."""
     run = simulation.settings
     near = simulation.near or simulation.detector.detect(*run.law.proximity)
     own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]

@@ -15,7 +15,7 @@ factor.
 def free_part(row: Array, task_jacobian: Array) -> Array:
     """J_d N (n,) with N = I − J^# J, eq. (6): the part of a row (n,) in the null space of J (m, n).
 
-    J (J_d N)ᵀ = 0 to rounding, also for a singular J, whose weak directions count as felt.
+    J (J_d N)ᵀ = 0 to rounding, also for a singular J; its weak directions count as felt.
     """
     # The second pass removes what ROUNDING and the condition of J Jᵀ left over from the first.
     return mostly_free_part(mostly_free_part(row, task_jacobian, 0.0), task_jacobian, 0.0)
