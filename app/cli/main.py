@@ -1,4 +1,4 @@
-"""The command line: reads the arguments and calls the command that they name; `serve` without one."""
+"""The command line: reads the arguments and calls the command; `serve` without one."""
 
 import sys
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
 
 
 def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
-    """Run the command line and return its exit code: 0, or 2 after one line on stderr that says what is wrong.
+    """Run the command line and return its exit code: 0, or 2 after one line on stderr with the error.
 
     Args:
         arguments: without the program's name; None for those of this process.

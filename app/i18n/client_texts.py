@@ -1,6 +1,7 @@
-"""Texts that the browser shows by itself, of viser's client and of our scripts: the server may just be what is gone.
+"""Texts that the browser shows without the server, of viser's client and of our scripts.
 
-The page has all of them in every language. Its script `translation.js` translates a text of this list wherever it appears on the page.
+The page has all of them in every language; its script `translation.js` translates a text of this list
+wherever it appears.
 """
 
 from typing import Final
@@ -31,7 +32,6 @@ PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Rel
 """Shown by `lost_picture.js` until the browser gives the picture back."""
 
 LOADING: Final = N_("Loading …")
-"""Shown until the page is there."""
 
 SOFTWARE: Final = N_("Drawn without a graphics card; it may stutter.")
 """Shown by `software_rendering.js` for some seconds."""
@@ -42,7 +42,9 @@ ICON_NAMES: Final = {
     "adjustments": N_("connection and camera"),
     "arrow": N_("back to the controls"),
 }
-"""viser's buttons that show nothing but an icon: a part of the icon's name → the button's name, see `accessible_names.js`."""
+"""viser's buttons with only an icon: a part of the icon's name → the button's name, see
+`accessible_names.js`.
+"""
 
 PART_NAMES: Final = {
     "scene": N_("The arms in 3-D. The key I describes what is to be seen."),
@@ -111,11 +113,11 @@ VISERS: Final = (
     *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),
     "Unsupported browser",
 )
-"""Shown by viser's client; for {name} anything may stand."""
+"""Shown by viser's client; {name} matches anything."""
 
 ALL: Final = (*OURS, *VISERS)
 
 
 def translations() -> dict[str, dict[str, str]]:
-    """Return language → English text → text of everything on the list, for the page's script `translation.js`."""
+    """Language → English text → text of everything on the list, for the page's script `translation.js`."""
     return {name: {english: words_of(name)(english) for english in ALL} for name in (*TRANSLATIONS, "pseudo")}

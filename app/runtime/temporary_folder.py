@@ -1,4 +1,4 @@
-"""Folders in the system's temporary folder that go with their process; where that was killed, with the next start."""
+"""Temporary folders that are removed with their process or, if it was killed, at the next start."""
 
 import fcntl
 import os
@@ -10,14 +10,17 @@ from types import TracebackType
 from typing import Final, Self
 
 PREFIX: Final = "duet-"
-"""First letters of the folders' names."""
+"""Prefix of the folders' names."""
 
 LOCK: Final = "owner.lock"
-"""File in each folder that its process holds locked while it lives (flock): a folder with a lock that is free has no owner."""
+"""File in each folder that its living process holds locked (flock): a free lock means that the folder has no
+owner.
+"""
 
 
 class TemporaryFolder:
-    """A new folder for this user alone. It is removed by `remove`, at the end of a `with`, and at the end of this process.
+    """A new folder for this user only, removed by `remove`, at the end of a `with`, and at the end of this
+    process.
 
     Args:
         purpose: word in its name.

@@ -64,7 +64,7 @@ class ArmView:
                 turn(self.links[i], (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h))
 
     def link(self, joint: int) -> str:
-        """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""
+        """Name of the node that turns with a joint, 0 for the base."""
         return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:

@@ -1,4 +1,4 @@
-"""The stage: cell, light, arms, and the other parts of an experiment; it is rebuilt when the experiment changes."""
+"""The 3-D view: cell, light, arms, and the other parts of an experiment; rebuilt when the experiment changes."""
 
 import numpy as np
 import viser
@@ -17,7 +17,7 @@ from scenes.simulation import Simulation
 
 
 def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
-    """Set background, lights and floor for a theme and a kind of picture; may be called again for another."""
+    """Set background, lights and floor for a theme and a kind of picture; may be called again."""
     palette, dark, fine = PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
     top, bottom = (np.array(c, float) for c in palette.background)
     ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
@@ -65,11 +65,11 @@ def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
 
 
 Yours = ArmView | BallView | FigureView
-"""What a person can take hold of."""
+"""What the visitor can move."""
 
 
 class Stage:
-    """Draws a simulation in 3-D; nothing here can be operated.
+    """Draws a simulation in 3-D, without controls.
 
     Args:
         scene: of one visitor, or of an audience.
@@ -78,11 +78,11 @@ class Stage:
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self.yours: Yours | None = None
-        """What the visitor can take hold of; another one with every experiment."""
+        """What the visitor can move; replaced with every experiment."""
         self.other: ArmView | None = None
-        """The arm that keeps its place, where it can be held too; None in most experiments."""
+        """The arm that keeps its place, if it can be held, too; else None."""
         self.keep_free: KeepFree | None = None
-        """Keeps labels in the free part of the picture; None where the picture is not known."""
+        """Keeps labels in the free part of the picture; None if the picture is unknown."""
         self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -119,7 +119,7 @@ class Stage:
             part.show(frame)
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
-        """Put up the room with its arms; what is yours is orange, everything else is silver."""
+        """Build the room with its arms; the visitor's part is orange, everything else silver."""
         room, experiment = simulation.room, simulation.settings.experiment
         self._room = (self.scene.add_glb("/room", furniture_glb(room.rig, coarse=not fine)),)
         yours = simulation.guided if room.ball is None else None
