@@ -7,12 +7,10 @@ from controllers.system_libraries import MissingLibrary, naming_missing_library
 
 
 def main() -> int:
-    """Run the command line as a process; return the exit code."""
     return run_in_terminal(_command)
 
 
 def entry() -> None:
-    """Entry point of the installed command `lwr-duet`."""
     sys.exit(main())
 
 

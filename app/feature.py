@@ -32,10 +32,8 @@ if TYPE_CHECKING:
 
 
 Group = Literal["show", "teach", "compute"]
-"""Group of commands in the help of `lwr-duet`."""
 
 GROUPS: Final[tuple[Group, ...]] = get_args(Group)
-"""All groups in the order of the help."""
 
 
 @dataclass(frozen=True)

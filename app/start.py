@@ -162,7 +162,6 @@ def start_app(
 
 
 def _host(context: AppContext, features: Sequence[Feature]) -> Host:
-    """Host of the first feature that has one for these options; else one of private sessions."""
     hosts = (one.host(context) for one in features if one.host is not None)
     found = next((host for host in hosts if host is not None), None)
     return found or PrivateHost(context)

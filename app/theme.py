@@ -115,10 +115,8 @@ SYMBOLS: Final = {
     "law": Symbol("", "d_law: the distance that the law sees. It also counts other pairs that are near."),
     "lost": Symbol("", "Not achieved: what the law asks for and the joints do not do."),
 }
-"""Name of a symbol on the page, mostly its CSS class → its description."""
 
 SYMBOL_COLOURS: Final = {name: symbol.field for name, symbol in SYMBOLS.items() if symbol.field}
-"""Class of a symbol in every text → field of `Palette`."""
 
 
 def css_variables() -> str:
@@ -150,7 +148,6 @@ def blend(a: str, b: str, share: float) -> Rgb:
 
 
 def scale(profile: Profile) -> float:
-    """Scale of text and lines."""
     return 1.3 if profile == "projector" else 1.0
 
 

@@ -32,7 +32,6 @@ class LazyText(str):
         return (self.template,), self.parts
 
     def __str__(self) -> str:
-        """Itself, so that `str(error)` stays translatable."""
         return self
 
     def __format__(self, spec: str) -> str:
@@ -47,7 +46,6 @@ class NumberText(str):
 
 
 def joined(parts: Iterable[str], between: str) -> LazyText:
-    """Several texts joined with a separator."""
     given = {f"_{i}": part for i, part in enumerate(parts)}
     return LazyText(between.join(f"{{{name}}}" for name in given), **given)
 
@@ -71,11 +69,9 @@ class DuetError(Exception):
         super().__init__(LazyText(message, **parts) if parts or type(message) is str else message)
 
     def __str__(self) -> str:
-        """The message; a `LazyText`."""
         return str(self.args[0])
 
     def __format__(self, spec: str) -> str:
-        """The message as a plain text."""
         return format(str(self), spec)
 
 

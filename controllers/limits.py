@@ -45,9 +45,7 @@ class Authority(IntEnum):
 
     FULL = 0
     STOP = 1
-    """A joint is at a stop."""
     SPEED = 2
-    """A joint is at its top speed."""
     LEVERAGE = 3
     """No joint moves the closest point along the line of contact: J_d is nearly singular."""
     WORLD = 4

@@ -20,7 +20,6 @@ import numpy as np
 from controllers.kinematics import Array
 
 _EQUALITY: Final = 5
-"""DAQP's flag of an equality constraint."""
 
 _WEIGHT: Final = 1e3
 """Cost of 1 − s against joint motion [(rad/s)²]: s is the largest to some hundredths. 1e6 would make that

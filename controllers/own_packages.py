@@ -19,7 +19,6 @@ from types import ModuleType
 from typing import Final
 
 FOLDER: Final = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-"""Folder of our packages."""
 
 PACKAGES: Final = ("app", "controllers", "scenes")
 

@@ -13,7 +13,6 @@ from typing import Final, NamedTuple
 from controllers.errors import BadInputFile
 
 COMMENTS: Final = ("#", "%", "//")
-"""Beginnings of a comment line."""
 
 SEPARATORS: Final = (";", "\t", "|", ",")
 """In the order of the search. The comma is last, as it may be a decimal sign."""
@@ -32,12 +31,10 @@ _BYTE_ORDER_MARKS: Final = (
 
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 _SEPARATOR_LINE: Final = re.compile(r"\"?sep=(.)\"?", re.IGNORECASE)
-"""A first line that names the separator, as in Excel."""
 _DECIMAL_COMMAS: Final = re.compile(r"(?=.*,)[-+\N{MINUS SIGN}]?\d+(,\d+)?(\s+[-+\N{MINUS SIGN}]?\d+(,\d+)?)+")
 """A line of numbers with decimal commas, separated by blanks."""
 _LOOKS_NUMERIC: Final = re.compile(r"[-+\N{MINUS SIGN}]?[\d.,]*\d[\d.,]*(e[-+]?\d+)?", re.IGNORECASE)
 _LONGEST_SHOWN: Final = 40
-"""Longest cell that a message quotes in full [characters]."""
 
 
 class TextRow(NamedTuple):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 Obstacle = Literal["nothing", "ball", "arm"]
-"""The obstacle."""
 
 Moved = Literal["arm", "ball", "person"]
 """What the visitor moves: an arm, the ball, or the figure of the imitated person."""
@@ -46,7 +45,6 @@ class Experiment:
 
     @property
     def error_unit(self) -> str:
-        """Unit of the recorded squared error."""
         return "m²" if self.follows == "nothing" else "rad²"
 
 
@@ -82,4 +80,3 @@ EXPERIMENTS: Final[dict[str, Experiment]] = {
         ),
     )
 }  # fmt: skip
-"""Name → experiment, in the order of the picker."""

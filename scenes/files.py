@@ -97,7 +97,6 @@ def readable(text: str) -> str:
 
 
 LONGEST_CELL: Final = 2000
-"""Longest cell of a table [characters]."""
 
 _FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
 """Beginnings of a cell that a spreadsheet may compute."""

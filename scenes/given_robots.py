@@ -81,7 +81,6 @@ class GivenRobot:
 
 
 GIVEN: Final[dict[str, GivenRobot]] = {}
-"""Key → added robot."""
 
 
 def give(robot: GivenRobot) -> str:
@@ -121,7 +120,6 @@ def add_robot_reader(reader: RobotReader) -> None:
 
 
 def reads_robots() -> bool:
-    """True if the command line may name robots by files."""
     return bool(_READERS)
 
 

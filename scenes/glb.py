@@ -50,7 +50,6 @@ class Material:
         return float(light[0]), float(light[1]), float(light[2]), self.opacity
 
     def gltf(self) -> dict[str, object]:
-        """The material in glTF 2.0 terms."""
         return {
             "pbrMetallicRoughness": {
                 "baseColorFactor": [round(c, 5) for c in self.linear()],

@@ -171,6 +171,5 @@ def elbow_motion(kinematics: Kinematics, arm: Arm, place: Array, top_speed: floa
 
 
 def shortened(vector: Array, longest: float) -> Array:
-    """Vector (k,) shortened to a length if it is longer."""
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector

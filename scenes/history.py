@@ -25,7 +25,6 @@ _FIRST: Final = COLUMN["e2_b"]
 
 
 def unit_of(column: str, error_unit: str) -> str:
-    """Unit of a column, "" without one. `error_unit`: of the squared error."""
     known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
     known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
     if column in known or column in SCALARS:

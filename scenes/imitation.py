@@ -55,8 +55,6 @@ class Imitation(Scenario):
 
 
 class ImitatedPerson:
-    """Retargets the person's angles once per tick, and filters the joints."""
-
     def __init__(self, world: World) -> None:
         start = np.array([world.room.start[arm.joints] for arm in world.room.arms])
         self._start = start
@@ -101,8 +99,6 @@ class ImitatedPerson:
 
 
 class ImitatedArm(JointFollower):
-    """Follows one arm of an imitated person."""
-
     def __init__(self, world: World, arm: Arm, person: ImitatedPerson) -> None:
         super().__init__(world, arm)
         self._person, self._side = person, SIDES.index(arm.name)
@@ -113,12 +109,10 @@ class ImitatedArm(JointFollower):
         self._person.begin()
 
     def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
-        """q_d (n,) [rad] and its velocity (n,) [rad/s]."""
         self._person.update(target, settings, time)
         return self._person.desired[self._side].copy(), self._person.speed[self._side]
 
     def memory(self) -> Memory:
-        """Memory of the whole person."""
         return self._person.memory()
 
     def remember(self, memory: Memory) -> None:

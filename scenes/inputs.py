@@ -140,7 +140,6 @@ class RecordedPerson:
         return self._different(min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1))
 
     def target_of_step(self, step: int) -> Target | None:
-        """Recorded target of a step, from 0."""
         return self._different(int(np.searchsorted(self._steps, step, side="right")))
 
     def _different(self, i: int) -> Target | None:
@@ -180,7 +179,6 @@ class InputsLog:
         self._snapshot: Snapshot | None = None
         """Beginning of the newest, open chapter."""
         self._wanted: list[_Wanted] = []
-        """Targets of the newest chapter."""
         self._answers: list[bytes] = []
         """Answers of a custom law in the newest chapter, step by step."""
 
@@ -234,7 +232,6 @@ class InputsLog:
             self._chapters.popleft()
 
     def _open_chapter(self) -> Recorded:
-        """The newest chapter so far; it must have a step."""
         assert self._snapshot is not None
         stretches: list[Stretch] = []
         answers = iter(self._answers)
@@ -294,7 +291,6 @@ def law_of_file(simulation: Simulation) -> LawOfFile | None:
 
 
 def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
-    """Stretches with neighbours of equal settings merged."""
     merged: list[Stretch] = []
     for settings, group in groupby(stretches, attrgetter("settings")):
         parts = list(group)

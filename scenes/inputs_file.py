@@ -125,7 +125,6 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
 
 
 def _joint_counts(settings: RunSettings) -> list[int]:
-    """Number of joints of each arm, the guided one first."""
     arms = room_of(settings).arms
     return [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)]
 

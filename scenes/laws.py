@@ -31,7 +31,6 @@ class Knob(NamedTuple):
     ahead: float = 0.0
 
     def settings(self, value: float) -> dict[str, float]:
-        """Key → value of all settings that change with it."""
         return {self.key: value, **({"d0": value + self.ahead} if self.ahead else {})}
 
 
@@ -94,7 +93,6 @@ class LawEntry:
 
 
 DEFAULT_LAW: Final = "smooth_priority"
-"""The paper's own law."""
 
 NO_AVOIDANCE: Final = "unprotected"
 """The law that does nothing."""
@@ -103,10 +101,8 @@ BARRIER_LAW: Final = "barrier_qp"
 """The law that other projects have, too."""
 
 DRAWN_LAW: Final = "drawn_curve"
-"""The law with a drawn λ(d)."""
 
 LEVER_LAW: Final = "lever"
-"""The law with λ from a lever."""
 
 _DISTANCES: Final = (0.06, 0.09, 0.12, 0.15, 0.19, 0.24, 0.30)
 _REACHES: Final = (0.16, 0.20, 0.25, 0.30, 0.40, 0.60)
@@ -179,4 +175,3 @@ LAWS: Final[dict[str, LawEntry]] = {
         ),
     )
 }  # fmt: skip
-"""Name → law, in the order of the picker."""

@@ -20,7 +20,6 @@ BALL: Final = 16
 UNSEEN: Final = 17
 ANGLES: Final = 18
 LINK: Final = 19
-"""Joint, offset, position."""
 JOINTS: Final = 64
 """Plus the number of joints."""
 
@@ -78,7 +77,6 @@ class PackedTargets(NamedTuple):
         return np.cumsum(widths) - widths
 
     def runs(self) -> Iterator[tuple[Target | None, int]]:
-        """Every different target, with its number of steps."""
         numbers, begin = self.numbers, 0
         for code, count in zip(self.codes.tolist(), self.counts.tolist(), strict=True):
             end = begin + WIDTHS[code]
@@ -86,12 +84,10 @@ class PackedTargets(NamedTuple):
             begin = end
 
     def each(self) -> Iterator[Target | None]:
-        """Target of every step."""
         for target, count in self.runs():
             yield from repeat(target, count)
 
     def since(self, step: int) -> "PackedTargets":
-        """Targets from a step on."""
         ends = np.cumsum(self.counts)
         first = int(np.searchsorted(ends, step, side="right"))
         counts = self.counts[first:].copy()
@@ -170,6 +166,5 @@ def planes_of(rows: Array) -> np.ndarray:
 
 
 def rows_of(planes: np.ndarray) -> Array:
-    """Inverse of `planes_of`."""
     change = np.ascontiguousarray(planes.transpose(0, 2, 1)).view("<u8")[..., 0]
     return np.ascontiguousarray(np.bitwise_xor.accumulate(change, axis=1).view("<f8").T)

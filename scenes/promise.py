@@ -24,8 +24,6 @@ TIE: Final = 0.05
 
 
 class Condition(Enum):
-    """Condition of the promise."""
-
     SPEED = "w ≤ v"
     LEVER = "J_d regular"
     BOUND = "no joint at its limit"

@@ -26,7 +26,6 @@ REACH: Final = 10.0
 LENGTHS: Final = (("centimetres", "100", 200.0), ("millimetres", "1000", 10_000.0), ("micrometres", "1000000", 1e7))
 """Other possible units of a file, their divisor, and the largest plausible number in this unit."""
 MOST_BYTES: Final = 64_000_000
-"""Largest CSV file of inputs."""
 
 
 class Recording:
@@ -95,7 +94,6 @@ _COLUMN: Final = re.compile(r"(?P<name>[a-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|
 
 _SAME_NAME: Final = {"time": "t", "timestamp": "t"}
 _UNITS: Final = {"t": ("s", "sec", "second", "seconds"), "x": ("m", "meter", "meters", "metre", "metres")}
-"""Accepted units of the time and the three positions; quaternions have none."""
 _FACTORS: Final = {"ms": "1000", "us": "1000000", "µs": "1000000", "ns": "1000000000", "cm": "100", "mm": "1000"}
 
 
@@ -156,7 +154,6 @@ def _is_number(cell: str) -> bool:
 
 
 def _sample(where: str, separator: str, header: tuple[str, ...], cells: tuple[str, ...], commas: bool) -> list[float]:
-    """Numbers of a row. `where`: file and line; `commas`: decimal signs are commas."""
     count = len(header)
     if any(cells[count:]) or len(cells) < count:
         hint = "; where commas are decimal signs, separate the values by semicolons" if separator == "," and cells[count:] else ""
@@ -188,11 +185,9 @@ def _check_units(path: str, samples: Array, rows: tuple[TextRow, ...]) -> None:
 
 CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair")
 CSV_SECOND: Final = ("e2_b", "u_b", "w_b", "w_law_b", "lever_b")
-"""Further columns of a second arm that keeps clear."""
 
 
 def pair_label(names: tuple[str, str]) -> str:
-    """Readable name of a pair of bodies."""
     return f"{names[0]} / {names[1]}"
 
 

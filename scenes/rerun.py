@@ -27,7 +27,6 @@ FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "d
 """Settings that cannot change in a recorded piece: they determine the room, the roles and the clock."""
 
 WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
-"""Settings of a "what if"."""
 
 LOOK: Final = 64
 """Steps between two checks that the result is still wanted."""
@@ -73,7 +72,6 @@ class WhatIf:
 
 
 def not_again(law: str) -> LazyText:
-    """Reason why a run with a custom law cannot be recomputed. `law`: name of its file."""
     return LazyText(
         "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
     )

@@ -62,7 +62,6 @@ NO_TARGETS: Final = Scripted(lambda _: None)
 
 
 def paced(source: TargetSource, factor: float) -> Scripted:
-    """The targets of a source, `factor` times as fast."""
     return Scripted(lambda time: source.target(factor * time))
 
 

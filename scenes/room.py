@@ -103,7 +103,6 @@ class World:
         )
 
     def update(self) -> None:
-        """Compute poses, Jacobians and velocity bounds at the present positions."""
         self.kinematics.update(self.positions)
         self.bounds.update(self.positions)
 

@@ -29,7 +29,6 @@ MATERIALS: Final[Mapping[str, Material]] = {
 }
 
 COARSE_SHARE: Final = 0.12
-"""Share of the triangles that coarse furniture keeps."""
 
 FEW: Final = 28
 """Sections of revolved parts of the coarse torso: thinned out like the rest it would be ragged."""
@@ -129,7 +128,6 @@ def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trim
 
 @functools.cache
 def torso_glb(coarse: bool) -> bytes:
-    """Stand of the rig "torso"."""
     return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse),))[0]
 
 
@@ -165,7 +163,6 @@ def _key(*more: object) -> str:
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:
-    """Furniture of a rig as GLB."""
     if rig.name == "torso":
         return torso_glb(coarse)
     if rig.name == "table":

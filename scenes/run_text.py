@@ -26,7 +26,6 @@ GRID: Final = 2.0**-13
 """Grid of positions for a text [m]: multiples of 0.12 mm, so that most bits of the numbers are 0."""
 
 MOST_BYTES: Final = 200_000
-"""Largest size of an unpacked text."""
 
 _HEAD: Final = struct.Struct("<BHH")
 _VERSION: Final = 1
@@ -107,7 +106,6 @@ def _places(codes: np.ndarray) -> list[np.ndarray]:
 
 
 def _numbers(targets: PackedTargets, places: np.ndarray) -> np.ndarray:
-    """Indices of the numbers of one kind of targets (k, width)."""
     return targets.offsets[places][:, None] + np.arange(int(WIDTH[targets.codes[places[0]]]))
 
 

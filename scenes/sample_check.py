@@ -26,7 +26,6 @@ LONGEST: Final = 1e7
 """Longest plausible recording [s]: four months."""
 
 LEAST_OVERLAP: Final = 0.1
-"""Share of the run, or of the samples, below which file and run hardly overlap."""
 
 FEW: Final = 5
 """Least number of samples for a usual interval and pace."""
@@ -96,7 +95,6 @@ def _check_times(times: Array, seconds: float, name: str) -> None:
 
 
 def _in_other_unit(times: Array) -> str:
-    """Hint to the unit of times that are too far apart for seconds; else ""."""
     if len(times) < 2:
         return ""
     interval = float(np.median(np.diff(times)))
@@ -105,7 +103,6 @@ def _in_other_unit(times: Array) -> str:
 
 
 def _unit_doubt(recording: Recording) -> str:
-    """Warning about an unlikely pace of the hand; else ""."""
     times = recording.times
     if len(times) < FEW:
         return ""
@@ -126,7 +123,6 @@ def _unit_doubt(recording: Recording) -> str:
 
 
 def _overlap_doubt(times: Array, seconds: float) -> str:
-    """Warning that file and run hardly overlap; else ""."""
     count, first, last = len(times), float(times[0]), float(times[-1])
     if count < 2:
         return ""
@@ -142,7 +138,6 @@ def _overlap_doubt(times: Array, seconds: float) -> str:
 
 
 def _reach_doubt(positions: Array, settings: RunSettings) -> str:
-    """Warning that all positions are out of the arm's reach; else ""."""
     room = room_of(settings)
     arm = room.arm(settings.guided)
     made = room.robots[min(SIDES.index(settings.guided), len(room.robots) - 1)]

@@ -17,7 +17,6 @@ T = TypeVar("T")
 
 
 SPEC: Final = "spec"
-"""Key of the metadata of a field."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,6 @@ class Tab:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, *scale, words=words)})
 
     def flag(self, key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
-        """Declare a flag."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
 
     def text(self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = "") -> str:
@@ -91,7 +89,6 @@ class Spec:
 
     @property
     def is_number(self) -> bool:
-        """True for a number or a flag."""
         return not self.choices and self.read is None
 
     @property
@@ -152,10 +149,8 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
 
 
 MOST_LISTED: Final = 20
-"""Largest number of names that a message lists."""
 
 NEAREST: Final = 3
-"""Number of names that a message suggests for an unknown one."""
 
 
 def nearest_names(name: str, known: Collection[str]) -> tuple[str, ...]:
@@ -224,7 +219,6 @@ def added_choices() -> dict[str, dict[str, str]]:
 
 
 def makes(robot: str) -> tuple[str, str]:
-    """Names of the left and the right arm's make."""
     left, _, right = robot.partition(PAIR)
     return left, right or left
 

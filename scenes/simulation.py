@@ -34,7 +34,6 @@ IDEAL: Final = HardwareSettings()
 """A robot without delays and measurement errors."""
 
 HISTORY: Final = 16_000
-"""Steps kept by default: 20 s at the smallest time step."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,6 @@ class Simulation:
         return scenario_of(self.settings).source(self.world, self.settings)
 
     def opening(self) -> TargetSource | None:
-        """Source of targets for the start of a page, see `Scenario.opening`, or None."""
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).opening(self.world, self.settings)
 
@@ -244,7 +242,6 @@ class Simulation:
         self.time += settings.dt
 
     def _glide(self) -> None:
-        """Keep the arms that a person moves clear of their surroundings."""
         if self._stages:
             for task, wanted in self._by_person:
                 wanted[:] = self._stages.kept(task.joints, wanted)

@@ -100,7 +100,6 @@ def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: i
 
 
 AROUND: Final = 20
-"""Steps shown before and after the instant."""
 
 FINER: Final = 2
 """Number of parts of a step in the finer run."""
@@ -127,7 +126,6 @@ def rows_around(times: Array, time: float, dt: float) -> slice:
 
 
 def avoiding_rates(simulation: Simulation, table: Array) -> Array:
-    """q̇ of the avoiding arm (rows, joints) of a table."""
     return simulation.history.velocities(table)[:, simulation.avoiding.joints]
 
 

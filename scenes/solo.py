@@ -27,10 +27,8 @@ LAP: Final = 8.0
 """Time per lap [s]."""
 
 POINTS: Final = 96
-"""Number of drawn points of the circle."""
 
 ALONE_NAME: Final = "arm"
-"""Name of a single arm."""
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
@@ -44,7 +42,6 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
 
 @cache
 def build_alone(robot_name: str = "lwr") -> Room:
-    """Room of one arm without obstacles, built once."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     return Room(ALONE, (made,), model, geometry, (arm,), alone_start(robot_name))

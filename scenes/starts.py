@@ -31,7 +31,6 @@ def start_of(settings: RunSettings, room: Room) -> Array:
 
 
 MOST_BYTES: Final = 100_000
-"""Largest file of a start posture."""
 
 
 def read_start(path: Path, room: Room) -> Array:

@@ -133,7 +133,6 @@ def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float]
 
 
 def _lid(height: float, half: tuple[float, float], up: float) -> trimesh.Trimesh:
-    """The rectangle that a stretched profile leaves open at the axis."""
     x, y = half
     vertices = np.array([(-x, -y, height), (x, -y, height), (x, y, height), (-x, y, height)])
     faces = np.array([(0, 1, 2), (0, 2, 3)])
@@ -214,7 +213,6 @@ def skin(
 
 
 def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One mesh of several, vertices and normals unchanged."""
     parts = list(meshes)
     shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
     return mesh(

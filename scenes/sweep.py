@@ -19,7 +19,6 @@ MOST_POINTS: Final = 20_000
 """Largest grid; a point takes about a second."""
 
 Point = tuple[Any, ...]
-"""One value per axis, in the axes' order."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,6 @@ class Grid:
         return math.prod(self.shape)
 
     def points(self) -> list[Point]:
-        """Every point, in the order of the table."""
         return list(product(*(axis.values for axis in self.axes)))
 
     def at(self, point: Point) -> RunSettings:
@@ -173,11 +171,9 @@ FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "dd
 """Kept figures of a run, as in `scenes.headless.Summary`, without wall-clock times."""
 
 SweepFigures = tuple[float, ...]
-"""In the order of `FIGURES`."""
 
 
 def sweep_figures(settings: RunSettings, seconds: float) -> SweepFigures:
-    """Figures of a run of the scene with its own autopilot."""
     summary = run(settings, seconds).summary
     return tuple(getattr(summary, name) for name in FIGURES)
 

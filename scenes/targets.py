@@ -61,7 +61,6 @@ class AnglesTarget(NamedTuple):
 
 
 HeldTarget = HandTarget | LinkTarget
-"""Target of either of two people for their arm."""
 
 
 class PairTarget(NamedTuple):

@@ -100,7 +100,6 @@ class Autopilot:
         self._end = 0.0
 
     def target(self, time: float) -> HandTarget:
-        """Target at a time ≥ 0 [s], in any order of calls."""
         while self._end <= time:
             self._plan_move()
         move = self._moves[-1]

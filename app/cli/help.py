@@ -13,10 +13,8 @@ import tyro
 from app.feature import GROUPS, Command, Group
 
 HELP: Final = ("-h", "--help")
-"""Options for help."""
 
 HELP_ALL: Final = "--help-all"
-"""Option for the help of every option of a command."""
 
 _TOP: Final = """\
 usage: lwr-duet [COMMAND] [OPTIONS]
@@ -47,7 +45,6 @@ def top_help(commands: Mapping[str, Command]) -> str:
 
 
 def summary(command: Command) -> str:
-    """First line of the command's help."""
     return (getdoc(command.options) or "").partition("\n")[0]
 
 

@@ -26,7 +26,6 @@ PLACES: Final[dict[str, tuple[str, str]]] = {
     "base_left": ("X,Y,Z,YAW", "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0."),
     "base_right": ("X,Y,Z,YAW", "Where the right arm stands instead of on a rig [m, degrees]."),
 }
-"""Options besides the settings that become values of the settings `robot` and `rig`."""
 
 
 def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType({})) -> type:
@@ -86,7 +85,6 @@ StartOptions = _options(
 
 
 def all_options() -> type:
-    """Options of all settings, with the choices that features offer."""
     return _options(Settings, "AllOptions")
 
 
@@ -140,7 +138,6 @@ def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
 
 
 def _say_guesses(robot: str) -> None:
-    """Print a line for each guess about the files of the arms."""
     for line in dict.fromkeys(GIVEN[name].remark for name in makes(robot) if name in GIVEN):
         print(line, file=sys.stderr)
 

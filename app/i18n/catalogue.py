@@ -23,7 +23,6 @@ FOLDER: Final = Path(__file__).parent
 """Folder with one TOML file per language: English text = translation."""
 
 _FOLDERS: Final = [FOLDER]
-"""Folders with catalogues: the core's, and added ones."""
 
 CONTEXT: Final = "\x04"
 """Separates a context from the text, if English has one word for two things: "lesson" + CONTEXT + "Run", as
@@ -47,8 +46,6 @@ class Count(int):
 
 
 class _Number(float):
-    """A number with a decimal sign."""
-
     sign: str
 
     def __new__(cls, value: float, sign: str) -> "_Number":
@@ -105,7 +102,6 @@ def add_catalogues(folders: Iterable[Path]) -> None:
 
 
 def catalogues(language: Language) -> tuple[Path, ...]:
-    """Files with the texts of a language, the core's first."""
     paths = (folder / f"{language}.toml" for folder in _FOLDERS)
     return tuple(path for path in paths if path.parent == FOLDER or path.exists())
 

@@ -13,7 +13,6 @@ from app.settings import TRANSLATIONS
 LOST: Final = N_("Connection lost – trying again…")
 """Shown by `connection.js` when the server is gone."""
 SILENT: Final = N_("The server does not answer – waiting…")
-"""Shown when the server is silent."""
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
 """Shown when the server refuses the page's address."""
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
@@ -26,7 +25,6 @@ WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; 
 WHAT_TO_SWITCH_ON: Final = N_(
     "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
 )
-"""Shown by `without_webgl.js`."""
 
 PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Reload this page to see the arms again.")
 """Shown by `lost_picture.js` until the browser gives the picture back."""
@@ -84,7 +82,6 @@ OURS: Final = (
     "pageup",
     "pagedown",
 )
-"""Shown by our scripts."""
 
 VISERS: Final = (
     *("Connected", "Connecting...", "Inactive", "Connection rejected"),

@@ -36,7 +36,6 @@ def _quality(text: str) -> float:
 
 
 def language_of(settings: Settings, browser: Language) -> Language:
-    """Language of a page: chosen by link or on the page, or `browser`, the browser's."""
     return browser if settings.page.language == "auto" else settings.page.language
 
 

@@ -13,7 +13,6 @@ _WORDS: Final[ContextVar[Words | None]] = ContextVar("duet_words", default=None)
 
 
 def set_language(language: Language) -> None:
-    """Set the language of this thread, or of this task."""
     _WORDS.set(words_of(language))
 
 
@@ -28,7 +27,6 @@ def tr(text: str, /, **parts: object) -> str:
 
 
 def decimal(number: str) -> str:
-    """A number with the decimal sign of the current language."""
     return tr(NumberText(number))
 
 

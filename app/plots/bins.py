@@ -15,7 +15,6 @@ BIN: Final = 4.0 * PERIOD
 """Length of a bin [s]; four rows of a replay."""
 
 POINTS: Final = round(WINDOW / BIN)
-"""Number of bins on the time axis."""
 
 LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
 """Statistics of a signal in a bin: newest value, extremes, values before and after the largest step, their
@@ -89,7 +88,6 @@ class Bins:
 
     @property
     def numbers(self) -> np.ndarray:
-        """Numbers of the bins with values, oldest first."""
         numbers = np.arange(max(self.newest - POINTS + 1, 0), self.newest + 1)
         return numbers[~np.isnan(self._ends[numbers % POINTS])]
 

@@ -13,7 +13,6 @@ from app.text.templates import macros
 from controllers.kinematics import Array
 
 LEAST: Final = 1e-3
-"""Shortest axis, in the displayed unit."""
 
 
 _SIDE = 1000
@@ -35,11 +34,9 @@ class ChartAxes:
     y_ticks: tuple[tuple[float, str], ...]
 
     def across(self, value: float) -> float:
-        """Position of an x as a share of the width."""
         return (value - self.x[0]) / (self.x[1] - self.x[0])
 
     def down(self, value: float) -> float:
-        """Position of a y as a share of the height, from the top."""
         return (self.y[1] - value) / (self.y[1] - self.y[0])
 
 

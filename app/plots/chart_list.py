@@ -22,7 +22,6 @@ class FurtherChart:
 
 
 Charts = Mapping[str, FurtherChart]
-"""Choice of the setting `plot` → chart."""
 
 _ADDED: Final[list[Callable[[], Charts]]] = []
 

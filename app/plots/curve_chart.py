@@ -156,7 +156,6 @@ def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
 
 
 def _legend(lines: tuple[Line, ...]) -> Iterator[tuple[_Text, Line, str]]:
-    """Name and sample of every line with a name."""
     right = float(_LEFT + _ACROSS)
     for line in reversed(lines):
         if line.name:

@@ -68,7 +68,6 @@ class Drawing:
 
     @property
     def columns(self) -> tuple[float, ...]:
-        """Middle of each column, SI."""
         return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
 
     def text(self, value: float) -> str:
@@ -144,5 +143,4 @@ def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
 
 
 def axes_text(drawing: Drawing) -> str:
-    """Names of the two axes in words."""
     return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))

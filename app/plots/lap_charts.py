@@ -15,10 +15,8 @@ from scenes.simulation import Simulation
 from scenes.solo import LAP
 
 SHOWN = 2
-"""Number of drawn laps, the newest."""
 
 COARSE = 80
-"""Number of drawn steps per lap."""
 
 NEAR = 0.15
 """Time around the end of a lap in which all steps are drawn [s]."""

@@ -29,7 +29,6 @@ FAR: Final = 0.6
 """End of the axis of distances [m]."""
 
 DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
-"""Ticks of that axis, every other one with a number."""
 
 ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
 """Order in the paper's Fig. 2 → activation at which the curve has its name, so that names do not overlap."""

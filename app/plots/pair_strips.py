@@ -13,7 +13,6 @@ from app.text.templates import macros
 from scenes.simulation import Simulation
 
 ROWS: Final = 7
-"""Number of pairs shown; those that were closest the longest."""
 
 
 def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
@@ -58,7 +57,6 @@ def body_name(name: str, yours: str) -> str:
 
 
 def _runs(pairs: np.ndarray, pair: int) -> str:
-    """SVG boxes over the bins in which a pair was closest."""
     marked = np.concatenate([[0], (pairs == pair).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(marked)).reshape(-1, 2)
     return "".join(f"M{a} 0h{b - a}v1h-{b - a}z" for a, b in edges.tolist())

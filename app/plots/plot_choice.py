@@ -18,7 +18,6 @@ CHARTS: Final[dict[str, str]] = {
     "laps": "laps of the hand",
     "joint_laps": "laps of two joints",
 }
-"""Charts of the core that are not over time → title."""
 
 _ADDED: Final = ("safety", "microscope", "map")
 """Choices of the setting that are offered only if a feature draws them."""
@@ -28,7 +27,6 @@ _OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
 
 
 def is_chart(name: str) -> bool:
-    """True for a plot that is not over time."""
     return name in CHARTS or name in further_charts()
 
 
@@ -59,7 +57,6 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
 
 
 def first_plots(run: RunSettings) -> tuple[str, str]:
-    """The two plots that an experiment always shows."""
     return ("hand", "elbow") if run.experiment.obstacle == "nothing" else ("distance", "error")
 
 
@@ -96,12 +93,10 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
 
 
 def makes_room(shown: tuple[str, ...]) -> bool:
-    """True if the squared error is left out on a narrow screen."""
     return "error" in shown and (len(shown) > 3 or any(is_chart(name) for name in shown))
 
 
 def place_of(name: str) -> float:
-    """Position of a plot among its neighbours."""
     if name in PLACES:
         return PLACES[name]
     order = specs(PageSettings)["plot"].choices

@@ -29,7 +29,6 @@ LEAST: Final = 0.01
 """Shortest axis that follows the data, in its unit, so that noise does not look like a signal."""
 
 ROWS: Final = 300.0
-"""Approximate height of a plot in half pixels."""
 
 DEGREES: Final = 180.0 / math.pi
 
@@ -39,10 +38,8 @@ _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
 _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 _GHOST_JOINT: Final = (8.0, 2.5, 2.0, 2.5)
-"""Dashes of a ghost's joints."""
 
 _RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
-"""Run besides the visitor's own → its name in a legend."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +215,6 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
 
 
 def colour_of(line: PlotLine, palette: Palette) -> str:
-    """Colour of a line as CSS."""
     if line.colour not in SYMBOL_COLOURS:
         return palette.joints[int(line.colour[1:]) - 1]
     colour: str = getattr(palette, SYMBOL_COLOURS[line.colour])

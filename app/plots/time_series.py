@@ -87,7 +87,6 @@ TURNS: Final = 0.25
 
 
 def rows_of_turns(settings: RunSettings) -> int:
-    """Number of steps within `TURNS`."""
     return max(1, round(TURNS / settings.dt))
 
 
@@ -181,7 +180,6 @@ class RollingSeries:
         self._last_pair, self._changes = -1.0, 0.0
 
     def feed(self, simulation: Simulation) -> None:
-        """Add every step since the last call."""
         history = simulation.history
         if history is not self._history:
             self._history, self.bins = history, Bins(len(NAMES))

@@ -28,10 +28,8 @@ bits.
 """
 
 KINDS: Final = frozenset({"pair", "authority", "joint", "authority_b", "joint_b"})
-"""Columns that are indices, not quantities."""
 
 ARRAYS: Final = ("outcome_about", "outcome_hashes", "outcome_places", "outcome_rows")
-"""Parts of a file."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,6 @@ class Difference:
     by: float
 
     def words(self, error_unit: str) -> LazyText:
-        """Column, step and difference as text."""
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
             what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
@@ -183,7 +180,6 @@ def _hashes(table: Array) -> np.ndarray:
 
 
 def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
-    """The outcome as parts of a file, by name."""
     about = json.dumps({"columns": outcome.columns, "digest": outcome.digest}).encode()
     parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), planes_of(outcome.rows))
     return dict(zip(ARRAYS, parts, strict=True))

@@ -22,10 +22,8 @@ from scenes.rerun import rerun
 from scenes.simulation import Simulation
 
 LONGEST_ENTRY: Final = 40
-"""Longest entry of a provenance [characters]."""
 
 SHOWN_DIGITS: Final = 12
-"""Number of displayed digits of a file's hash."""
 
 NAMES: Final[dict[str, str]] = {
     "duet": "Duet",
@@ -35,7 +33,6 @@ NAMES: Final[dict[str, str]] = {
     "system": LazyText("system"),
     "machine": LazyText("processor"),
 }
-"""Key → display name."""
 
 _UNKNOWN: Final = LazyText("unknown")
 
@@ -78,13 +75,11 @@ def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyTex
 
 
 SUFFIX: Final = ".duet.npz"
-"""Ending of a file's name."""
 
 LONGEST: Final = 660.0
 """Longest run in a file [s]: a little more than a session keeps."""
 
 MADE: Final = "made"
-"""Name of the part with the provenance."""
 
 Agreement = Literal["exact", "close", "differs"]
 

@@ -22,7 +22,6 @@ class RunSource:
 
     @property
     def read(self) -> tuple[Path, ...]:
-        """All files that the run reads for these options."""
         return tuple(self.given.values())
 
     def source(self, settings: "RunSettings") -> "TargetSource":

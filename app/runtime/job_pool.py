@@ -27,7 +27,6 @@ MOST_WAITING: Final = 256
 """Largest number of waiting jobs; further ones are refused with a message."""
 
 NICENESS: Final = 3
-"""Nice value added to the workers' priority."""
 
 ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
 BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment.")
@@ -119,7 +118,6 @@ class JobWatch:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Kinds of the pending jobs, oldest first."""
         return tuple(job.kind for job in self._jobs)
 
     def submit(
@@ -197,7 +195,6 @@ class JobPool(Jobs):
             pool.shutdown(wait=True, cancel_futures=True)
 
     def _drop(self, job: Job) -> int:
-        """Drop a job; return its place in the queue, or the queue's end."""
         job.state = "dropped"
         if job in self._waiting:
             place = self._waiting.index(job)

@@ -12,5 +12,4 @@ def progress(total: int | None, unit: str, **more: Any) -> "tqdm[Any]":
 
 
 def cores() -> int:
-    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Final, Self
 
 PREFIX: Final = "duet-"
-"""Prefix of the folders' names."""
 
 LOCK: Final = "owner.lock"
 """File in each folder that its living process holds locked (flock): a free lock means that the folder has no
@@ -53,7 +52,6 @@ def _remove(folder: Path, lock: int) -> None:
 
 
 def remove_abandoned() -> None:
-    """Remove this user's folders of processes that were killed."""
     for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
         try:
             if lock.parent.is_symlink() or lock.parent.stat().st_uid != os.geteuid():

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer as Buffer
 
 INTERRUPTED: Final = 130
-"""Exit code after Ctrl+C, as in a shell."""
 
 TERMINATED: Final = 143
-"""Exit code after SIGTERM, with which systemd or a container ends a service."""
 
 _PATIENCE: Final = 3.0
 """Time for the clean-up of an interrupted command before another Ctrl+C ends it at once [s]."""

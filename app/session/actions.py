@@ -50,8 +50,6 @@ class Reset(Action):
 
 
 class ChangeSpeed(Action, newest_by=None):
-    """Choose the next slower (−1) or faster (+1) speed."""
-
     by: Literal[-1, 1]
 
 
@@ -100,14 +98,10 @@ class Drag(Action, newest_by=("handle", "phase"), eq=False):
 
 
 class Toggle(Action, newest_by=None):
-    """Switch the autopilot, the avoidance, the ghost, the arrows or the display of λ."""
-
     what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]
 
 
 class Hover(Action):
-    """Show or hide the arrows on the hand or the ball under the pointer."""
-
     on: bool
 
 
@@ -120,8 +114,6 @@ class Nudge(Action, newest_by=None):
 
 
 class SwingElbow(Action, newest_by=None):
-    """Swing the elbow by one step to one side (+1) or the other (−1)."""
-
     sign: Literal[-1, 1]
 
 
@@ -140,8 +132,6 @@ class ShowAll(Action):
 
 
 class RestoreSettings(Action):
-    """Set every setting that differs from these."""
-
     settings: Settings
 
 

@@ -29,7 +29,6 @@ longer.
 """
 
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
-"""Possible speeds: simulated over wall time."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +62,6 @@ def next_speed(speed: float, by: int) -> float:
 
 
 class Clock:
-    """Converts wall time into steps."""
-
     def __init__(self, speed: float) -> None:
         self._debt = 0.0
         self._rate = speed
@@ -99,7 +96,6 @@ Reason = Literal["visitor", "lesson", "replay", "class", "teacher", "hidden"]
 """
 
 NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
-"""Reasons that the visitor cannot lift."""
 
 
 class Halt(set[Reason]):
@@ -112,5 +108,4 @@ class Halt(set[Reason]):
             self.discard(reason)
 
     def go_on(self) -> None:
-        """Remove every reason that the visitor may remove."""
         self.intersection_update(NOT_THE_VISITORS)

@@ -103,7 +103,6 @@ class Frame:
 
     @property
     def replayed(self) -> bool:
-        """True if this is not the live run."""
         return self.shown.replay.time is not None
 
     @property

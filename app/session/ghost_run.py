@@ -45,7 +45,6 @@ class GhostRun:
         return None if self.simulation is None else self.inputs.window(seconds)
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
-        """Start a ghost at the present state, or remove it if none is chosen."""
         self.inputs.forget()
         self.simulation = self.source = None
         if settings.page.ghost != "off":
@@ -54,7 +53,6 @@ class GhostRun:
             self.simulation.resume(beside.snapshot())
 
     def begin_other(self, simulation: Simulation, source: TargetSource) -> None:
-        """Start another run with settings and inputs of its own."""
         self.inputs.forget()
         self.simulation, self.source = simulation, source
 

@@ -55,7 +55,6 @@ class InputSource:
 
     @property
     def opening(self) -> bool:
-        """True if the active source is the experiment's opening."""
         return isinstance(self._active, Opening)
 
     def resume(self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False) -> None:

@@ -8,7 +8,6 @@ from controllers.laws.situation import Law
 from scenes.settings import RunSettings
 
 GHOST: Final = "own"
-"""Value of the setting `ghost` with which the ghost, not the run, uses the law."""
 
 
 class LateLawStatus(NamedTuple):
@@ -85,6 +84,5 @@ LateLawMaker = Callable[[Jobs | None, Callable[[], None]], LateLaw]
 
 
 def no_law(background: Jobs | None, wake: Callable[[], None]) -> LateLaw:
-    """The default: no late law."""
     del background, wake
     return LateLaw()

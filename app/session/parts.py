@@ -44,12 +44,10 @@ class SessionPart:
 
     @property
     def leads(self) -> bool:
-        """True while the part starts and stops the runs."""
         return False
 
     @property
     def hands_off(self) -> bool:
-        """True while the part moves what the visitor could move."""
         return False
 
     @property

@@ -13,10 +13,8 @@ def _can_be_pulled(settings: Settings) -> bool:
 
 
 _OF_LAWS: Final = frozenset(specs(LawSettings)) - {"law"}
-"""Settings that matter only under laws that read them."""
 
 _OF_OBSTACLES: Final = _OF_LAWS | {"law", "fps", "dnoise", "ghost", "whatif"}
-"""Settings that matter only with something to keep clear of."""
 
 ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "avoid": lambda s: s.run.experiment.obstacle == "arm",
@@ -32,11 +30,9 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "eps": lambda s: s.run.law.pairs == "smooth",
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
 }
-"""Key → further condition under which the setting matters."""
 
 
 def matters(key: str, settings: Settings) -> bool:
-    """True if the setting `key` has any effect now."""
     run, experiment = settings.run, settings.run.experiment
     if key not in experiment.reads and any(key in other.reads for other in EXPERIMENTS.values()):
         return False

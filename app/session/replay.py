@@ -24,7 +24,6 @@ from scenes.targets import Target
 from scenes.wanted import while_wanted
 
 SPACING: Final = 25
-"""Steps from one snapshot to the next."""
 
 MOST_STATES: Final = 4_000
 """Largest number of snapshots; a long run spaces them further apart."""
@@ -41,7 +40,6 @@ BUDGET: Final = 0.02
 """Wall time for playing in one frame [s]; beyond it the replay slows down."""
 
 CAPACITY: Final = 8_000
-"""Rows of a replay's history."""
 
 AHEAD: Final = 10.0
 """Step by which the time axis of a long replay advances, so that it stands still in between [s]; a run up to
@@ -99,7 +97,6 @@ def make_film(recorded: Recorded) -> RecordedFilm:
 
 
 def make_films(recorded: Recorded, beside: Recorded | None) -> tuple[RecordedFilm, RecordedFilm | None]:
-    """Films of a recorded piece and of its ghost, see `make_film`."""
     return make_film(recorded), None if beside is None else make_film(beside)
 
 
@@ -125,7 +122,6 @@ class Replay:
         self._moments = np.concatenate(moments)
         """Time after each number of steps, from 0 [s]."""
         self._ends = list(itertools.accumulate(stretch.targets.steps for stretch in recorded.stretches))
-        """Number of steps to the end of each stretch."""
         self._person = RecordedPerson(recorded)
         self._debt = 0.0
         self.step = 0
@@ -193,7 +189,6 @@ class Replay:
         self._go(max(1, min(step, self.steps)))
 
     def toggle(self) -> None:
-        """Play or pause; at the end, play from the beginning."""
         self.playing = not self.playing
         self._debt = 0.0
         if self.playing and self.step >= self.steps:

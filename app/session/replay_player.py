@@ -155,7 +155,6 @@ class ReplayPlayer:
 
     @property
     def coming(self) -> str:
-        """Name of the run that is being loaded; "" if none is loading."""
         return self.loaded if self.replay is None else ""
 
     def recorded(self, seconds: float) -> Recorded | None:
@@ -217,7 +216,6 @@ class ReplayPlayer:
             self.jobs.submit("film", partial(self._show, None), make_films, whole, None)
 
     def leave(self) -> None:
-        """Return to the live run, which resumes if it was running."""
         self.jobs.drop("film")
         self.replay, self.loaded, self._seek = None, "", None
         self.reviewing, self.mark, self._ghost, self._run = False, None, None, None

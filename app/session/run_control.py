@@ -50,7 +50,6 @@ class RunControl:
         self._steps_asked = 0
 
     def single_step(self) -> None:
-        """Pause, and make one step in the next frame."""
         if not self.halt:
             self.halt.set("visitor")
         self._steps_asked += 1
@@ -71,7 +70,6 @@ class RunControl:
 
     @property
     def slowed(self) -> bool:
-        """True while the machine cannot keep up with the chosen speed."""
         return self._clock.pace(False).slowed
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:

@@ -56,7 +56,6 @@ class Session:
         self.simulation = Simulation(settings.run)
         self.inputs = InputsLog()
         self.law = law(background, self.wake)
-        """A law that may answer later, for the run or the ghost."""
         self.law.in_ghost = settings.page.ghost == GHOST
         self._law_given = self.law.given
         self.ghost_run = GhostRun(settings.run, lambda: self.law)
@@ -76,7 +75,6 @@ class Session:
         self.ghost_run.begin(settings, self.simulation)
 
     def wake(self) -> None:
-        """Request a frame, from any thread."""
         self.stirred = True
         self._ask_for_frame()
 
@@ -85,7 +83,6 @@ class Session:
         self.notices.append((title, text))
 
     def close(self) -> None:
-        """Stop all computations of this session and close its law."""
         self.law.close()
         for part in self.parts:
             part.close()
@@ -124,7 +121,6 @@ class Session:
             self.reset()
 
     def post(self, action: actions.Action) -> None:
-        """Queue an action for one of the next frames; see `ActionQueue.put`."""
         self.posts.put(action)
         self.wake()
 
@@ -198,7 +194,6 @@ class Session:
             part.changed(before, after, rebuilt)
 
     def reset(self) -> None:
-        """Restart the run with the present settings."""
         self.simulation.reset()
         if self.ghost_run.source is not None:
             self.ghost_run.begin(self.settings, self.simulation)
@@ -217,11 +212,9 @@ class Session:
 
     @property
     def paused(self) -> bool:
-        """True if the run is halted, for any reason."""
         return bool(self.control.halt)
 
     def target(self) -> Target | None:
-        """Target of the active source; None for no change."""
         return self.hand.target()
 
     def step_both(self) -> bool:

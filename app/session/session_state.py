@@ -16,7 +16,6 @@ LASTING: Final[tuple[Reason, ...]] = ("visitor", "lesson")
 """Reasons for a halt that are restored; the others are set again by their owners."""
 
 PART: Final = 16
-"""Number of recomputed steps between two yields."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,6 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
 
 
 def state_of(session: Session) -> SessionState:
-    """State of a session: its run, its ghost, and what moves it."""
     ghost, run = None, session.ghost_run
     if run.simulation is not None and run.source is None:
         ghost = RunState(*run.inputs.cut(run.simulation))

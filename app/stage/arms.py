@@ -17,7 +17,6 @@ from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
 
 WHOLE: Final = "whole"
-"""Name of the node at the end of an arm."""
 
 
 class ArmView:
@@ -40,7 +39,6 @@ class ArmView:
         add = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
         path = f"{name}/base"
         self.root = fresh(add(path, glbs[0], wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
-        """The node of the base."""
         self.links: list[viser.GlbHandle] = []
         """The node that turns with each joint, from the base on."""
         self._turns: list[tuple[Quaternion, Quaternion]] = []
@@ -64,7 +62,6 @@ class ArmView:
                 turn(self.links[i], (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h))
 
     def link(self, joint: int) -> str:
-        """Name of the node that turns with a joint, 0 for the base."""
         return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:

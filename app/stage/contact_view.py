@@ -49,7 +49,6 @@ class ClosestLine(StagePart):
             end.color = rgb(self._palette.ink)
 
     def show(self, frame: Frame) -> None:
-        """Draw the pair that is closest now."""
         sample = frame.sample
         seen = self._on and sample.pair >= 0
         for node in self.nodes:
@@ -95,7 +94,6 @@ LEVELS: Final = 48
 """Steps of colour, opacity and tint from λ = 0 to 1: between two of them nothing is sent."""
 
 SIDES: Final = 28
-"""Around a capsule."""
 
 ROUND: Final = 8
 """Sides of a body on which "d_m" can be."""
@@ -226,7 +224,6 @@ class ContactSkin(StagePart):
             self._rim(index, self._shells[index, "skin"].growth)
 
     def _shell(self, key: tuple[int, str], growth: float, colour: Rgb) -> _Shell:
-        """Return a shell of a body, which is made when it is first seen."""
         body = self._room.geometry.geometryObjects[key[0]]
         shell = self._shells.get(key)
         if shell is None:
@@ -266,7 +263,6 @@ class ContactSkin(StagePart):
         return label
 
     def _node(self, body: pin.GeometryObject) -> tuple[str, pin.SE3]:
-        """Return the node that a body moves with, and the body's pose there."""
         for offset, joints, view in self._links:
             if 0 < body.parentJoint - offset <= joints:
                 return view.link(body.parentJoint - offset), body.placement

@@ -180,7 +180,6 @@ class Trace(StagePart):
         self._line.colors = np.stack([fade[:-1], fade[1:]], axis=1)
 
     def show(self, frame: Frame) -> None:
-        """Extend the trace to the present hand."""
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.

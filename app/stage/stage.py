@@ -119,7 +119,6 @@ class Stage:
             part.show(frame)
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
-        """Build the room with its arms; the visitor's part is orange, everything else silver."""
         room, experiment = simulation.room, simulation.settings.experiment
         self._room = (self.scene.add_glb("/room", furniture_glb(room.rig, coarse=not fine)),)
         yours = simulation.guided if room.ball is None else None

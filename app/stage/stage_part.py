@@ -13,7 +13,6 @@ from app.settings import PageSettings
 from controllers.kinematics import Array
 
 KeepFree = Callable[[Array, tuple[float, float]], tuple[Array, bool]]
-"""See `StagePart`."""
 
 LABEL_TEXT: Final = (8.6, 18.0)
 """Width of a character and height of a label in the scene, at 1.15 times viser's font size [CSS px]."""

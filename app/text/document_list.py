@@ -36,10 +36,8 @@ DOCUMENTS: Final[dict[str, DocumentFile]] = {
         ("changes", "documents/changes.md", N_("Changes")),
     )
 }
-"""Last part of the address → document, of the core and of `add_documents`."""
 
 _AFTER: Final = "commands"
-"""Documents of features follow this one, before those for programmers."""
 
 
 def add_documents(documents: Mapping[str, DocumentFile]) -> None:

@@ -42,13 +42,11 @@ def document_page(name: str, language: Language = "en") -> bytes:
 
 
 def document_html(text: str) -> Markup:
-    """Markdown of a document as HTML."""
     return _html(text, tuple(DOCUMENTS.items()))
 
 
 @cache
 def _html(text: str, documents: tuple[tuple[str, DocumentFile], ...]) -> Markup:
-    """HTML in which links to these documents lead to their pages."""
     folders = {one.file.parent for _, one in documents}
     # As a document names another one, from whatever folder.
     links = {Path(os.path.relpath(one.file, folder)).as_posix(): name for name, one in documents for folder in folders}

@@ -68,7 +68,6 @@ def _coloured(found: re.Match[str]) -> str:
 
 
 def coloured(name: str, symbol: str) -> str:
-    """LaTeX of a symbol in its colour. `name`: its class in the style sheet."""
     return rf"{{\textcolor{{{_COLOURS[name]}}}{{{symbol}}}}}"
 
 
@@ -103,7 +102,6 @@ _PLAIN: Final = (
 
 
 def plain_formula(tex: str) -> str:
-    """LaTeX in plain letters, approximately."""
     for pattern, to in _PLAIN:
         tex = re.sub(pattern, to, tex)
     return " ".join(tex.split())

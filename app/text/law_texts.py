@@ -157,10 +157,8 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "nothing keeps them apart",
     ),
 }  # fmt: skip
-"""Name → its texts."""
 
 ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
-"""The equation of one arm with nothing near, and its source."""
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
@@ -169,7 +167,6 @@ _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
 
 def equation_of(run: RunSettings) -> tuple[tuple[str, ...], str]:
-    """Equation of a run as lines of LaTeX, and its source."""
     texts = LAW_TEXTS[run.law.law]
     return ALONE if run.experiment.obstacle == "nothing" else (texts.equation, texts.source)
 

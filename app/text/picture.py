@@ -17,7 +17,6 @@ PICTURE: Final = re.compile(r"^[ \t]*!\[([^\]\n]*)\]\(([^)\n]*)\)[ \t]*$", re.MU
 """A line that is a picture: its description and file name."""
 
 MOST_BYTES: Final = 300_000
-"""Largest picture."""
 
 _KINDS: Final = {".svg": "image/svg+xml", ".png": "image/png"}
 _PNG: Final = b"\x89PNG\r\n\x1a\n"

@@ -9,7 +9,6 @@ from scenes.settings import specs
 
 
 def value_text(key: str, value: object) -> str:
-    """Value of a setting with its unit; words are a `LazyText`."""
     spec: Spec = specs(Settings)[key]
     if spec.choices:
         return LazyText(spec.options()[str(value)])
@@ -21,6 +20,5 @@ def value_text(key: str, value: object) -> str:
 
 
 def page_value(key: str, value: object, language: Language | None = None) -> str:
-    """Value of a setting in a language; None for that of the page."""
     text, words = value_text(key, value), spoken() if language is None else words_of(language)
     return words(text) if isinstance(text, LazyText | NumberText) else text

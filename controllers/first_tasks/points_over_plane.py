@@ -172,7 +172,6 @@ class PointsOverPlane(FirstTask):
 
     @property
     def plane(self) -> Plane:
-        """The plane's present state."""
         return self._plane
 
     @plane.setter

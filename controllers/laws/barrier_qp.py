@@ -19,10 +19,8 @@ FREE_SPEED: Final = 1.0
 """Approach speed that nothing in the room exceeds [m/s]; a pair that permits it does not constrain the arm."""
 
 _SOFT: Final = 8
-"""DAQP's flag of a soft constraint."""
 
 _UNBOUNDED: Final = 1e30
-"""DAQP's infinity."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from scenes.settings import RunSettings
 from scenes.targets import Target
 
 Memory = tuple[Array, ...]
-"""Full state of a task between two ticks, as copies."""
 
 
 class ArmTask:
@@ -49,7 +48,6 @@ class ArmTask:
         raise NotImplementedError
 
     def memory(self) -> Memory:
-        """State for `remember`."""
         return ()
 
     def remember(self, memory: Memory) -> None:

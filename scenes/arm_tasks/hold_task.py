@@ -54,7 +54,6 @@ class HoldTask(ArmTask):
         self._bend = world.room.bend(arm)
 
     def begin(self) -> None:
-        """Take the hand's present position as the place."""
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
         self.home = self.place.copy()

@@ -34,7 +34,6 @@ PARTS: Final = ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark"
 
 
 def _painted(body: Material, cover: Material, mark: Material) -> glb.GlbPalette:
-    """Palette of an arm with these colours."""
     return {
         "body": body,
         "cover": cover,
@@ -55,7 +54,6 @@ PALETTES: Final[Mapping[str, glb.GlbPalette]] = MappingProxyType(
         "wish": dict.fromkeys(PARTS, Material("#d0246f", 0.5, 0.0, 0.24)),
     }
 )
-"""Name of the palette → material of every part."""
 
 SEEN_THROUGH: Final = ("ghost", "wish")
 """Transparent palettes: of a second run, and of an arm's desired posture."""
@@ -67,7 +65,6 @@ SKIN: Final = 0.0008
 """Clearance of the shells inside the capsules [m]."""
 
 COARSE_SHARE: Final = 0.08
-"""Share of the triangles that a coarse shell keeps."""
 
 FEW: Final = 24
 """Sections of revolved parts of a coarse shell: a ring thinned out like the rest would be ragged."""
@@ -134,7 +131,6 @@ class Casting:
         return smooth_max(body, limit + SKIN, 0.004)
 
     def shell(self) -> trimesh.Trimesh:
-        """The painted shell; its open end is hidden by the ring of the roll joint."""
         height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
         blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
         spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
@@ -144,7 +140,6 @@ class Casting:
         return moved(_lid(self.ball - SKIN, coarse), Y_UP, (0, 0, self.length))
 
     def seam(self, coarse: bool) -> trimesh.Trimesh:
-        """The dark disc in the slit and the groove around the lid."""
         r, y = self.drum - 0.0035, self.slit
         disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], FEW if coarse else SECTIONS)
         return moved(join([disc, _groove(self.ball - SKIN, coarse)]), Y_UP, (0, 0, self.length))

@@ -45,7 +45,6 @@ def _numbers(*values: float) -> str:
 def _shape(
     parent: xml.Element, tag: str, z: float, radius: float, length: float | None = None, material: str | None = None
 ) -> None:
-    """A sphere, or with a length an upright cylinder, centred at height z."""
     element = xml.SubElement(parent, tag)
     xml.SubElement(element, "origin", xyz=_numbers(0, 0, z), rpy="0 0 0")
     geometry = xml.SubElement(element, "geometry")

@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 PACKAGE: Final = "example-robot-data"
 
 MATERIAL: Final = glb.Material("#8394a6", 0.7)
-"""A blue-grey unlike either robot."""
 
 SHARE: Final = 0.16
-"""Share of the model's triangles that are kept."""
 
 SHOULDER_HEIGHT: Final = 1.380
 """Height of the model's shoulders above its soles [m], the origin of the body node."""

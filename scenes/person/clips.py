@@ -125,7 +125,6 @@ def _reach(random: np.random.Generator) -> list[Key]:
 
 
 _Gesture = Callable[[np.random.Generator], list[Key]]
-"""Postures between rest and rest, before the pace."""
 
 _GESTURES: Final[dict[ClipName, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}
 

@@ -14,8 +14,6 @@ class MissingPackage(DuetError):
 
 
 class PersonSource(Protocol):
-    """A person to imitate."""
-
     def angles(self, time: float) -> Array | None:
         """The four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, see
         `scenes.person.angles`; a new array. None while no person is seen.

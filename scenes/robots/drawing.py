@@ -30,7 +30,6 @@ TRIANGLES: Final = 30_000
 """Number of triangles of a whole fine robot."""
 
 COARSE_TRIANGLES: Final = 4_200
-"""Number of triangles of a robot for a browser without a graphics card."""
 
 CREASE: Final = float(np.radians(35))
 """Angle between faces from which there is an edge."""

@@ -14,7 +14,6 @@ from scenes.robots.description import Capsule, joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, Example, load_example
 
 TURNS: Final = 32
-"""Number of angles of a joint for its link's swept volume."""
 
 BALL_POINTS: Final = 400
 """Number of points on a sphere that a capsule must contain."""
@@ -73,7 +72,6 @@ def _triangles(shape: coal.CollisionGeometry) -> Array:
 
 
 def _refined(triangles: Array) -> Array:
-    """Triangles (k, 3, 3) split in four until no edge is longer than FINE."""
     done = []
     while len(triangles):
         long = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1) > FINE
@@ -142,7 +140,6 @@ SHORTEST: Final = 0.010
 """Shortest axis [m]: Coal prefers one, and a sphere is nearly a capsule as short as this."""
 
 RESTARTS: Final = 2
-"""Restarts of a search with smaller steps."""
 
 
 def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:

@@ -52,7 +52,6 @@ def mesh_pieces(path: Path, checked: bool = False) -> Iterator[tuple[Array, NDAr
 
 
 def _unit(piece: trimesh.Trimesh) -> float:
-    """Unit of the numbers in a mesh's file [m]."""
     import trimesh
 
     named = piece.metadata.get("units")

@@ -19,7 +19,6 @@ SAMPLES: Final = 1500
 """Random postures of which the best are improved."""
 
 KEPT: Final = 12
-"""Largest number of postures."""
 
 IMPROVEMENTS: Final = 25
 """Steps that bring a hand in front."""
