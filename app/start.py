@@ -39,7 +39,6 @@ class App:
     """A running server with its host and its frame loop; made by `start_app`.
 
     Args:
-        host: what the server shows.
         preparation: of what is slow the first time; None for no preparation.
 
     Attributes:

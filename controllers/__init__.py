@@ -25,9 +25,6 @@ _PUBLIC: Final = {
 def loaded_on_demand(package: str, names: Mapping[str, str]) -> Callable[[str], Any]:
     """A package's `__getattr__` that loads a name's module at its first use, so that a process which needs
     only settings loads no robot.
-
-    Args:
-        names: name → module of the package.
     """
 
     def load(name: str) -> Any:

@@ -58,9 +58,6 @@ def read_curve(text: str) -> str:
 class PiecewiseCubic(NamedTuple):
     """A cubic between every two points, with one slope at each; it stays between the heights of its two
     points.
-
-    Attributes:
-        distances, heights, slopes: of the points.
     """
 
     distances: tuple[float, ...]

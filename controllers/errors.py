@@ -12,7 +12,6 @@ class LazyText(str):
     to another process; `+` or an f-string gives a plain text.
 
     Args:
-        template: the text, with a {name} for every part.
         parts: values for the template; a `LazyText` among them is translated, too.
     """
 

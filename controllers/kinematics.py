@@ -206,7 +206,6 @@ def largest_bend(reach: float, joints: int) -> float:
 
     Args:
         reach: L, along the joints to the hand [m].
-        joints: their number.
     """
     return reach * (joints - 1) / 8.0
 

@@ -28,7 +28,6 @@ class Proximity(NamedTuple):
 
     Attributes:
         distance: true smallest distance d over all pairs, signed [m].
-        pair: index of the closest pair.
         law_distance: distance that the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β
             d_i) / β of the N pairs' distances (soft), at most ln(N)/β below d, or of their strictly convex
             ones (smooth), at most √(ε/2) further below. It is never larger than d.

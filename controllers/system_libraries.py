@@ -28,11 +28,7 @@ _INSTALLED: Final = re.compile(r".*(?:site|dist)-packages/(\w+)")
 
 
 class MissingLibrary(DuetError):
-    """The system lacks a shared library; the message names what needs it and how to install it.
-
-    Attributes:
-        library: for example "libgomp.so.1".
-    """
+    """The system lacks a shared library; the message names what needs it and how to install it."""
 
     def __init__(self, message: str, library: str = "") -> None:
         super().__init__(message)

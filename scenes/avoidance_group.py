@@ -17,7 +17,6 @@ class AvoidanceGroup:
 
     Args:
         tasks: of the arms; their columns of q are adjacent.
-        all_tasks: of the room.
 
     Attributes:
         joints: columns of q.
@@ -66,7 +65,6 @@ class AvoidanceGroup:
         """Present situation for a law.
 
         Args:
-            near: at the present positions.
             error: of the measured distances of all pairs [m]; `near` includes it.
             adds_w: the law adds w to its own speed.
         """

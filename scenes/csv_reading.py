@@ -62,7 +62,6 @@ def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
     """Rows of a text file, without comments, blank lines and lines of separators.
 
     Args:
-        name: of the file, for messages.
         remedy: what to give instead of a file that is not text.
 
     Raises:
@@ -116,7 +115,6 @@ def number_in_cell(cell: str, decimal_commas: bool, where: str, column: str) -> 
 
     Args:
         where: file and line, for messages.
-        column: for messages.
 
     Raises:
         BadInputFile: it is not a number.

@@ -23,7 +23,6 @@ class Experiment:
     Attributes:
         name: on the command line, in links and in files.
         label: in the picker.
-        short: short label.
         made_by: its class, "file:Name" in `scenes`.
         reads: keys of settings that have an effect only in some experiments, including this one.
         both_avoid: both arms keep clear in the paper.

@@ -29,7 +29,6 @@ class Summary:
 
     Attributes:
         d_min, d_min_pair: smallest distance [m] and its pair of bodies.
-        share_below: share of the steps with d < d_m.
         e2_max, e2_end: squared position error, largest and last [m²].
         dq_step_max: largest change of one joint's velocity between two steps [rad/s].
         ddq_max: the same over dt [rad/s²].
@@ -98,7 +97,6 @@ def run(
     """Simulate from a fresh start.
 
     Args:
-        settings: checked.
         seconds: simulated time; rounded to whole steps, at least one.
         source: of targets; None for the experiment's own, with the settings' seed.
         start: q (nv,) [rad], None for the room's start posture.

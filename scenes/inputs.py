@@ -69,7 +69,6 @@ class Recorded:
     """A recorded piece of a run; see `scenes.rerun`. Plain data, so that it can be sent to another process.
 
     Attributes:
-        snapshot: the state at its beginning.
         stretches: its settings and targets, in order; at least one.
     """
 

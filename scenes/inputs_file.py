@@ -95,9 +95,6 @@ def read_recorded(path: Path) -> Recorded:
 def read_person(path: Path, settings: RunSettings) -> TargetSource:
     """Sources of the inputs in a file: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
 
-    Args:
-        settings: of the run that is made with it.
-
     Raises:
         BadInputFile: neither, or recorded in a scene where other things are moved.
     """
@@ -141,9 +138,6 @@ def recorded_from(data: bytes, name: str) -> Recorded:
 def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]:
     """Recorded inputs in a file's content, and all its parts by name; those of `further` in `recorded_bytes`
     are not checked.
-
-    Args:
-        name: of the file, for messages.
 
     Raises:
         BadInputFile: see `read_recorded`.

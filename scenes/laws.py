@@ -41,7 +41,6 @@ class LawEntry:
     Attributes:
         name: on the command line, in links and in files.
         label: in the picker.
-        short: short label.
         made_by: its class, "file:Name" in `controllers.laws`.
         reads: keys of the law's settings that the class takes as arguments of the same names.
         knobs: of its comparison with others at equal distance; () if its distance cannot be chosen.

@@ -17,7 +17,6 @@ class Leg(NamedTuple):
 
     Attributes:
         place: its end (3,), world [m].
-        seconds: duration.
         pause: rest after it [s].
     """
 

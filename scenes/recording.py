@@ -63,9 +63,6 @@ def inputs_from(data: bytes, path: str) -> Recording:
     """Recording in a CSV file's content, in any form that `scenes.csv_reading` knows. Names in the header may
     have SI units, as in `t [s]`.
 
-    Args:
-        path: of the file, for messages.
-
     Raises:
         BadInputFile: not such a file; names line and column.
     """
@@ -194,10 +191,6 @@ def pair_label(names: tuple[str, str]) -> str:
 def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
     """Write a history table (rows ≥ 1, columns) as CSV, below # lines with the settings and the units. Equal
     tables and settings give equal bytes.
-
-    Args:
-        simulation: of the history.
-        settings: key → value, in order.
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")

@@ -82,7 +82,6 @@ def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
 
     Args:
         recorded: the caller applies the settings of further stretches.
-        capacity: steps that the history keeps.
     """
     simulation = Simulation(recorded.settings, capacity)
     if recorded.law is not None:
@@ -161,9 +160,6 @@ def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
 
 def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary) -> WhatIf:
     """Recompute a recorded piece under other settings.
-
-    Args:
-        before: summary of the original run.
 
     Raises:
         BadSetting, Stopped: as `rerun`.

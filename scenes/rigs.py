@@ -39,7 +39,6 @@ class Rig:
     Attributes:
         bases: poses in the world.
         starts: postures (7,) [rad]; () if unknown.
-        camera: a view that shows all arms.
     """
 
     name: str

@@ -45,7 +45,6 @@ def check_samples(recording: Recording, settings: RunSettings, seconds: float, n
 
     Args:
         seconds: length of the run [s].
-        name: of the file, for messages.
 
     Raises:
         BadInputFile: the samples move nothing in this run, or none of them is in it.

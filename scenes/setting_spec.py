@@ -46,7 +46,6 @@ class Tab:
 
         Args:
             kind: their Literal; or, without `labels`, a function as `Spec.options`.
-            labels: of the choices.
 
         Raises:
             ValueError: the numbers of labels and choices differ.
@@ -63,7 +62,6 @@ class Spec:
         tab: place of its control on the page.
         key: short name on the command line (`--dm`) and in a link (`?dm=`).
         label: short name, such as "d_m" or "law".
-        help: one line that explains it.
         unit: SI unit; "" for a pure number.
         low, high: range of a number.
         step: of its slider, in page units.

@@ -43,7 +43,6 @@ class Snapshot:
     Attributes:
         steps, time: number of steps made, and simulated time [s].
         positions, velocities: (nv,).
-        memories: of every task.
         robot: commands in transit, and the last frame of the distance sensor; () for an ideal robot.
     """
 
@@ -60,7 +59,6 @@ class Simulation:
     """One experiment.
 
     Args:
-        settings: of the run; already checked.
         capacity: steps that the history keeps.
     """
 

@@ -34,7 +34,6 @@ class Grid:
     """Every combination of the axes' values; the last axis varies fastest.
 
     Attributes:
-        settings: the other settings.
         axes: at least one, with different keys.
         seconds: simulated time of a point.
     """
@@ -113,7 +112,6 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
     Args:
         text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends included;
             `key=x,y,z` for a list. Choices and flags can only be listed, curves with `;` between them.
-        settings: with these keys.
 
     Raises:
         BadSetting: the text cannot be read, or a value is not possible.
@@ -185,7 +183,6 @@ def run_points(
     process.
 
     Args:
-        todo: indices of points.
         compute: runs them; by default in this process.
 
     Raises:
@@ -220,9 +217,7 @@ def trade_off(settings: RunSettings, seconds: float, order: float) -> Iterator[T
     """Distance against error at one n and every v of the map, one run per point.
 
     Args:
-        settings: except n and v.
         seconds: simulated time of a point.
-        order: n.
     """
     settings = changed(settings, "n", order)
     for velocity in TRADE_OFF_VELOCITIES:

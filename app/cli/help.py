@@ -98,9 +98,6 @@ def _naming_full_help(error: str, names: Sequence[str]) -> str:
 def parse(options: Mapping[str, type], arguments: Sequence[str]) -> Any:
     """Options from the arguments of the command line.
 
-    Args:
-        options: command → dataclass of its options.
-
     Raises:
         SystemExit: help was printed, or an error on stderr.
     """

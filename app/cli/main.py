@@ -29,7 +29,6 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
 
     Args:
         arguments: without the program's name; None for those of this process.
-        features: add their commands to those of the core.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in HELP):

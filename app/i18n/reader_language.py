@@ -55,7 +55,6 @@ def language_asked(query: Mapping[str, str], accept: str) -> Language:
     """Language of a page without a session: that of its link, or the browser's.
 
     Args:
-        query: of the link.
         accept: header `Accept-Language` of the request.
     """
     asked = query.get("lang", "")

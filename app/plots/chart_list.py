@@ -11,7 +11,6 @@ class FurtherChart:
     """A chart of what a feature has computed.
 
     Attributes:
-        title: in English, as HTML.
         draw: (frame, height [CSS px]) → HTML.
         state: frame → further state that the chart depends on; an equal state is not drawn again.
     """

@@ -96,7 +96,6 @@ def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str)
 
     Args:
         lines: the first one at the bottom.
-        label: for screen readers.
     """
     strokes = [*_area(x, y), *((line, path_of(line.curve, y)) for line in lines)]
     made, area = macros("plots/curve_chart.html"), (_LEFT, _TOP, _ACROSS, _DOWN)

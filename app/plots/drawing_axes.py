@@ -22,7 +22,6 @@ class AxisQuantity:
         column: of the history; the error is the root of its column.
         symbol, unit, factor, colour: see `CurveAxis`.
         digits: decimals in that unit.
-        word: for screen readers.
     """
 
     column: str

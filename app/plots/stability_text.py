@@ -38,7 +38,6 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
         analysis: of the avoiding arm.
         error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and its rate [m/s or
             rad/s].
-        V, V_rate: ½ eᵀ e and its rate.
         W: the barrier function; None for a hand task, which has none.
     """
     eigenvalue, mode = (_fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3)))

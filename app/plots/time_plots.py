@@ -77,8 +77,6 @@ class TimePlot:
 
     Attributes:
         title: as HTML.
-        unit: of the axis.
-        lines: in the order drawn.
         span: of the axis; None to follow the data, from 0 up if `positive`.
         scale: factor of the shown values.
         positive: the axis begins at 0, unless the data go below.
@@ -110,7 +108,6 @@ class TimePlot:
         """The legend: the named lines, then the other runs that have lines ("ghost", "what_if").
 
         Args:
-            others: those runs.
             names: of the own run and of the ghost; None for the usual ones.
         """
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]

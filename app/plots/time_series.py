@@ -220,7 +220,6 @@ def drawable(line: Array, follows: bool) -> Array:
 
     Args:
         line: (k,), nan for missing values.
-        follows: the axis follows the data.
     """
     known = np.isfinite(line) if follows else ~np.isnan(line)
     if not known.any():

@@ -37,8 +37,6 @@ class RunOutcome:
     """Outcome of a run.
 
     Attributes:
-        columns: names, see `columns_of`.
-        digest: SHA-256 of all steps.
         hashes: (steps,) of each step.
         places: (k,) steps stored whole, ascending, with the first and the last.
         rows: (k, columns).
@@ -91,7 +89,6 @@ class Comparison:
         first_step: the first different one, from 0; None if unknown or equal.
         first: the number that differs most in the first stored different step, or None.
         largest: the number that differs most in all stored steps.
-        steps_then, steps_now: numbers of steps.
     """
 
     exact: bool

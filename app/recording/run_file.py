@@ -86,11 +86,7 @@ Agreement = Literal["exact", "close", "differs"]
 
 @dataclass(frozen=True)
 class SavedRun:
-    """Content of a run file.
-
-    Attributes:
-        made: provenance, see `app.recording.run_file`.
-    """
+    """Content of a run file."""
 
     recorded: Recorded
     outcome: outcomes.RunOutcome
@@ -104,7 +100,6 @@ class Loaded:
     Attributes:
         verdict: equal bit for bit, equal within `CLOSE`, or different.
         words: the same in plain sentences; a `LazyText`.
-        comparison: in numbers.
     """
 
     recorded: Recorded
@@ -117,7 +112,6 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
     """Content of a file; equal inputs on the same machine give equal bytes.
 
     Args:
-        recorded: recomputed for its outcome.
         last: bytes of the newest row of the original history; None to skip the check.
 
     Raises:

@@ -43,7 +43,6 @@ class Job:
         owner, kind, function, arguments, urgent, wake: see `Jobs.submit`.
         state: "dropped" if the result is no longer wanted; "waiting" also while its worker is about to
             requeue it.
-        result: of the function, once it is done.
         message: reason of a failure, for the visitor.
     """
 

@@ -21,9 +21,6 @@ class TemporaryFolder:
     """A new folder for this user only, removed by `remove`, at the end of a `with`, and at the end of this
     process.
 
-    Args:
-        purpose: word in its name.
-
     Attributes:
         path: the folder; the lock is outside of it.
     """

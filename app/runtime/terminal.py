@@ -106,7 +106,6 @@ class _Raw(io.RawIOBase):
     """A stream that drops everything after a failed write.
 
     Args:
-        text: Python's stream.
         raises: the first failed write raises `OutputLost`.
     """
 

@@ -43,7 +43,6 @@ class ThrottledLog:
 
         Args:
             what: the line; exceptions are the same if their line, source, class and place of origin are.
-            source: session or browser.
         """
         due = self._due((source, what, type(error), *_place(error)))
         if due is None:

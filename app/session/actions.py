@@ -155,7 +155,6 @@ class ActionQueue:
     thread.
 
     Args:
-        handle: does an action.
         clock: returns the time [s].
     """
 

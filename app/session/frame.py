@@ -80,7 +80,6 @@ class Frame:
         shown: the live session, or a moment of a replay.
         live: the live session, which the controls serve during a replay, too.
         simulation, ghost: the run and the second one, with their histories.
-        sample: the newest step.
         settings: of the run that is shown, and of the page.
         elapsed: wall time since the last frame [s]; 0 for the first one.
     """

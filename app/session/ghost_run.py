@@ -26,7 +26,6 @@ class GhostRun:
 
     Attributes:
         simulation: its history has the same times as the session's; None without a ghost.
-        inputs: its recorded inputs.
         source: source of its own inputs; None if it uses the session's inputs.
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
         hidden: True while it must not be seen yet, because it plays against the visitor.

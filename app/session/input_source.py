@@ -101,8 +101,6 @@ def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) ->
     """What the visitor holds after a nudge of the hand or the ball; None if the experiment has neither.
 
     Args:
-        arm: the held arm.
-        held: what they hold now.
         way: displacement (3,) [m], world.
     """
     if simulation.settings.experiment.moves == "person":
@@ -123,7 +121,6 @@ def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: f
     joints.
 
     Args:
-        held: what they hold now.
         joint: counted from 0.
         angle: clipped to the joint's limits [rad].
     """

@@ -21,7 +21,6 @@ class LateLawStatus(NamedTuple):
         away: the file is gone; the last law that was read stays in force.
         waits: the run waits for the law's answer.
         slow: duration of a call, and the limit for real time [s]; None unless the law slows down the run.
-        sha256: of the file, in hexadecimal digits.
         line: of the file that `problem` is about, counted from 1; None if no line.
     """
 

@@ -105,7 +105,6 @@ class Replay:
 
     Attributes:
         simulation: state at this moment, with the history before it; read only.
-        playing: True while `advance` plays.
         speed: simulated over wall time.
         step: number of the `steps` made at this moment, from 1; read only.
         target: of the newest step; read only.

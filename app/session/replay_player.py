@@ -73,7 +73,6 @@ class Past:
     """A replay as a page reads it instead of a session; nothing is held in it.
 
     Args:
-        settings: of the live session, for the page.
         file: name of the replayed file; "" for the session's own run.
         beside: replay of the ghost, or None.
         reviewed: True for a moment of the paused live run, so that all of the run is known.
@@ -136,7 +135,6 @@ class ReplayPlayer:
         wake: called from any thread when the state of a job changes.
 
     Attributes:
-        jobs: the film, and exports of what is shown.
         replay: None while live.
         loaded: name of the replayed file; "" for the session's own run.
         reviewing: True while a moment of the paused live run is shown, see `review`.

@@ -36,7 +36,6 @@ class Session:
     Any thread may call `post`; all other methods belong to the thread that calls `advance`.
 
     Args:
-        settings: of the run and of the page.
         wake: called after every `post` to request a frame.
         background: computes replays and studies; None: none are computed.
         law: makes a law that may answer later, for the run or the ghost.

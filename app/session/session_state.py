@@ -36,9 +36,7 @@ class SessionState:
 
     Attributes:
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
-        halted: reasons for the halt.
         source: start time of the target source [s], and q (nv,) then; None without a source.
-        opening: True during the experiment's opening, see `scenes.opening`.
     """
 
     run: RunState
@@ -94,8 +92,6 @@ def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> I
     """Continue from a saved state with the same settings, ghost included; yields every few recomputed steps.
 
     Args:
-        session: the session that continues.
-        state: the saved state.
         history: length of the recomputed curves before it [s].
     """
     ghost = session.ghost_run

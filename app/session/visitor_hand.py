@@ -28,7 +28,6 @@ class VisitorHand:
     """The visitor as a holder of handles, see `app.page.handles.holder.Holder`.
 
     Attributes:
-        source: gives the target of the next step.
         other: what is held of the arm that keeps its place; None while that arm is free.
         on_grid: True if held points are rounded to the grid of `scenes.run_text`, so that the run fits into a
             link.

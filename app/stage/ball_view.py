@@ -16,7 +16,6 @@ class BallView(StagePart):
     """The ball has the colour of what the visitor moves.
 
     Args:
-        room: with a ball.
         arm: the drawn arm; the sphere is attached to one of its links.
     """
 

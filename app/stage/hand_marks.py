@@ -156,11 +156,7 @@ TRAVEL: Final = (140, 0.12)
 
 
 class Trace(StagePart):
-    """The trace of one hand.
-
-    Args:
-        travels: the hand moves on a long path.
-    """
+    """The trace of one hand."""
 
     def __init__(self, scene: viser.SceneApi, arm: Arm, travels: bool) -> None:
         self._arm, (self._count, self._period) = arm, TRAVEL if travels else STAY

@@ -69,11 +69,7 @@ Yours = ArmView | BallView | FigureView
 
 
 class Stage:
-    """Draws a simulation in 3-D, without controls.
-
-    Args:
-        scene: of one visitor, or of an audience.
-    """
+    """Draws a simulation in 3-D, without controls."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene

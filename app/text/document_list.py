@@ -13,7 +13,6 @@ class DocumentFile(NamedTuple):
     """A document.
 
     Attributes:
-        file: Markdown.
         title: in the list of documents, in English, for `tr`.
     """
 

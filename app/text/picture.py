@@ -35,9 +35,6 @@ def picture_html(folder: Path, name: str, words: str) -> str:
     An SVG of shapes and text becomes an element in the page's colours; everything else is an `<img>`, in
     which nothing runs or loads.
 
-    Args:
-        words: description.
-
     Raises:
         NoPicture: it is elsewhere, missing, too large or not a picture.
     """
@@ -93,12 +90,7 @@ def _may_act(key: str, value: str) -> bool:
 
 
 def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[str]:
-    """Reasons why a page cannot show the picture of a line.
-
-    Args:
-        folder: of its pictures.
-        alone: a picture may be here.
-    """
+    """Reasons why a page cannot show the picture of a line."""
     if "![" not in line:
         return
     found = PICTURE.match(line)

@@ -51,7 +51,6 @@ class BlendLaw(RetreatLaw):
 
     Attributes:
         critical_distance: d_m [m].
-        order: n.
         nominal_velocity: v [m/s].
     """
 

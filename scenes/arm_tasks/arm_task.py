@@ -27,11 +27,7 @@ class ArmTask:
         return self._jacobian
 
     def own_velocity(self, others: slice) -> Array | None:
-        """q̇_n (n,) of the last `nominal` for resting other joints; None if it does not copy their velocity.
-
-        Args:
-            others: their columns in q.
-        """
+        """q̇_n (n,) of the last `nominal` for resting other joints; None if it does not copy their velocity."""
         del others
         return None
 

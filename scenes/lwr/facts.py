@@ -71,7 +71,6 @@ class CapsuleFact:
     """A capsule along the z axis of a link frame.
 
     Attributes:
-        name: part of the arm.
         link: 0 (base) … 7 (flange).
         start, end: z of the two sphere centres in that frame [m].
         radius: [m].

@@ -32,9 +32,7 @@ class Robot:
 
     Attributes:
         key: value of the setting `robot`.
-        name: of the make.
         model: the arm alone, base at the origin.
-        hand: name of its hand frame.
         shoulder, elbow, wrist: indices of the joints at these points.
         capsules: its collision model, base first.
         labels: display names of the joints.

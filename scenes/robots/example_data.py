@@ -24,7 +24,6 @@ class Segment:
     """Contents of one capsule.
 
     Attributes:
-        name: display name of the part.
         joint: index of the joint that carries the capsule and encloses its link.
         rolled: index of a neighbouring joint also enclosed, at any angle between the two; or None.
         ball: joint and radius: also encloses this ball about the origin of a joint at rest in its frame [m].
@@ -44,10 +43,8 @@ class Example:
 
     Attributes:
         key: value of the setting `robot`.
-        name: of the make.
         urdf: in the package's folder of robots.
         locked: joints → their fixed position; they are not part of the arm.
-        hand: name of the hand frame.
         shoulder, elbow, wrist: indices of the joints at these points.
         segments: of its collision model, base first.
         labels: display names of the joints.
