@@ -16,7 +16,7 @@ from app.text.document_list import DocumentFile
 from scenes.given_robots import RobotReader
 
 if TYPE_CHECKING:
-    # What a command of the core needs to know of a feature loads no page.
+    # What the core's commands read of a feature must not load the page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages

@@ -191,7 +191,7 @@ def _compile_in_process() -> None:
         stderr=subprocess.PIPE,
         encoding="utf-8",
         errors="replace",
-        # Ctrl+C is for this process, with which the other one ends.
+        # Ctrl+C is for this process; the other one ends with it.
         process_group=0,
     ) as child:
         while child.returncode is None:
@@ -235,7 +235,7 @@ def loops_folder() -> Path:
     folder = place / name
     for other in (beside, Path(os.environ.get(READ, place))):
         if (other / name / "done").exists() and not (folder / "done").exists():
-            # numba reads nothing where it cannot write.
+            # numba does not read a folder that it cannot write.
             shutil.copytree(other / name, folder, dirs_exist_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]

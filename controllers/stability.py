@@ -193,7 +193,7 @@ def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, 
     M.flags.writeable = False
 
     angle, rho = math.atan2(sine, rho), min(float(rho), 1.0)
-    # The smallest singular value of [ĵ; Vt_], whose others are all 1 or more, is √(1 − ρ): no second decomposition is needed.
+    # The smallest singular value of [ĵ; Vt_], the others being 1 or more, is √(1 − ρ): no second decomposition is needed.
     lost = sine / math.sqrt(1.0 + rho) <= TOLERANCE
     survival = 1.0 - lam * rho * rho
     singular = rank_a == 0 or rank_b < m

@@ -44,7 +44,7 @@ class _OwnProcess(SpawnProcess):
     """Process of `multiprocessing` that finds our packages before it reads its task."""
 
     def __reduce__(self) -> Any:
-        # Its attributes are read in order, and nothing of ours is needed to read the first one.
+        # Its attributes are read in order, and the first one needs none of our modules.
         return copyreg._reconstructor, (SpawnProcess, object, None), {"_found": _Found(), **self.__dict__}  # type: ignore[attr-defined]
 
 
@@ -158,7 +158,7 @@ def computed(
     under_way: dict[futures.Future[T], int] = {}
 
     def hand_out(count: int) -> None:
-        # A process is started when a call finds none that rests.
+        # A process is started if none is idle.
         with inheriting():
             under_way.update((pool.submit(function, *arguments), index) for index, arguments in islice(waiting, count))
 

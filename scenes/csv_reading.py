@@ -76,7 +76,7 @@ def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
         text = line.strip()
         mark = next((mark for mark in COMMENTS if text.lstrip('" ').startswith(mark)), None)
         if mark is not None:
-            # A spreadsheet fills a comment up with separators, and puts one with a comma into quotes.
+            # A spreadsheet pads a comment with separators, and quotes one that has a comma.
             comment = comment if rows else (number, text.lstrip('" ').removeprefix(mark).strip('";,\t '))
         elif any("\udc80" <= char <= "\udcff" or char == "\0" for char in text):
             raise BadInputFile(f"{name}: is not a text file in UTF-8 or UTF-16 (line {number}); {remedy}.")

@@ -106,7 +106,7 @@ def run(
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
     if steps >= LONG:
-        # A thread that loads beside a run that never waits takes as long as the run.
+        # A loading thread takes as long as a run that never waits.
         load_if_compiled()
     simulation.use(law)
     if start is not None:

@@ -46,7 +46,7 @@ class Imitation(Scenario):
         room = world.room
         imitated = ImitatedPerson(world)
         followers = {side: ImitatedArm(world, room.arm(side), imitated) for side in SIDES}
-        # No arm is the person's own; the right one stands where that of another experiment does.
+        # Neither arm is the person's own; the right one takes that role here.
         task, held = followers["left"], followers["right"]
         return Roles((task, held), room.arm("right"), room.arm("left"), task, held, (task, held))
 
@@ -59,7 +59,7 @@ class ImitatedPerson:
         start = np.array([world.room.start[arm.joints] for arm in world.room.arms])
         self._start = start
         self._retargeter = Retargeter(world.room.rig)
-        # Two in a row, so that not even a wild input makes the desired velocity jump.
+        # Two in series, so that no input makes the desired velocity jump.
         self._filters = AngleFilter(start[:, :DRIVEN]), AngleFilter(start[:, :DRIVEN])
         self._time = -1.0
         self.desired: Array = start.copy()

@@ -307,7 +307,7 @@ def _are_rotations(rows: Array) -> bool:
 def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: RunSettings) -> Snapshot:
     steps, time = about["steps"], about["time"]
     _check(type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9, "begins at an impossible time")
-    # What an experiment remembers, and in which shapes, only it knows; some only remember once a person was seen.
+    # Only the experiment knows its state and shapes; some have one only after a person was seen.
     simulation = Simulation(settings, 1)
     usual = simulation.snapshot().memories
     lengths = about["memories"]

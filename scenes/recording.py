@@ -119,7 +119,7 @@ def _column_names(path: str, number: int, cells: tuple[str, ...]) -> tuple[str, 
     joined: list[str] = []
     for cell in cells:
         if joined and cell[:1] in ("[", "("):
-            # Blanks separate, and one stands before the unit.
+            # Blanks are separators, and one precedes the unit.
             joined[-1] += cell
         else:
             joined.append(cell.strip().lower())
@@ -195,7 +195,7 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
     history, columns, desired = simulation.history, simulation.room.columns, simulation.history.desired(table)
-    # Who keeps clear may have changed.
+    # The arms that keep clear may have changed.
     second = () if np.isnan(table[:, COLUMN["authority_b"]]).all() else CSV_SECOND
     followed = np.flatnonzero(~np.isnan(desired[-1]))
     joints = [name.format(kind) for kind in ("q", "dq") for name in columns]

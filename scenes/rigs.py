@@ -163,7 +163,7 @@ def place_bases(left: str, right: str) -> str:
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
-# From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
+# From the front and from the side at once: the way from A to B runs across the view, and the arm does not hide it.
 _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
 ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
 """Base of a single arm, whatever the rig of two: upright at the end of the table."""

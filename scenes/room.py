@@ -150,7 +150,7 @@ def _start_of_two(room: Room) -> Array:
         kinematics.update(q)
         return detector.detect("single").distance
 
-    # Both lists begin with the best: the first pair that is clear enough, else the clearest one.
+    # Both lists begin with the best: take the first pair with enough clearance, else the largest.
     ranked = [(min(clearance(q), CLEAR), -i) for i, q in enumerate(both)]
     distance, place = max(ranked)
     if distance < LEAST_CLEAR:

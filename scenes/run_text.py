@@ -75,7 +75,7 @@ def run_of_text(text: str) -> Recorded:
         raise BadInputFile("push: the link is damaged; copy it again.") from None
     if recorded.seconds > LONGEST:
         raise BadInputFile("push: is a run of {seconds:.0f} s; at most {most:.0f} s.", seconds=recorded.seconds, most=LONGEST)
-    # Every target is checked as that of a file.
+    # Every target is checked like one of a file.
     return recorded_from(recorded_bytes(recorded), "push")
 
 

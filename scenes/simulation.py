@@ -253,7 +253,7 @@ class Simulation:
         first, second = self._groups[0], None
         velocities, u, w, w_law, authority, joint, s = self._kept_clear(first, near, lam, error)
         if len(self._groups) > 1:
-            # What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
+            # What either arm sees of the other's velocity is that of the tick before, so that the order does not matter.
             other = self._groups[1]
             other.velocities[:], *columns = self._kept_clear(other, near, lam, error)
             second = (other.tasks[0].squared_error, *columns)

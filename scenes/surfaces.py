@@ -261,7 +261,7 @@ def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     originals, normals = np.asarray(part.vertices), np.asarray(part.vertex_normals)
     tree = KDTree(originals)
     bare = trimesh.Trimesh(originals[tree.query(vertices)[1]], faces, process=False)
-    # At a crease several of the original's vertices share a place; a face takes the one that looks its way.
+    # At a crease several of the original's vertices share a place; a face takes the one nearest to its own normal.
     here = tree.query_ball_point(bare.vertices, 1e-6)
     chosen = [
         here[corner][int(np.argmax(normals[here[corner]] @ facing))]

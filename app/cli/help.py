@@ -89,7 +89,7 @@ def _naming_full_help(error: str, names: Sequence[str]) -> str:
     """
     added, colour = HELP_ALL.removeprefix(HELP[-1]), r"(?:\x1b\[[\d;]*m)*"
     for name in names:
-        # Blanks go for what is added, so that the frame around the text stays straight.
+        # Remove as many blanks as were added, so that the frame stays straight.
         pattern = rf"(lwr-duet{colour} {re.escape(name)}{colour} {HELP[-1]})({colour}) {{{len(added)}}}"
         error = re.sub(pattern, rf"\1{added}\2", error)
     return error

@@ -40,7 +40,7 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
     if asked := {*HELP, HELP_ALL}.intersection(arguments):
         if arguments[0] in commands:
             print_help(commands, arguments[0], is_all=HELP_ALL in asked)
-        # The help of a command that does not exist is an error that names those that do.
+        # Help of an unknown command is an error that names the known ones.
         arguments = [one for one in arguments if one not in asked]
     given = read_arguments(commands, arguments)
     write_log()

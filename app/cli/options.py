@@ -106,7 +106,7 @@ def settings_of_options(options: object, start: Any) -> Any:
     if base_left or base_right or any(name not in get_args(RobotName) for name in makes(given["robot"])):
         from scenes.roles import room_of
 
-        # What cannot be built is said now, not to the first visitor.
+        # Report what cannot be built now, not to the first visitor.
         room_of(start.run if isinstance(start, Settings) else start)
         _say_guesses(given["robot"])
     return start

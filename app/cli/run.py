@@ -85,7 +85,7 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
         bar = stack.enter_context(progress(steps, "step", delay=1.0))
         done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:
-            # From there on the arm stood still, so that the rest is no result.
+            # The arm stood still from there on, so the rest is not a result.
             raise BadInputFile(law.problem.text)
     if command.csv is not None:
         header = {
@@ -98,7 +98,7 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
         }
         with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
             write_table(out, done.simulation, done.table, header)
-    # JSON knows no infinity, which is the distance where nothing can be met.
+    # JSON has no infinity, the distance in a room without obstacles.
     figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
     print(json.dumps(figures, indent=2))
     return 0

@@ -173,7 +173,7 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     key, port = options.key, options.port
     made = (command.key or os.environ.get(KEY_VARIABLE)) == AUTO
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
-    # The output of a service is its log: it has no key but the one that only it can tell.
+    # The output of a service is its log: print the key only if it was made here.
     lines = [f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}"]
     if command.port == "auto" and port != USUAL_PORT:
         lines.append(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.")

@@ -35,7 +35,7 @@ _SPANS: Final = (1, 2, 4)
 
 class Bins:
     def __init__(self, columns: int) -> None:
-        # A signal's bins lie side by side: what is drawn of a few signals is computed for all bins at once.
+        # A signal's bins are adjacent: a few signals are computed for all bins at once.
         self._stats = np.full((COUNT + 1, columns, POINTS), np.nan)
         self._ends = np.full(POINTS, np.nan)
         self._row: tuple[float, Array] | None = None
@@ -139,7 +139,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
     last, low, high = stats[LAST], stats[LOW], stats[HIGH]
     before = np.concatenate([last[:, :1], last[:, :-1]], axis=1)
     before = np.where(np.isnan(before), last, before)
-    # Nothing is known of some signals, and infinity minus infinity is not 0.
+    # Some signals are unknown, and infinity minus infinity is not 0.
     with np.errstate(invalid="ignore"):
         outside = np.maximum(high - np.maximum(last, before), np.minimum(last, before) - low)
         steps = np.abs(stats[TO] - stats[FROM])
@@ -156,7 +156,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
             return ends[kept], last[:, kept]
         sizes = np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0)
         times, values = _corners(ends, stats[:, :, rows], before, shown, sizes, rows, tolerance)
-    # The corners of a bin stand before its end.
+    # The corners of a bin precede its end.
     places = np.concatenate([5 * np.flatnonzero(kept) + 4, (5 * rows[:, None] + np.arange(4)).ravel()])
     order = places.argsort(kind="stable")
     times = np.concatenate([ends[kept], times.T.ravel()])[order]

@@ -60,7 +60,7 @@ class Chart:
             return
         xs, ys = xs[known], ys[known]
         (x0, x1), (y0, y1) = self.frame.x, self.frame.y
-        # Far outside the frame nothing can be seen, and large numbers cost bytes.
+        # Points far outside the frame are invisible, and large numbers cost bytes.
         y = np.minimum(np.maximum((y1 - ys) / (y1 - y0), -1.0), 2.0)
         points = _without_middles((np.column_stack([(xs - x0) / (x1 - x0), y]) * _SIDE).tolist())
         path = "M" + " ".join(f"{px:.0f} {py:.0f}" for px, py in points)

@@ -111,7 +111,7 @@ def path_of(curve: Curve, axis: CurveAxis) -> str:
     for column, value in enumerate(curve):
         if value is not None:
             place = f"{column + 0.5:g} {1.0 - min(max(axis.fraction(value), 0.0), 1.0):.3f}"
-            # A column alone is a dot: a line without a length has none.
+            # A single column is a dot: a line needs a length.
             parts.append(f"L{place}" if before else f"M{place}h.01")
         before = value is not None
     return "".join(parts)

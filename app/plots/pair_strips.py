@@ -25,7 +25,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
     shown = sorted(pair for pair, _ in held.most_common(ROWS))
     rows = [(pair_name(simulation, pair), _runs(pairs, pair), pair == int(pairs[-1])) for pair in shown]
     if (often := np.diff(changes, prepend=changes[0])).max() > 1.0:
-        # Between two ends of bins the pairs change to and fro, which no strip shows.
+        # Changes to and fro within a bin are not shown.
         rows.append((tr("changes, up to {rate} a second", rate=f"{often.max() / BIN:.0f}"), _bars(often), False))
     count, others = int(changes[-1] - changes[0]), len(held) - len(shown)
     words = _words(simulation, count, len(held))

@@ -171,7 +171,7 @@ def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | N
     pose = simulation.kinematics.hand_pose(arm)
     J = keeper.task_jacobian
     if J is None:
-        # Nothing was asked of the hand yet.
+        # The hand has no task yet.
         J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(simulation.settings)]]
     return position_error(pose, keeper.place) if len(J) == 3 else pose_error(pose, keeper.place, keeper.place_rotation), J
 

@@ -200,7 +200,7 @@ class RollingSeries:
         found[:, c["changes"]] = self._changes + np.cumsum(pairs != before)
         self._changes, self._last_pair = float(found[-1, c["changes"]]), float(pairs[-1])
         if self._swivel is not None:
-            # It takes a look at the whole arm, and moves as smoothly as the arm: once a bin is enough.
+            # It needs the whole arm and is as smooth as the arm: once per bin is enough.
             positions = simulation.history.positions(table)
             for row in np.flatnonzero(np.diff(bin_numbers(table[:, COLUMN["t"]]), append=-1)).tolist():
                 found[row, c["elbow"]] = self._swivel.angle(np.ascontiguousarray(positions[row]))

@@ -177,7 +177,7 @@ class ActionQueue:
                 if len(self._waiting) >= MOST_PRESSES:
                     return
                 control = ("press", next(self._presses))
-            # The newest goes to the end: what was asked for in between comes before it.
+            # The newest goes to the end, after all earlier requests.
             self._leave_out(control)
             self._waiting[control] = action, claim_entry()
 
@@ -198,7 +198,7 @@ class ActionQueue:
     def do(self) -> None:
         """Do the waiting actions in order, within `BUDGET` and the limit on rebuilt pages."""
         deadline = self._clock() + BUDGET
-        # Which action builds is known only once it is done, so that none goes on where none may build.
+        # Only after an action is it known whether it rebuilt the page, so stop at the limit.
         while self._may_rebuild() and (waited := self._next()) is not None:
             self._rebuilding = False
             action, end_entry = waited

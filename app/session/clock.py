@@ -82,7 +82,7 @@ class Clock:
         if elapsed > 0.0:
             self._rate += (made * dt / elapsed - self._rate) * min(elapsed / 0.5, 1.0)
             self._slowness += ((1.0 if late else 0.0) - self._slowness) * min(elapsed / 1.0, 1.0)
-            # Said at once, and until it is clearly over: what comes and goes several times a second cannot be read.
+            # Shown at once and until it is clearly over: a text that flickers cannot be read.
             self._slowed = self._slowness > (OVER if self._slowed else SLOW)
 
     def pace(self, paused: bool) -> Pace:

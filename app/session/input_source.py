@@ -88,7 +88,7 @@ class InputSource:
         """Coming places of the hand or the ball in the next seconds (k, 3) [m], by the source or, if the
         visitor is the source, by the experiment's own one; (0, 3) if unknown.
         """
-        # A person's angles are not known in advance, and say nothing of a place.
+        # A person's angles are not known in advance, and are not positions.
         if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
         source = (autopilot and (self._active or self._chosen)) or self._own(simulation, self._begins_with_opening(simulation))

@@ -231,7 +231,7 @@ class ReplayPlayer:
         """Play or pause the replay; False if the action is for the live run."""
         del action
         if self.reviewing:
-            # The run goes on from where it is.
+            # The run continues from its present state.
             self.leave()
         self.toggle()
         return self._in_place_of_live

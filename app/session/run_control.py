@@ -76,11 +76,11 @@ class RunControl:
         """Simulate `elapsed` [s] of wall time, within `budget` [s]; return the number of steps made."""
         self.stepping = 0.0
         if "teacher" in self.halt:
-            # What was asked for meanwhile is not made up for afterwards.
+            # Time missed meanwhile is not caught up.
             self._steps_asked, self._hurries_to = 0, 0.0
             return 0
         if "hidden" in self.halt:
-            # A hurry goes on when the tab is back in sight.
+            # A hurried run continues when the tab is visible again.
             return 0
         if self.halt:
             due, self._hurries_to = self._steps_asked, 0.0

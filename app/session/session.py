@@ -125,7 +125,7 @@ class Session:
 
     def _add_handlers(self) -> None:
         handlers, player = self.handlers, self.player
-        # In a replay they mean the replay.
+        # During a replay they act on the replay.
         handlers.add_first(actions.Pause, player.pause)
         handlers.add_first(actions.SingleStep, player.single_step)
         handlers.add_first(actions.Reset, player.reset)
@@ -221,7 +221,7 @@ class Session:
         target = self.hand.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
         if self.ghost is not None and self.ghost_run.source is None:
-            # The run that may have to wait for its law goes first.
+            # The run that may have to wait for its law is stepped first.
             runs.insert(0 if self.law.of_ghost is not None else 1, (self.ghost, self.ghost_run.inputs))
         for simulation, inputs in runs:
             inputs.record(simulation, target)

@@ -121,7 +121,7 @@ class PathLine(StagePart):
         self._count = len(way) - 1
         line = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
-        # Beyond either end, where the number at the line to the ball does not come.
+        # Beyond either end, clear of the number at the line to the ball.
         self._labels = (
             ()
             if np.allclose(way[0], way[-1])
@@ -163,7 +163,7 @@ class Trace(StagePart):
         self._points: deque[Array] = deque(maxlen=self._count)
         self._time = -np.inf
         self._home: list[float] | None = None
-        # Always of one length: the browser does not follow when points and colours change their number one after the other.
+        # Always of one length: the browser fails if points and colours change their number one after the other.
         line = np.zeros((self._count - 1, 2, 3), np.float32)
         self._line = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
         self.nodes = (self._line,)

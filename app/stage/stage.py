@@ -28,7 +28,7 @@ def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
     if fine:
         scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
     else:
-        # Reflections are the dearest part of a picture drawn without a graphics card; plain light stands in for them.
+        # Reflections are the most expensive part without a graphics card; plain light replaces them.
         scene.configure_environment_map(None)
     scene.add_light_hemisphere(
         "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=2.2, visible=not fine
@@ -96,7 +96,7 @@ class Stage:
         built = id(simulation.room), settings.scene, settings.guided, settings.path, page.picture
         if self._built != built:
             self._built = built
-            # A part that hangs on an arm goes before it.
+            # Remove a part attached to an arm before the arm.
             for one in (*self._parts, *self._arms, *self._room):
                 one.remove()
             self._parts = self._arms = self._room = ()

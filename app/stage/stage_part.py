@@ -75,7 +75,7 @@ def fresh(handle: Node) -> Node:
     Otherwise a node with the name of one removed in the same frame would keep that one's pose in the browser.
     """
     wxyz, position = np.array(handle.wxyz, float), np.array(handle.position, float)
-    # Only news is sent; of several pieces of news in one frame the last one.
+    # Only changes are sent; of several in one frame the last one.
     handle.wxyz, handle.position = np.roll(wxyz, 1), position + 1.0
     handle.wxyz, handle.position = wxyz, position
     return handle

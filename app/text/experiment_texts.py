@@ -47,7 +47,7 @@ def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
     else:
         watched = tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
     tip = takes_over if itself else tr("Pull the orange arm anywhere.")
-    # The welcome has said what the silver arm does.
+    # The welcome text describes the silver arm.
     return ExperimentTexts(f"{tip} {watched}" if run.avoid in ("guided", "both") else tip, watched)
 
 

@@ -48,7 +48,7 @@ def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
     normalize = reader.normalizeLink
     reader.normalizeLink = lambda url: known.get(url) or normalize(url)
     reader.validateLink = lambda url: url in known.values() or url.startswith(("http://", "https://"))
-    # Both may stand directly below a line of text and end its paragraph.
+    # Both may directly follow a line of text and end its paragraph.
     ends: RuleOptionsType = {"alt": ["paragraph", "reference", "blockquote", "list"]}
     reader.block.ruler.before("paragraph", "formula_block", _formula_block, ends)
     reader.block.ruler.before("paragraph", "picture", _picture, ends)

@@ -72,7 +72,7 @@ def _plain(root: ET.Element) -> str:
     for element in list(root.iter()):
         for child in list(element):
             if str(child.tag).removeprefix(_SVG) in _WORDS:
-                # What is seen is said by the text, in its own language.
+                # The description is in the language of the text.
                 element.remove(child)
     for element in root.iter():
         element.tag = str(element.tag).removeprefix(_SVG)

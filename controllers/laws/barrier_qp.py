@@ -72,14 +72,14 @@ class BarrierQP(Law):
         rows, least = pair_rates(self, situation)
         start = nominal
         if lower is not None and upper is not None:
-            # A joint beyond its stop may have lower > upper; coming back goes first.
+            # A joint beyond its stop may have lower > upper; its return has priority.
             upper = np.maximum(lower, upper)
             start = np.minimum(np.maximum(nominal, lower), upper)
         if not np.count_nonzero(rows.dot(start) < least):
             return start
         velocities = nearest(nominal, rows, least, lower, upper)
         if velocities is None:
-            # The problem always has a solution, yet a solver may cycle: the pair that needs it most then has to do.
+            # The problem always has a solution, but the solver may cycle: then use the pair that needs it most.
             shortfalls = least - rows.dot(nominal)
             worst = int(shortfalls.argmax())
             velocities = along_row(nominal, rows[worst], float(shortfalls[worst]))

@@ -80,7 +80,7 @@ class GuidedTask(ArmTask):
         comes to rest.
         """
         del time
-        # The camera's last frame is looked at afterwards, with the arms where they were then.
+        # The camera's last frame is evaluated later, with the arms of that time.
         held = settings.hardware.frame_rate > 0.0
         self._jacobian = self._kinematics.hand_jacobian(self._arm, 3) if held else None
         target = target.first if isinstance(target, PairTarget) else target
@@ -90,7 +90,7 @@ class GuidedTask(ArmTask):
             speed = fill_followed(*arm, target.position, top_speed, share, box.lower, box.upper, self._reach, dq)
         else:
             speed = fill_smoothed(self._wanted(target, top_speed), share, box.lower, box.upper, self._reach, dq)
-        # Each joint moves no point faster than its rate times the arm's length beyond it: mostly, that settles it.
+        # Each joint moves no point faster than its rate times the arm's length beyond it: this is usually enough.
         if speed > top_speed:
             np.concatenate(self._placed, out=self._placements.reshape(-1))
             fastest = fastest_of(self._placements, self._ends, self._moving, self._spatial, dq)

@@ -64,11 +64,11 @@ class HoldTask(ArmTask):
         speed: Array | None = None
         if self._path is not None:
             if self.path_began < 0.0:
-                # The way begins where the hand is, whenever it is chosen.
+                # The path begins at the hand's position when it is chosen.
                 self.path_began = time
             self.place, speed = self._path(time - self.path_began, self.home)
         swing: Array | None = None
-        # A second person holds this arm; the first one does only where it is the only arm.
+        # A second person holds this arm; the first one only if it is the only arm.
         target = target.second if isinstance(target, PairTarget) else target if self._movable else None
         if isinstance(target, LinkTarget):
             swing = self._pulled(target, settings)

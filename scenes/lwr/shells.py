@@ -267,7 +267,7 @@ def link_meshes(coarse: bool) -> tuple[Parts, ...]:
 
 def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
     if name in RAISED:
-        # Where both have few triangles, a ring would dive in and out of the shell that it lies on.
+        # With few triangles a ring would dive in and out of the shell below it.
         return swollen(part, PROUD)
     return thinned_mesh(part, COARSE_SHARE) if name == "body" else part
 
@@ -283,7 +283,7 @@ def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)
-    # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
+    # A ghost that coincides with its arm must vanish inside it, not flicker on its surface.
     parts = {name: swollen(part, -(COARSE_INSET if coarse else GHOST_INSET)) for name, part in parts.items()}
-    # Colours on vertices would not be seen through. A ghost has one colour anyway.
+    # Colours on vertices would not be transparent. A ghost has one colour anyway.
     return glb.glb({"body": join(parts.values())} if coarse else parts, materials)

@@ -79,7 +79,7 @@ def fill_joints(
         miss, way = miss_upper + miss_forearm, 0.0
         if known:
             way = (q1 - b1) ** 2 + (q2 - b2) ** 2 + (q3 - b3) ** 2 + (q4 - b4) ** 2
-        # Where every branch misses, one that misses a little less is not worth a leap across the room.
+        # If every branch misses, a slightly smaller error is not worth a large jump.
         exact = miss < EXACT
         rank = way if exact else miss + 0.05 * way
         if (exact and misses) or (exact != misses and rank < least):

@@ -99,7 +99,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
         BadSetting: as `robot`.
         ValueError: unknown palette.
     """
-    # Says what is missing where something is.
+    # Raises the error that names what is missing.
     robot(name)
     given = GIVEN[name].sources() if name in GIVEN else ()
     sources = [*SOURCES, *given, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
@@ -154,7 +154,7 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
         for parts in painted
     ]
     if coarse:
-        # What lies on the body would dive in and out of it where both have few triangles.
+        # With few triangles parts on the body would dive in and out of it.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
     if height := GIVEN[name].column() if name in GIVEN else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)

@@ -147,7 +147,7 @@ UR5: Final = Example(
         (107, 107, 107): "metal",
         (134, 134, 134): "metal",
     },
-    # Its shoulder is low and beside its foot: as close together as the torso's plates are, two of them could not help touching.
+    # Its shoulder is low and beside its foot: two of them would touch at the distance of the torso's plates.
     # On the column the shoulder is as high as the LWR's.
     column=0.221,
 )
