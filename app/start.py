@@ -55,7 +55,6 @@ class App:
         self._closed = threading.Event()
 
     def wait(self) -> None:
-        """Block until `close` is called or Ctrl+C."""
         while not self._closed.wait(0.5):
             pass
 

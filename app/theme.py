@@ -142,7 +142,6 @@ BRAND: Final = rgb(PALETTES["light"].brand)
 
 
 def blend(a: str, b: str, share: float) -> Rgb:
-    """Colour at `share` of the way from a to b."""
     red, green, blue = (round(x + (y - x) * share) for x, y in zip(rgb(a), rgb(b), strict=True))
     return red, green, blue
 

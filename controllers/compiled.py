@@ -41,7 +41,6 @@ PATIENCE: Final = 8000
 """Calls in Python before machine code is loaded: about 1,000 steps, which cost as much as the loading."""
 
 GAIN: Final = 8.0
-"""Least ratio of a step's time in Python to that in machine code."""
 
 READ: Final = "DUET_LOOPS"
 """Environment variable: a second folder with machine code."""
@@ -96,7 +95,6 @@ class Loop(Generic[P, R]):
 
     @property
     def loaded(self) -> bool:
-        """True once it is machine code."""
         return self._run is self._machine
 
     def load(self) -> None:

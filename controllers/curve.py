@@ -8,7 +8,6 @@ from typing import Final, NamedTuple
 from controllers.errors import BadSetting, LazyText
 
 MOST_POINTS: Final = 48
-"""Largest number of points."""
 
 FARTHEST: Final = 2.0
 """Largest distance of a point, either side of 0 [m]."""

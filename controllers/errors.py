@@ -27,7 +27,6 @@ class LazyText(str):
         return made
 
     def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, object]]:
-        """Arguments that rebuild it in another process."""
         return (self.template,), self.parts
 
     def __str__(self) -> str:

@@ -41,8 +41,6 @@ point.
 
 
 class Authority(IntEnum):
-    """Reason why an arm cannot do what the law asks."""
-
     FULL = 0
     STOP = 1
     SPEED = 2

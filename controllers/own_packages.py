@@ -24,8 +24,6 @@ PACKAGES: Final = ("app", "controllers", "scenes")
 
 
 class OwnPackages:
-    """Finder of `sys.meta_path` for our top-level packages only."""
-
     @staticmethod
     def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
         return PathFinder.find_spec(name, [FOLDER]) if path is None and name in PACKAGES else None

@@ -31,7 +31,6 @@ AHEAD: Final = 4
 """Calls handed out per worker: one that runs, and some that wait."""
 
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
-"""Environment of a process with linear algebra on one thread."""
 
 
 SAFE_PATH: Final = {"PYTHONSAFEPATH": "1"}
@@ -41,8 +40,6 @@ standard library's.
 
 
 class _OwnProcess(SpawnProcess):
-    """Process of `multiprocessing` that finds our packages before it reads its task."""
-
     def __reduce__(self) -> Any:
         # Its attributes are read in order, and the first one needs none of our modules.
         return copyreg._reconstructor, (SpawnProcess, object, None), {"_found": _Found(), **self.__dict__}  # type: ignore[attr-defined]

@@ -18,7 +18,6 @@ SEPARATORS: Final = (";", "\t", "|", ",")
 """In the order of the search. The comma is last, as it may be a decimal sign."""
 
 BLANKS: Final = " "
-"""Separator of a line without those: any number of blanks."""
 
 _BYTE_ORDER_MARKS: Final = (
     (codecs.BOM_UTF8, "utf-8"),

@@ -52,7 +52,6 @@ BALL: Final = "ball"
 HOLD: Final = "hold"
 MASTER_SLAVE: Final = "master_slave"
 IMITATION: Final = "imitation"
-"""Names used by figures, tests of laws and benchmarks."""
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
     experiment.name: experiment

@@ -29,12 +29,10 @@ class GivenRobot:
 
     @property
     def remark(self) -> str:
-        """A line for the command line that names guessed values."""
         raise NotImplementedError
 
     @property
     def origin(self) -> Path:
-        """Source of its data, for errors."""
         raise NotImplementedError
 
     def sources(self) -> tuple[Path, ...]:
@@ -94,12 +92,10 @@ GivenAtStart = tuple[dict[str, GivenRobot], dict[str, dict[str, str]]]
 
 
 def given_at_start() -> GivenAtStart:
-    """Robots and choices of this process, for the processes that it starts."""
     return GIVEN, added_choices()
 
 
 def take_over(given: GivenAtStart) -> None:
-    """Add the robots of `given_at_start` in a started process."""
     robots, choices = given
     GIVEN.update(robots)
     for key, labels in choices.items():
@@ -114,7 +110,6 @@ _READERS: Final[list[RobotReader]] = []
 
 
 def add_robot_reader(reader: RobotReader) -> None:
-    """Let the command line name robots by files that this function reads."""
     if reader not in _READERS:
         _READERS.append(reader)
 

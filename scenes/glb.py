@@ -122,7 +122,6 @@ def _pack_glb(
 
 
 UNLIT: Final = "KHR_materials_unlit"
-"""glTF extension that draws a colour unlit."""
 
 PAINTED_LIGHT: Final = np.array([0.35, -0.45, 0.82])
 """Direction of the painted light (3,), in the frame of the mesh."""

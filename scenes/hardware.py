@@ -19,7 +19,6 @@ from scenes.room import World
 from scenes.settings import HardwareSettings, RunSettings, specs
 
 JOINTS, DISTANCE = 0, 1
-"""Streams of random numbers."""
 
 
 def normal(seed: int, stream: int, index: int, count: int) -> Array:

@@ -37,8 +37,6 @@ def build_imitation_room() -> Room:
 
 
 class Imitation(Scenario):
-    """Both arms are driven alike, also the one called the person's own."""
-
     def room(self, settings: RunSettings) -> Room:
         return build_imitation_room()
 

@@ -59,7 +59,6 @@ class Stretch(NamedTuple):
         return _STRETCH_BYTES + sum(array.nbytes for array in self.targets) + answers
 
     def since(self, step: int) -> "Stretch":
-        """The part from a step on."""
         answers = None if self.answers is None else self.answers._replace(rows=self.answers.rows[step:])
         return Stretch(self.settings, self.targets.since(step), answers)
 
@@ -77,7 +76,6 @@ class Recorded:
 
     @property
     def settings(self) -> RunSettings:
-        """Settings at the beginning."""
         return self.stretches[0].settings
 
     @property

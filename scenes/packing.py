@@ -39,7 +39,6 @@ WIDTHS: Final[dict[int, int]] = {
     **_HANDS,
     **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
 }
-"""Code of a kind of target → number of its numbers."""
 
 KINDS: Final[dict[int, tuple[int, ...]]] = {
     **{code: (code,) for code in WIDTHS},

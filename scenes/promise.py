@@ -69,7 +69,6 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
 
 
 def _at_bound(authority: Array) -> NDArray[np.bool_]:
-    """Steps in which a joint bound costs the arm part of its velocity."""
     return (authority == Authority.STOP) | (authority == Authority.SPEED)
 
 

@@ -41,8 +41,6 @@ class Roles:
 
 
 class TargetSource(Protocol):
-    """A source of targets: a script, a person, a recording."""
-
     def target(self, time: float) -> Target | None:
         """Target at a time [s], or None for no change."""
         ...
@@ -66,8 +64,6 @@ def paced(source: TargetSource, factor: float) -> Scripted:
 
 
 class Scenario:
-    """An experiment: its room, its roles, and the source of its targets."""
-
     def room(self, settings: RunSettings) -> Room:
         raise NotImplementedError
 
@@ -75,7 +71,6 @@ class Scenario:
         raise NotImplementedError
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        """Default source of targets while the visitor moves nothing. `world`: the present one."""
         return NO_TARGETS
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:

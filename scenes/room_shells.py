@@ -38,7 +38,6 @@ BOARDS: Final = ("light", "dark")
 
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
-    """Bolt heads in a circle about the z axis, on the given height."""
     head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 12)
     angles = (np.arange(count) + 0.5) * 2 * np.pi / count
     return join(moved(head, shift=(radius * np.cos(a), radius * np.sin(a), 0)) for a in angles)

@@ -38,7 +38,6 @@ class Tab:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
 
     def text(self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = "") -> str:
-        """Declare a text. `read`: as in `Spec`."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words, read=read)})
 
     def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
@@ -158,7 +157,6 @@ def nearest_names(name: str, known: Collection[str]) -> tuple[str, ...]:
 
 
 def unknown_setting(key: str, known: Collection[str]) -> BadSetting:
-    """Error for an unknown setting. `known`: names that may have been meant."""
     shown = key if len(key) <= 40 else key[:39] + "…"
     if nearest := nearest_names(key, known):
         return BadSetting(

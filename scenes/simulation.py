@@ -31,7 +31,6 @@ from scenes.targets import Target
 from scenes.world_stages import WorldStages
 
 IDEAL: Final = HardwareSettings()
-"""A robot without delays and measurement errors."""
 
 HISTORY: Final = 16_000
 
@@ -165,7 +164,6 @@ class Simulation:
         return np.zeros((0, 3)) if self.keeper is None else scenario_of(self.settings).way(self.settings, self.keeper.home)
 
     def source(self) -> TargetSource:
-        """The experiment's default source of targets from the present state."""
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).source(self.world, self.settings)
 
@@ -355,7 +353,6 @@ class Simulation:
         self._hardware = None
 
     def sample(self) -> Sample:
-        """The newest step, or a measurement of the present state before the first."""
         if self.history.count:
             return self.history.last()
         self.kinematics.update(self.positions)

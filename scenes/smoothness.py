@@ -17,7 +17,6 @@ from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
 SUBSTEPS: Final = (1, 2, 4, 8)
-"""Numbers of parts of dt."""
 
 SMOOTH: Final = 0.65
 """q̇ is smooth if halving dt leaves at most this share of the largest step, the last time and on average."""
@@ -102,7 +101,6 @@ def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: i
 AROUND: Final = 20
 
 FINER: Final = 2
-"""Number of parts of a step in the finer run."""
 
 
 def time_of_largest_jump(times: Array, velocities: Array, dt: float) -> float:

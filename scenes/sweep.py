@@ -102,7 +102,6 @@ def _rehearse(grid: Grid) -> None:
 
 
 def is_scale(axis: Axis) -> bool:
-    """True if the axis is a scale rather than a few choices."""
     return not isinstance(axis.values[0], (str, bool))
 
 

@@ -19,8 +19,6 @@ from scenes.targets import HandTarget, quintic
 
 
 class Hold(Scenario):
-    """The other arm keeps its hand in place and gives way."""
-
     def room(self, settings: RunSettings) -> Room:
         return build_room(settings.rig, settings.robot)
 
@@ -32,7 +30,6 @@ class Hold(Scenario):
         return Roles((held, keeper), guided, avoiding, keeper, held, (keeper,))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        """Autopilot of the person's arm from its present hand."""
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
         return Autopilot(world.room, settings.guided, settings.seed, start)
 

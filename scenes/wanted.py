@@ -30,7 +30,6 @@ def check_wanted() -> None:
 
 
 def while_wanted(items: Iterable[T], every: int = 1) -> Iterator[T]:
-    """Yield the items; `check_wanted` before each, or before every `every`-th."""
     for number, item in enumerate(items):
         if number % every == 0:
             check_wanted()

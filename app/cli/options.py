@@ -147,7 +147,6 @@ def _is_file(text: str) -> bool:
 
 
 Flat = tyro.conf.OmitArgPrefixes
-"""Type of a command's field: its options have no prefix."""
 
 
 def shown_alone(options: type, names: Collection[str]) -> type:

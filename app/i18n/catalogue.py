@@ -108,7 +108,6 @@ def catalogues(language: Language) -> tuple[Path, ...]:
 
 @cache
 def words_of(language: Language) -> Words:
-    """Texts of a language; English for "auto", and for an unreadable catalogue."""
     if language == "pseudo":
         return Words("pseudo", otherwise=pseudo)
     if language in ("auto", "en"):

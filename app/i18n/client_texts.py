@@ -16,7 +16,6 @@ SILENT: Final = N_("The server does not answer – waiting…")
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
 """Shown when the server refuses the page's address."""
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
-"""Shown when one tab was duplicated too often."""
 OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to go on in this one.")
 """Shown when a student has opened another tab."""
 
@@ -32,7 +31,6 @@ PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Rel
 LOADING: Final = N_("Loading …")
 
 SOFTWARE: Final = N_("Drawn without a graphics card; it may stutter.")
-"""Shown by `software_rendering.js` for some seconds."""
 
 ICON_NAMES: Final = {
     "search": N_("every command by name"),

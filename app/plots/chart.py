@@ -16,7 +16,6 @@ LEAST: Final = 1e-3
 
 
 _SIDE = 1000
-"""Edge of the drawing's own square; three digits are finer than a pixel."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,6 @@ def _without_middles(points: list[list[float]]) -> list[list[float]]:
 
 
 def ticks_of(low: float, high: float) -> tuple[tuple[float, str], ...]:
-    """Two to six round numbers of an axis."""
     size = max(high - low, LEAST)
     step = 10.0 ** math.floor(math.log10(size / 2.0))
     step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)

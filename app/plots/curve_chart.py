@@ -58,7 +58,6 @@ class CurveAxis:
         return (value - self.low) / (self.high - self.low)
 
     def value(self, fraction: float) -> float:
-        """Value at a position, SI."""
         return self.low + fraction * (self.high - self.low)
 
     @property

@@ -63,7 +63,6 @@ def _runs(pairs: np.ndarray, pair: int) -> str:
 
 
 def _bars(counts: np.ndarray) -> str:
-    """An SVG bar for each bin; the largest count has full height."""
     shares = (counts / counts.max()).tolist()
     return "".join(f"M{i} 1v{-share:.2f}h1v{share:.2f}z" for i, share in enumerate(shares) if share)
 

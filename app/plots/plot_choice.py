@@ -41,7 +41,6 @@ PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
-    """Plots that an experiment offers besides the first two."""
     details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
     if run.experiment.obstacle != "nothing":
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
@@ -73,7 +72,6 @@ def possible_plots(run: RunSettings) -> tuple[str, ...]:
 
 
 _ALONE: Final = {"error": "hand", "distance": "elbow"}
-"""Replacements of the first two plots in a room without obstacles."""
 
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:

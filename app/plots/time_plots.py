@@ -183,7 +183,6 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
         positive=False,
     ),
 }
-"""Plots that are the same in every run; see `time_plot_of`."""
 
 
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:

@@ -17,8 +17,6 @@ from scenes.simulation import Simulation
 
 
 class Swivel:
-    """Measures the elbow angle of one arm."""
-
     def __init__(self, room: Room, arm: Arm) -> None:
         self._model, self._data, self._arm = room.model, room.model.createData(), arm
         self._last = math.nan

@@ -6,12 +6,8 @@ from controllers.laws.situation import Law
 
 
 class HeadlessProblem(Protocol):
-    """Reason why a law is not in force."""
-
     @property
-    def text(self) -> str:
-        """One line for the law's author."""
-        ...
+    def text(self) -> str: ...
 
 
 class HeadlessLaw(Law, Protocol):

@@ -86,8 +86,6 @@ Agreement = Literal["exact", "close", "differs"]
 
 @dataclass(frozen=True)
 class SavedRun:
-    """Content of a run file."""
-
     recorded: Recorded
     outcome: outcomes.RunOutcome
     made: dict[str, str]

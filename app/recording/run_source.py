@@ -17,7 +17,6 @@ class RunSource:
 
     @property
     def given(self) -> Mapping[str, Path]:
-        """Option → file, for each named source."""
         raise NotImplementedError
 
     @property

@@ -141,13 +141,11 @@ BUDGET: Final = 0.010
 """Longest time for actions in one frame; the rest waits for the next one [s]."""
 
 MOST_REBUILDS: Final = 4
-"""Largest number of rebuilt pages per `PERIOD`."""
 
 PERIOD: Final = 1.0
 """[s]"""
 
 MOST_PRESSES: Final = 64
-"""Largest number of waiting actions without a control; further ones are dropped."""
 
 
 class ActionQueue:
@@ -182,7 +180,6 @@ class ActionQueue:
             self._waiting[control] = action, claim_entry()
 
     def rebuilt(self) -> None:
-        """Record that the current action had the page rebuilt."""
         self._rebuilding = True
 
     def drop(self) -> None:

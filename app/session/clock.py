@@ -99,8 +99,6 @@ NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
 
 
 class Halt(set[Reason]):
-    """Reasons for a halt; false without a reason."""
-
     def set(self, reason: Reason, halted: bool = True) -> None:
         if halted:
             self.add(reason)

@@ -41,7 +41,6 @@ class InputSource:
         self._chosen, self._active, self.held = source, None, None
 
     def restart(self) -> None:
-        """Start the source from its beginning at the next step."""
         self._active = None
 
     def let_go(self) -> None:

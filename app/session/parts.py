@@ -121,12 +121,10 @@ class SessionParts:
         return {name: saved for name, saved in (self._waiting | made).items() if saved}
 
     def recordings(self) -> dict[str, Recorded]:
-        """Name → recorded run of all parts, also of parts not yet requested."""
         made = {name: recorded for part in self for name, recorded in part.recordings().items()}
         return (self._recordings if self._waiting else {}) | made
 
     def restore(self, saved: Mapping[str, bytes], recordings: Mapping[str, Recorded] | None = None) -> None:
-        """Restore the parts of a record, each at its first request."""
         self._waiting |= saved
         self._recordings |= recordings or {}
         for part in self:

@@ -58,8 +58,6 @@ class ReplayStatus(NamedTuple):
 
 
 class Live(Protocol):
-    """The live session as its replay needs it; see `Session`."""
-
     settings: Settings
     simulation: Simulation
     control: RunControl
@@ -245,7 +243,6 @@ class ReplayPlayer:
         return self._in_place_of_live
 
     def reset(self, action: Reset) -> bool:
-        """Return to live; False if the live run shall restart."""
         del action
         done = self._in_place_of_live and not self.reviewing
         if done or self.reviewing:

@@ -10,8 +10,6 @@ from scenes.simulation import Simulation
 
 
 class Stepped(Protocol):
-    """The session as `RunControl` needs it."""
-
     settings: Settings
     simulation: Simulation
     law: LateLaw
@@ -60,7 +58,6 @@ class RunControl:
         self._hurries_to = until
 
     def forget(self) -> None:
-        """Forget the steps that are due, as after a reset."""
         self._clock.forget()
         self._hurries_to = 0.0
 

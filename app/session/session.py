@@ -78,7 +78,6 @@ class Session:
         self._ask_for_frame()
 
     def notify(self, title: str, text: str) -> None:
-        """Show the visitor a message. `title`, `text`: in English, for `tr`."""
         self.notices.append((title, text))
 
     def close(self) -> None:
@@ -93,7 +92,6 @@ class Session:
 
     @property
     def ghost_hidden(self) -> bool:
-        """True while the ghost must not be seen yet."""
         return self.ghost_run.hidden
 
     @property
@@ -206,7 +204,6 @@ class Session:
 
     @property
     def replay(self) -> ReplayStatus:
-        """Status of a live session, with the replay that is loading."""
         return ReplayStatus(coming=self.player.coming)
 
     @property

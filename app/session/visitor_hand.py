@@ -14,8 +14,6 @@ from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Targe
 
 
 class Held(Protocol):
-    """The session as `VisitorHand` needs it."""
-
     settings: Settings
     simulation: Simulation
 
@@ -82,7 +80,6 @@ class VisitorHand:
         self._session.change("source", name)
 
     def let_go(self) -> None:
-        """Drop all that is held; the source restarts at the next step."""
         self.source.let_go()
         self.other = None
 

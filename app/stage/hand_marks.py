@@ -27,8 +27,6 @@ TUBE: Final = 0.006
 
 
 class TargetPlace(StagePart):
-    """Ring and line for an arm that draws its hand to a place."""
-
     def __init__(self, scene: viser.SceneApi) -> None:
         self._ball = scene.add_icosphere(
             "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
@@ -76,7 +74,6 @@ def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 WHITE: Final = (255, 255, 255)
-"""Visible on the orange arm in either theme."""
 
 
 class GripMark(StagePart):
@@ -156,8 +153,6 @@ TRAVEL: Final = (140, 0.12)
 
 
 class Trace(StagePart):
-    """The trace of one hand."""
-
     def __init__(self, scene: viser.SceneApi, arm: Arm, travels: bool) -> None:
         self._arm, (self._count, self._period) = arm, TRAVEL if travels else STAY
         self._points: deque[Array] = deque(maxlen=self._count)

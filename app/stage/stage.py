@@ -65,12 +65,9 @@ def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
 
 
 Yours = ArmView | BallView | FigureView
-"""What the visitor can move."""
 
 
 class Stage:
-    """Draws a simulation in 3-D, without controls."""
-
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self.yours: Yours | None = None

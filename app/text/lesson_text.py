@@ -32,7 +32,6 @@ _SPANS: Final = re.compile(
     r"|(?P<formula>(?P<dollars>\${1,2})(?:[^$\n]|\n(?!\s*\n))+?(?P=dollars))",
     re.DOTALL | re.MULTILINE,
 )
-"""Code, formulas and escaped dollars of a text; the remaining dollars are errors."""
 
 _BLOCK: Final = re.compile(r"\$\$(.+?)\$\$[ \t]*$", re.DOTALL | re.MULTILINE)
 

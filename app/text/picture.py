@@ -14,7 +14,6 @@ from typing import Final
 from scenes.files import path_inside, read_file
 
 PICTURE: Final = re.compile(r"^[ \t]*!\[([^\]\n]*)\]\(([^)\n]*)\)[ \t]*$", re.MULTILINE)
-"""A line that is a picture: its description and file name."""
 
 MOST_BYTES: Final = 300_000
 
@@ -90,7 +89,6 @@ def _may_act(key: str, value: str) -> bool:
 
 
 def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[str]:
-    """Reasons why a page cannot show the picture of a line."""
     if "![" not in line:
         return
     found = PICTURE.match(line)

@@ -48,7 +48,6 @@ JOINTS: Final = (
 )
 
 JOINT_LABELS: Final = ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll")
-"""Display names of joints 1 … 7."""
 
 MASSES: Final = (1.210, 2.303, 2.303, 2.303, 2.303, 1.601, 1.493, 0.109)
 """Links 0 (base) … 7 (flange) [kg]."""

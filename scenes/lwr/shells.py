@@ -59,7 +59,6 @@ SEEN_THROUGH: Final = ("ghost", "wish")
 """Transparent palettes: of a second run, and of an arm's desired posture."""
 
 SECTIONS: Final = 56
-"""Sections of every tube."""
 
 SKIN: Final = 0.0008
 """Clearance of the shells inside the capsules [m]."""
@@ -70,7 +69,6 @@ FEW: Final = 24
 """Sections of revolved parts of a coarse shell: a ring thinned out like the rest would be ragged."""
 
 RAISED: Final = ("cover", "ring", "trim")
-"""Materials of parts on top of a shell."""
 
 PROUD: Final = 0.0007
 """Additional height of parts on a coarse shell [m]: less than `SKIN`, so they stay inside the capsules."""

@@ -19,7 +19,6 @@ from scenes.lwr.facts import CAPSULES, CENTRES_OF_MASS, JOINTS, MASSES, CapsuleF
 URDF_FILE: Final = Path(__file__).with_name("lwr.urdf")
 
 FLANGE: Final = "flange"
-"""Name of the tool frame: link 7's own."""
 
 
 def capsule_share(link: int) -> tuple[CapsuleFact, float, float]:

@@ -30,7 +30,6 @@ from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
 from scenes.rigs import Rig
 
 DRIVEN: Final = 4
-"""Number of an arm's first joints that the person drives."""
 
 LIMIT_MARGIN: Final = float(np.radians(3.0))
 """Clearance of desired joints from their stops [rad]."""

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import trimesh
 
 TRIANGLES: Final = 30_000
-"""Number of triangles of a whole fine robot."""
 
 COARSE_TRIANGLES: Final = 4_200
 
@@ -163,7 +162,6 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
 
 
 def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
-    """Loose pieces of every joint by material, welded, without tiny ones."""
     import trimesh
 
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]

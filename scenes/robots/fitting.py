@@ -16,7 +16,6 @@ from scenes.robots.example_data import COLUMN_RADIUS, Example, load_example
 TURNS: Final = 32
 
 BALL_POINTS: Final = 400
-"""Number of points on a sphere that a capsule must contain."""
 
 FLAT: Final = 1e-9
 """Relative spread of points in a direction that is only rounding."""

@@ -16,12 +16,10 @@ from scenes.robots.example_data import EXAMPLES
 from scenes.settings import ArmName
 
 SAMPLES: Final = 1500
-"""Random postures of which the best are improved."""
 
 KEPT: Final = 12
 
 IMPROVEMENTS: Final = 25
-"""Steps that bring a hand in front."""
 
 STOP: Final = np.radians(17.0)
 """Least angle from every stop [rad]."""
