@@ -1,4 +1,4 @@
-"""`lwr-duet`, and `python -m app`."""
+"""Command line: `lwr-duet`, and `python -m app`."""
 
 import sys
 
@@ -7,17 +7,17 @@ from controllers.system_libraries import MissingLibrary, naming_missing_library
 
 
 def main() -> int:
-    """Run the command line as a process of its own; return the exit code."""
     return run_in_terminal(_command)
 
 
 def entry() -> None:
-    """Run as the installed command `lwr-duet`."""
     sys.exit(main())
 
 
 def run_command(arguments: list[str] | None = None) -> int:
-    """Run a command of the core or of a feature; return the exit code. `arguments`: those of this process by default."""
+    """Run a command of the core or of a feature; return the exit code. `arguments`: by default those of this
+    process.
+    """
     from app.cli.main import main
     from app.features import FEATURES
 

@@ -1,7 +1,8 @@
-"""What a feature may add to the core, which knows this type and no feature; `app.features` has all of them in one tuple.
+"""What a feature may add to the core, which knows only this type; `app.features` has all features in one
+tuple.
 
-A feature is a folder. Its `__init__.py` makes one `Feature`. The members are functions that import what they return, so that the tuple
-costs nothing to import.
+The `__init__.py` of a feature's folder makes one `Feature`. Its members are functions that import what they
+return, so that the tuple is cheap to import.
 """
 
 import socket
@@ -15,7 +16,7 @@ from app.text.document_list import DocumentFile
 from scenes.given_robots import RobotReader
 
 if TYPE_CHECKING:
-    # What a command of the core needs to know of a feature loads no page.
+    # What the core's commands read of a feature must not load the page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
@@ -31,10 +32,8 @@ if TYPE_CHECKING:
 
 
 Group = Literal["show", "teach", "compute"]
-"""Group of commands in the help of `lwr-duet`."""
 
 GROUPS: Final[tuple[Group, ...]] = get_args(Group)
-"""All groups, in the order of the help."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,10 @@ class Command:
     """A command of `lwr-duet`.
 
     Attributes:
-        options: a dataclass; its docstring and fields are the command's help. The first line of the docstring is the
-            command's line in the help of `lwr-duet`.
-        run: does it, and returns the exit code.
-        group: which group of that help names it.
-        brief: makes the options that `--help` shows if `--help-all` shows the rest; None if `--help` shows all.
+        options: dataclass; its docstring and fields are the command's help, the first line also its line in
+            the help of `lwr-duet`.
+        run: does it and returns the exit code.
+        brief: makes the options of `--help` if `--help-all` shows more; None if `--help` shows all.
 
     Raises:
         ValueError: unknown group.
@@ -64,29 +62,30 @@ class Command:
 
 @dataclass(frozen=True)
 class Feature:
-    """What one feature adds; every member but the name is optional.
+    """What one feature adds; every member except the name is optional.
 
     Attributes:
         name: of its folder in `app/features`.
-        texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
+        texts: folder with one catalogue per language (`de.toml`) for this feature's texts.
         choices: key of a setting → value → label of further choices.
-        documents: last part of the address → document that the page offers.
+        documents: last part of the address → document.
         commands: name → command.
-        panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
+        panels: makes the operator's panels; those of the lowest feature come first.
         charts: choice of the setting `plot` → chart.
-        key_help: rows for the page's table of keys, of keys that mean something at times.
-        overlays: what makes the parts of a page that shows a session, operated or not; see `app.page.view.ViewPart`.
+        key_help: rows for the page's table of keys, for keys with a temporary meaning.
+        overlays: makes the parts of a page that shows a session, operated or not; see
+            `app.page.view.ViewPart`.
         assets: scripts and style sheets of every page.
-        options: a dataclass that adds its fields to the options of `lwr-duet serve`.
-        start: serves a page on a socket that listens, and calls a function with the number of places when it does; returns False at
-            once if the page is to be served in this process.
-        robot_reader: gives the robot of a file that the command line names, see `scenes.given_robots`.
-        run_source: a dataclass that adds its fields to the options of `lwr-duet run`.
+        options: dataclass that adds its fields to the options of `lwr-duet serve`.
+        start: serves a page on a listening socket and then calls a function with the number of places;
+            returns False at once if this process shall serve the page.
+        robot_reader: reads the robot of a file named on the command line, see `scenes.given_robots`.
+        run_source: dataclass that adds its fields to the options of `lwr-duet run`.
         opened: opens what all sessions of a server share, before anything is served.
-        host: makes the host of a server that is started with the feature's options, or returns None.
-        server: makes what the feature keeps for a whole server.
+        host: makes the host of a server started with the feature's options, or returns None.
+        server: makes the feature's state for a whole server.
         joining: makes the pages of people who join a visitor's private session by a link.
-        store: makes what keeps the sessions of visitors who are away, and perhaps more.
+        store: makes the store of the sessions of absent visitors.
     """
 
     name: str

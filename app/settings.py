@@ -1,4 +1,4 @@
-"""The page's own settings, and every way in which settings come in or go out: deep link, command line, header of an export."""
+"""The page's own settings, and how settings are read and written: link, command line, header of an export."""
 
 import re
 from collections.abc import Mapping
@@ -14,11 +14,13 @@ Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
 PictureQuality = Literal["fine", "fast"]
 LANGUAGES: Final = {"en": "English", "de": "Deutsch", "sl": "Slovenščina"}
-"""Code of a language → its own name. All texts are written in the first one; see `app/i18n/README.md`."""
+"""Language code → its own name. All texts are written in the first language; see `app/i18n/README.md`."""
 TRANSLATIONS: Final = tuple(LANGUAGES)[1:]
-"""Languages with a catalogue; what it lacks is English."""
+"""Languages with a catalogue; missing texts are English."""
 LANGUAGE_LABELS: Final = {"auto": "As the browser asks", **LANGUAGES, "pseudo": "Pseudo (a test)"}
-"""What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
+"""Languages of the page: that of the browser, or a fixed one; `pseudo` is longer than all, to find clipped
+texts.
+"""
 Language = str
 """A key of `LANGUAGE_LABELS`."""
 Details = Literal[
@@ -46,8 +48,9 @@ BUILT_IN_SOURCES: Final = {"clips": "Built-in clip", "figure": "The figure: drag
 
 
 def ghosts() -> dict[str, str]:
-    """Return the second runs on the same inputs, value → label: none, with the settings frozen when it was chosen, or with
-    another law; a feature may offer more."""
+    """Ghosts with the same inputs, value → label: none, the settings frozen when it was chosen, or another
+    law; a feature may add more.
+    """
     laws = {name: law.short for name, law in LAWS.items()}
     return {"off": "Off", "frozen": "These settings, frozen", **laws}
 
@@ -123,7 +126,6 @@ class Look(NamedTuple):
     language: Language
 
     def of(self, page: PageSettings) -> PageSettings:
-        """Return a page's settings with this look."""
         return replace(page, **self._asdict())
 
 
@@ -140,11 +142,12 @@ class Settings:
 
 
 def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
-    """Return the settings of a link, and a message for every part of it that is not possible and was left out.
+    """Settings of a link, and a message for every part that is not possible and was left out.
 
     Args:
-        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own, or appended by others, are skipped.
-        start: what the link does not say, unless it says that it is whole.
+        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys of viser and appended ones are
+            skipped.
+        start: settings that the link does not name, unless it says that it is whole.
     """
     problems: list[str] = []
     query = {mended_key(key): text for key, text in query.items()}
@@ -164,11 +167,10 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
 
 
 def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
-    """Return the query of a link from which `from_query` gives these settings again, however a server was started.
+    """Query of a link from which `from_query` restores these settings, however a server was started.
 
     Args:
-        settings: of the link.
-        but: settings that the reader of the link has already; None for Duet's own.
+        but: settings that the link's reader already has; None for Duet's defaults.
     """
     known = values(but or Settings())
     changes = {key: value for key, value in values(settings).items() if value != known[key]}
@@ -177,48 +179,49 @@ def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
 
 
 WHOLE = "whole"
-"""Key of a link that says all that differs from Duet's own settings."""
+"""Key of a link that names every difference from Duet's defaults."""
 
 STEP_KEYS: Final = frozenset({"lesson", "step"})
 """Keys of a link that opens a lesson."""
 
 ALONE: Final = "alone"
-"""Key of a teacher's page without a class, as in a notebook: it has no tools for one."""
+"""Key of a teacher's page without a class, as in a notebook; it has no class tools."""
 
 MOTION: Final = "motion"
-"""Key by which a browser says that its visitor wants less motion."""
+"""Key by which a browser says that its visitor prefers reduced motion."""
 
 PANEL: Final = "panel"
-"""Key by which a browser or a link says how many controls are wanted: "small" or "all"."""
+"""Key of the number of controls, from a browser or a link: "small" or "all"."""
 
 EMBED: Final = "embed"
-"""Key of a page in a frame of another page, which shows few things; see `embed.js`."""
+"""Key of a page in a frame of another page, which shows less; see `embed.js`."""
 
 JOIN: Final = "guest"
-"""Key of a link to another visitor's session, with a word that leads to the worker process that has announced it."""
+"""Key of a link to another visitor's session; its word leads to the worker process that announced it."""
 
 PUSH: Final = "push"
 """Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
 
 ATTACK: Final = "attack"
-"""Key of a link that replays a run which breaks the promise, or comes near it."""
+"""Key of a link that replays a run which breaks the promise, or nearly does."""
 
 OPENED: Final = "opened"
-"""Key of a word of the page, new each time a browser loads it: another one in the same tab is a reload."""
+"""Key of a random word, new for each load of the page: another one in the same tab means a reload."""
 
 LANGUAGES_KEY: Final = "languages"
-"""Key of the languages that the page's visitor reads, the preferred one first, as in the header Accept-Language."""
+"""Key of the visitor's languages, preferred first, as in the header Accept-Language."""
 
 LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
-"""Keys of a link that people write by hand, besides settings."""
+"""Keys of a link that people type, besides settings."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
     | {"resume", WHOLE, ALONE, JOIN, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
-"""Keys of a link that are not settings: viser's own, the teacher's key, the size of the window, the folder that a proxy has
-the page in, the lesson, the run to replay, how much it says."""
+"""Keys of a link that are not settings: viser's, the teacher's key, window size, a proxy's folder, lesson,
+run to replay, completeness.
+"""
 
 APPENDED: Final = re.compile(
     # Campaigns of mailings, and what measures them.
@@ -231,11 +234,13 @@ APPENDED: Final = re.compile(
     r"_x_tr_[a-z]+|forceview|redirects|_xsrf|_t|_r",
     re.IGNORECASE,
 )
-"""Keys that mailings, social networks, search engines, translators and learning platforms append to a link: they say nothing to us."""
+"""Keys that mailings, social networks, search engines, translators and learning platforms append to a link;
+ignored.
+"""
 
 
 def mended_key(key: str) -> str:
-    """Return a key of a link without what is left of the &amp; of a page's source."""
+    """Key of a link without the rest of an HTML-escaped &amp;."""
     return _AMP.sub("", key)
 
 
@@ -243,19 +248,19 @@ _AMP: Final = re.compile(r"^(amp;)+", re.IGNORECASE)
 
 
 def is_foreign(key: str) -> bool:
-    """True for a key of a link that is no setting: another program's, another part of Duet's, or appended by others."""
+    """True for a key of a link that is not a setting: viser's, another one of Duet's, or appended."""
     if key in specs(Settings):
         return False
     return key in FOREIGN_KEYS or key.startswith("initialCamera") or APPENDED.fullmatch(key) is not None
 
 
 def asks_for_nothing(query: Mapping[str, str]) -> bool:
-    """True for a page that is to begin as usual: its link has at most a look, and no setting, lesson or run."""
+    """True for a page that begins as usual: its link has no setting, lesson or run."""
     shown = (*STEP_KEYS, WHOLE, PUSH, ATTACK)
     keys = {mended_key(key) for key in query}
     return all(key in LOOKS or (is_foreign(key) and key not in shown) for key in keys)
 
 
 def is_appended(key: str) -> bool:
-    """True for a key that others append to a link, and that is not Duet's or viser's."""
+    """True for an appended key that is not Duet's or viser's."""
     return key not in FOREIGN_KEYS and key not in specs(Settings) and APPENDED.fullmatch(key) is not None

@@ -1,4 +1,4 @@
-"""Starts the app: the server, its host, and the frame loop."""
+"""Starts the app: the server, its host and the frame loop."""
 
 import logging
 import socket
@@ -39,8 +39,7 @@ class App:
     """A running server with its host and its frame loop; made by `start_app`.
 
     Args:
-        host: what the server shows.
-        preparation: of what is slow the first time; None if nothing is prepared.
+        preparation: of what is slow the first time; None for no preparation.
 
     Attributes:
         server, url: the context's server, and the address of the page.
@@ -56,7 +55,6 @@ class App:
         self._closed = threading.Event()
 
     def wait(self) -> None:
-        """Block until `close` is called or Ctrl+C."""
         while not self._closed.wait(0.5):
             pass
 
@@ -64,7 +62,7 @@ class App:
         """Stop the frames and all background jobs, close every connection and release the port.
 
         Args:
-            goes_on: whether the next server goes on with what this one shows.
+            goes_on: True if the next server continues the sessions of this one.
         """
         if self._preparation is not None:
             self._preparation.close()
@@ -90,7 +88,7 @@ def start_app(
     """Start to serve the page.
 
     Args:
-        features: beside the core; () for the core alone.
+        features: () for the core alone.
         listener, run: see `DuetServer`.
         jobs: runs what takes longer than a frame; None for a pool of this process.
         started_with: see `AppContext.given`.
@@ -162,7 +160,6 @@ def start_app(
 
 
 def _host(context: AppContext, features: Sequence[Feature]) -> Host:
-    """Return the host of the first feature that has one for these options; else one of private sessions."""
     hosts = (one.host(context) for one in features if one.host is not None)
     found = next((host for host in hosts if host is not None), None)
     return found or PrivateHost(context)

@@ -1,5 +1,6 @@
-"""Colours and sizes. A symbol has one colour in the text, in the scene and in the plots; the palette is safe for
-colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
+"""Colours and sizes. A symbol has one colour in text, scene and plots; the palette is safe for colour-blind
+people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word.
+"""
 
 from dataclasses import dataclass, field, fields
 from typing import Final, NamedTuple, TypeVar
@@ -13,26 +14,27 @@ THEMES: Final[tuple[Theme, Theme]] = ("light", "dark")
 
 
 def _of_themes(light: Colours, dark: Colours) -> Colours:
-    """Declare a field of `Palette` by what it is in either theme."""
     return field(metadata=dict(zip(THEMES, (light, dark), strict=True)))
 
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours of one theme as CSS hex: by symbol, of the room, and of the page. Style sheets name them by field: `var(--brand-ink)`.
+    """Colours of one theme as CSS hex. Style sheets name them by field: `var(--brand-ink)`.
 
     Attributes:
-        distance, critical, resting, activation, error, velocity, pull, approach: of d, d_m, d*, λ, e, v, u, w.
+        distance, critical, resting, activation, error, velocity, pull, approach: of d, d_m, d*, λ, e, v, u,
+            w.
         joints: of q1 … q7.
         laws: of the laws, in the order of the picker.
         calm: of the line between the arms while λ = 0.
         background: of the room, top and bottom.
         cell, section: of the floor's lines.
-        ink, dim, soft: of text, from the strongest to the weakest; faint: of lines alone.
-        paper, card, panel, well, veil: of surfaces: the page, what lies on it, a part set off, a groove, what covers the stage.
-        line, edge, hair, bar: of borders, of buttons, of rules in tables, and of bars.
-        brand, on_brand, brand_ink, brand_tint, flash: of what is to be pressed, with text on it; text, surface and flash of its kind.
-        good_ink, good_tint, warning, warning_ink, warning_tint, warning_flash, alarm_ink, alarm_tint: of states.
+        ink, dim, soft: of text, from strong to weak; faint: of lines only.
+        paper, card, panel, well, veil: of surfaces: page, cards, panels, grooves, cover of the 3-D view.
+        line, edge, hair, bar: of borders, buttons, rules in tables, and bars.
+        brand, on_brand, brand_ink, brand_tint, flash: of buttons, with their text, surface and flash.
+        good_ink, good_tint, warning, warning_ink, warning_tint, warning_flash, alarm_ink, alarm_tint: of
+            states.
     """
 
     distance: str = _of_themes("#006fae", "#5ab4f0")
@@ -92,9 +94,9 @@ class Symbol(NamedTuple):
     """A symbol of the page.
 
     Attributes:
-        field: of `Palette` that has its colour; "" if it has no colour of its own.
-        sentence: what it means, in English, at most 20 words. {arm} is who gives way, {other} is who comes near: both
-            are subjects, so that a translation needs one case of each.
+        field: of `Palette` with its colour; "" if it has no colour of its own.
+        sentence: its meaning, in English, at most 20 words. {arm} gives way, {other} comes near: both are
+            subjects, so that a translation needs one case of each.
     """
 
     field: str
@@ -113,14 +115,12 @@ SYMBOLS: Final = {
     "law": Symbol("", "d_law: the distance that the law sees. It also counts other pairs that are near."),
     "lost": Symbol("", "Not achieved: what the law asks for and the joints do not do."),
 }
-"""Name of a symbol on the page, mostly its class of CSS → what it is."""
 
 SYMBOL_COLOURS: Final = {name: symbol.field for name, symbol in SYMBOLS.items() if symbol.field}
-"""Class of a symbol in every text → field of `Palette`."""
 
 
 def css_variables() -> str:
-    """Return the rule that gives the style sheets their colours: `var(--brand-ink)` is `brand_ink` of the theme that is shown."""
+    """CSS rule with the colours of the shown theme: `var(--brand-ink)` is `brand_ink`."""
     light, dark = PALETTES["light"], PALETTES["dark"]
     pairs = [(f.name.replace("_", "-"), getattr(light, f.name), getattr(dark, f.name)) for f in fields(Palette)]
     pairs += [(f"room-{end}", *(f"rgb{p.background[i]}" for p in (light, dark))) for i, end in enumerate(("top", "bottom"))]
@@ -128,14 +128,13 @@ def css_variables() -> str:
 
 
 def symbol_rules(*scopes: str) -> str:
-    """Return the rules that colour the symbols inside some elements. `scopes`: their selectors."""
+    """CSS rules that colour the symbols inside some elements. `scopes`: their selectors."""
     return "".join(
         f"{','.join(f'{scope} .{name}' for scope in scopes)}{{color:var(--{field})}}" for name, field in SYMBOL_COLOURS.items()
     )
 
 
 def rgb(css: str) -> Rgb:
-    """Return "#rrggbb" as numbers."""
     return int(css[1:3], 16), int(css[3:5], 16), int(css[5:7], 16)
 
 
@@ -143,13 +142,11 @@ BRAND: Final = rgb(PALETTES["light"].brand)
 
 
 def blend(a: str, b: str, share: float) -> Rgb:
-    """Return the colour `share` of the way from a to b."""
     red, green, blue = (round(x + (y - x) * share) for x, y in zip(rgb(a), rgb(b), strict=True))
     return red, green, blue
 
 
 def scale(profile: Profile) -> float:
-    """Scale of text and lines."""
     return 1.3 if profile == "projector" else 1.0
 
 
@@ -158,15 +155,17 @@ DOCK_WIDTH: Final = 344
 
 
 def plots_height(canvas_height: float, profile: Profile) -> int:
-    """Return the height of one plot on a canvas of this height [CSS px]: a fifth, but neither unreadable nor a wall."""
+    """Height of one plot on a canvas of this height [CSS px]: a fifth, within limits."""
     return round(min(max(0.2 * canvas_height, 112.0), 176.0) * (1.12 if profile == "projector" else 1.0))
 
 
 NARROW: Final = 1180
-"""On a window narrower than this the squared error makes room for a chart that needs more than a third of the panel [CSS px]."""
+"""Window width below which the squared error is dropped in favour of a chart wider than a third of the panel
+[CSS px].
+"""
 
 PLOTS_FRAME: Final = 96.0
 """Height of the panel of plots without the plots [CSS px]."""
 
 PLOT_HEADROOM: Final = 17
-"""Height of the line above the frame of a plot, for the name of a moment [CSS px]."""
+"""Height above the frame of a plot, for the name of a moment [CSS px]."""

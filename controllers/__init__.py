@@ -1,7 +1,7 @@
-"""The mathematics of one tick: numpy, Pinocchio and coal; knows no scene and no page.
+"""The mathematics of one tick with numpy, Pinocchio and coal; knows no scene and no page.
 
-What a law is told, with symbols and units, is in `controllers.laws.situation`. The names in `_PUBLIC` are for notebooks:
-`from controllers import resting_distance`.
+`controllers.laws.situation` has the inputs of a law with symbols and units. The names in `_PUBLIC` are for
+notebooks: `from controllers import resting_distance`.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,11 +23,8 @@ _PUBLIC: Final = {
 
 
 def loaded_on_demand(package: str, names: Mapping[str, str]) -> Callable[[str], Any]:
-    """Return a package's `__getattr__`: a name's module is loaded when the name is first used, so that a process which needs only the
-    settings loads no robot.
-
-    Args:
-        names: name → module of the package.
+    """A package's `__getattr__` that loads a name's module at its first use, so that a process which needs
+    only settings loads no robot.
     """
 
     def load(name: str) -> Any:

@@ -1,15 +1,16 @@
-"""How far avoidance has taken over: λ(d), eq. (31), Petrič & Žlajpah 2011, and a rise within a buffer."""
+"""The activation λ(d), eq. (31), Petrič & Žlajpah 2011, and a rise within a buffer."""
 
 import math
 
 
 def activation(distance: float, critical_distance: float, order: float) -> float:
-    """Return λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31): continuous at d_m, where its slope jumps from 0 to −n/d_m.
+    """λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31): continuous at d_m, where its slope jumps from 0
+    to −n/d_m.
 
     Args:
         distance: d [m]; may be negative (overlap).
         critical_distance: d_m > 0 [m].
-        order: n ≥ 1; the paper takes whole numbers, nothing needs that.
+        order: n ≥ 1; whole numbers in the paper, any here.
     """
     if distance <= critical_distance:
         return 1.0
@@ -17,7 +18,8 @@ def activation(distance: float, critical_distance: float, order: float) -> float
 
 
 def buffered_activation(distance: float, critical_distance: float, influence_distance: float) -> float:
-    """Return α(d): 1 up to d_m, ½ (1 + cos π (d − d_m) / (d_0 − d_m)) up to d_0, 0 beyond; continuously differentiable.
+    """α(d): 1 up to d_m, ½ (1 + cos π (d − d_m) / (d_0 − d_m)) up to d_0, 0 beyond; continuously
+    differentiable.
 
     Args:
         distance: d [m]; may be negative (overlap).

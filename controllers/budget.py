@@ -1,11 +1,11 @@
-"""The distance budget ḋ = λ v − (1 − λ) u − w and what follows from it in closed form.
+"""The distance budget ḋ = λ v − (1 − λ) u − w and its closed forms.
 
-Insert eq. (32) into ḋ = J_d q̇ − w with u = −J_d q̇_n: as long as J_d is not singular and no joint limit acts,
+Insert eq. (32) into ḋ = J_d q̇ − w with u = −J_d q̇_n: while J_d is not singular and no joint limit acts,
 
-    ḋ = λ(d) v − (1 − λ(d)) u − w                                                                                         (R)
+    ḋ = λ(d) v − (1 − λ(d)) u − w                                                                 (R)
 
-whatever the arm, the task and everything orthogonal to J_d do. Signs as in the paper: u and w are counted positive *towards*
-the other body. All distances in m, speeds in m/s.
+whatever the arm, the task and everything orthogonal to J_d do. Signs as in the paper: u and w are positive
+*towards* the other body. Distances in m, speeds in m/s.
 """
 
 import math
@@ -14,18 +14,19 @@ from controllers.activation import activation
 
 
 def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: float) -> float:
-    """Return ḋ [m/s], line (R), for one avoiding arm."""
+    """ḋ [m/s], line (R), for one avoiding arm."""
     return lam * nominal_velocity - (1.0 - lam) * pull - approach
 
 
 def resting_distance(
     critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0, lever: float = 1.0
 ) -> float:
-    """Return d* = d_m [s (u + v) / (u + w)]^(1/n), where line (R) comes to rest, with λ(d*) = (u + w) / [s (u + v)].
+    """Rest of line (R): d* = d_m [s (u + v) / (u + w)]^(1/n) [m], with λ(d*) = (u + w) / [s (u + v)].
 
-    The lever s is 1 while J_d is regular; a law without a full lever gets s of each change that it asks for.
-    Returns inf when nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
-    Returns nan when there is no stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever, or s is too small.
+    The lever s is 1 while J_d is regular; with a weak lever a law gets s of each change that it asks for. inf
+    if nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
+    nan without a stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever, or s is
+    too small.
     """
     if pull + approach <= 0.0:
         return math.inf
@@ -36,30 +37,33 @@ def resting_distance(
 
 
 def distance_loss_rate(nominal_velocity: float, approach: float) -> float:
-    """Return the speed w − v at which distance is lost below d_m, where λ = 1; 0 if none is lost [m/s]."""
+    """Speed w − v at which distance is lost below d_m, where λ = 1; 0 if none is lost [m/s]."""
     return max(0.0, approach - nominal_velocity)
 
 
 def settling_time(critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0) -> float:
-    """Return the time constant of line (R) linearised at its rest, d* / [n (u + w)] [s]; nan or inf where d* is."""
+    """Time constant of line (R) linearised at its rest, d* / [n (u + w)] [s]; nan or inf with d*."""
     rest = resting_distance(critical_distance, order, nominal_velocity, pull, approach)
     return rest / (order * (pull + approach)) if math.isfinite(rest) else rest
 
 
 def largest_step(critical_distance: float, order: float, nominal_velocity: float, pull: float) -> float:
-    """Return the stability limit of explicit Euler, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not overshoot.
+    """Stability limit of explicit Euler, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not overshoot.
 
-    This is the limit at d_m, where λ is steepest; the sharper one at a given rest is twice the `settling_time` there.
+    This is the limit at d_m, where λ is steepest; the sharper one at a given rest is twice the
+    `settling_time` there.
     """
     speed = order * (nominal_velocity + pull)
     return 2.0 * critical_distance / speed if speed > 0.0 else math.inf
 
 
 def largest_dead_time(settling: float, lag: float = 0.0) -> float:
-    """Return the dead time below which line (R), linearised at its rest, is stable [s]: π/2 of its time constant without a lag.
+    """Dead time below which line (R), linearised at its rest, is stable [s]: π/2 of its time constant without
+    a lag.
 
-    The robot's part of ḋ = −a (d − d*), a = 1/`settling`, comes a dead time later and through a first-order lag τ. On the stability
-    limit a = ω √(1 + ω² τ²), where lag and dead time turn the phase by a quarter: ω T + arctan ω τ = π/2.
+    The robot's part of ḋ = −a (d − d*), a = 1/`settling`, comes a dead time later and through a first-order
+    lag τ. On the stability limit a = ω √(1 + ω² τ²), where lag and dead time turn the phase by a quarter: ω T
+    + arctan ω τ = π/2.
 
     Args:
         settling: time constant of line (R) at its rest, `settling_time` [s].
@@ -74,11 +78,12 @@ def largest_dead_time(settling: float, lag: float = 0.0) -> float:
 
 
 def largest_dead_time_without_overshoot(settling: float) -> float:
-    """Return the dead time up to which line (R), linearised at its rest and without a lag, does not overshoot [s]: 1/e of its
-    time constant `settling` [s]."""
+    """Dead time up to which line (R), linearised at its rest and without a lag, does not overshoot [s]: 1/e
+    of `settling` [s].
+    """
     return settling / math.e
 
 
 def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:
-    """Return λ(d) v, the speed at which an arm with nothing to do is still pushed away at distance d [m/s]."""
+    """λ(d) v, the speed at which an idle arm is still pushed away at distance d [m/s]."""
     return activation(distance, critical_distance, order) * nominal_velocity

@@ -1,11 +1,11 @@
-"""Loops over numbers: Python at first, machine code as soon as that is loaded, with the same bits.
+"""Numerical loops: first in Python, then in machine code with the same bits.
 
-Such a loop does arithmetic on float64 numbers one by one. numba keeps to IEEE arithmetic and to the order that is written, so that
-Python and machine code give the same bits, and a run does not depend on when one takes the other's place.
+A loop does arithmetic on float64 numbers one by one. numba keeps IEEE arithmetic and the written order, so a
+run does not depend on the moment of the switch.
 
-To import numba and to load what it has compiled takes longer than a first picture may wait, so this is done in a thread, once the
-loops have been used often enough that it pays. What was never compiled on this machine is compiled by a process of its own, which
-leaves it in a folder for all later ones.
+Importing numba and loading compiled code takes too long before a first picture. A thread does it once the
+loops have run often enough. Code never compiled on this machine is compiled by another process, which leaves
+it in a folder for later ones.
 """
 
 import hashlib
@@ -35,16 +35,15 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Indices = NDArray[np.int64]
 IndexPairs = NDArray[np.int64]
-"""Arrays of a loop, in its signature float64[:], float64[:, :], int64[:] and int64[:, :]."""
+"""Arrays of a loop: in its signature float64[:], float64[:, :], int64[:] and int64[:, :]."""
 
 PATIENCE: Final = 8000
-"""Calls in Python before machine code is loaded: some 1,000 steps, which by then have cost as much as the loading will."""
+"""Calls in Python before machine code is loaded: about 1,000 steps, which cost as much as the loading."""
 
 GAIN: Final = 8.0
-"""How many times as long a step takes in Python as in machine code, at least."""
 
 READ: Final = "DUET_LOOPS"
-"""Name in the environment of a folder from which machine code is taken, if the usual one does not have it."""
+"""Environment variable: a second folder with machine code."""
 
 _log = logging.getLogger("duet.compiled")
 loops: list["Loop[..., Any]"] = []
@@ -54,10 +53,9 @@ _calls = 0
 
 
 class Loop(Generic[P, R]):
-    """A loop over numbers, called like the function that it is made of; declared by `loop`.
+    """A loop, called like its function; declared by `loop`.
 
     Attributes:
-        python: the function.
         signature, fills: see `loop`.
     """
 
@@ -69,11 +67,11 @@ class Loop(Generic[P, R]):
         loops.append(self)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """Run it: arrays are arguments, those that it fills too."""
+        """Run it; all arrays are arguments, including those it fills."""
         return self.run(*args, **kwargs)
 
     def compiled(self) -> Callable[P, R]:
-        """Its machine code, with that of the loops that it calls; takes seconds unless the folder has it."""
+        """Machine code of it and of the loops that it calls; takes seconds unless the folder has it."""
         import numba
         from numba.core.sigutils import normalize_signature
 
@@ -97,11 +95,9 @@ class Loop(Generic[P, R]):
 
     @property
     def loaded(self) -> bool:
-        """True once it is machine code."""
         return self.run is self._machine
 
     def load(self) -> None:
-        """Replace Python by machine code."""
         self.run = self.compiled()
 
     def _counted(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -113,29 +109,29 @@ class Loop(Generic[P, R]):
 
 
 def loop(signature: str, fills: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Loop[P, R]]:
-    """Declare a loop, as `numba.njit` does: `@loop("float64(float64[:, :], float64, float64[:])", fills=("row",))`.
+    """Declare a loop, as `numba.njit` does: `@loop("float64(float64[:, :], float64, float64[:])",
+    fills=("row",))`.
 
     Args:
-        signature: numba's, with the types of the result and of all arguments. It is written here and not read from
-            the annotations, which Python and numpy resolve differently from version to version.
+        signature: numba's, with the types of the result and all arguments; annotations differ between
+            versions of Python and numpy.
         fills: names of the arrays that the loop writes; all others may be read-only.
     """
     return lambda function: Loop(function, signature, fills)
 
 
 def all_loaded() -> bool:
-    """True once all loops are machine code."""
     return all(made.loaded for made in loops)
 
 
 def begin_to_load() -> None:
-    """Replace Python by machine code, from a thread; does nothing the second time."""
+    """Replace Python by machine code in a thread; a second call does nothing."""
     if _begun.acquire(blocking=False):
         threading.Thread(target=_attempt, args=(_load_or_compile,), name="duet-compiled").start()
 
 
 def load_if_compiled() -> None:
-    """Replace Python by machine code: before returning if this machine has compiled it, else from a thread."""
+    """Replace Python by machine code: at once if this machine has compiled it, else in a thread."""
 
     def load() -> None:
         if (loops_folder() / "done").exists():
@@ -147,12 +143,12 @@ def load_if_compiled() -> None:
 
 
 def load_now() -> None:
-    """Replace Python by machine code before returning, even if it must be compiled."""
+    """Replace Python by machine code before returning, compiling it if necessary."""
     _attempt(_load)
 
 
 def _attempt(load: Callable[[], None]) -> None:
-    """Load; after a failure, which is one line in the log, this process goes on in Python."""
+    """Load; after a failure, which is logged, this process continues in Python."""
     if _failed.is_set() or all_loaded():
         return
     try:
@@ -179,10 +175,10 @@ def _load_or_compile() -> None:
 
 
 def _compile_in_process() -> None:
-    """Compile all loops in another process, which ends when this one does.
+    """Compile all loops in another process, which ends with this one.
 
     Raises:
-        RuntimeError: with the last line that the process has written, if it has failed.
+        RuntimeError: with the last line of the failed process.
     """
     modules = sorted({made.python.__module__ for made in loops})
     said = ""
@@ -193,7 +189,7 @@ def _compile_in_process() -> None:
         stderr=subprocess.PIPE,
         encoding="utf-8",
         errors="replace",
-        # Ctrl+C is for this process, with which the other one ends.
+        # Ctrl+C is for this process; the other one ends with it.
         process_group=0,
     ) as child:
         while child.returncode is None:
@@ -206,7 +202,7 @@ def _compile_in_process() -> None:
 
 
 def main() -> None:
-    """In that process: compile the loops of the modules that are its arguments."""
+    """Entry point of that process: compile the loops of the modules in its arguments."""
     try:
         for module in sys.argv[1:]:
             import_module(module)
@@ -217,10 +213,10 @@ def main() -> None:
 
 
 def loops_folder() -> Path:
-    """Folder of the machine code for this text, interpreter and processor, which numba uses from now on.
+    """Folder of the machine code for this source, interpreter and processor; numba uses it from now on.
 
     Raises:
-        ImportError: numba cannot be imported, for example beside a numpy that is too new for it.
+        ImportError: numba cannot be imported, for example because numpy is too new.
         OSError: the folder cannot be made.
     """
     import numba
@@ -237,7 +233,7 @@ def loops_folder() -> Path:
     folder = place / name
     for other in (beside, Path(os.environ.get(READ, place))):
         if (other / name / "done").exists() and not (folder / "done").exists():
-            # numba reads nothing where it cannot write.
+            # numba does not read a folder that it cannot write.
             shutil.copytree(other / name, folder, dirs_exist_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]

@@ -23,10 +23,10 @@ LEAST_SQUARE: Final = 1e-12
 def convex_closest(
     first: Vector, second: Vector, half_a: float, half_b: float, epsilon: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return the point on the first body's axis [m], the gap from there to the one on the second's [m], and D [m].
+    """Point on the first body's axis [m], vector to the point on the second's [m], and D [m].
 
     Args:
-        first, second: a body's axis, of length 1, and its centre (6,), world [m].
+        first, second: unit axis and centre of a body (6,), world [m].
         half_a, half_b: half lengths of the axes [m]; 0 for a sphere.
         epsilon: ε [m²], positive.
     """

@@ -1,4 +1,4 @@
-"""A λ(d) through given points: how it is written, and its height between them."""
+"""A λ(d) through given points: its text form and its interpolation."""
 
 from bisect import bisect_right
 from functools import lru_cache
@@ -8,7 +8,6 @@ from typing import Final, NamedTuple
 from controllers.errors import BadSetting, LazyText
 
 MOST_POINTS: Final = 48
-"""Points that a curve may have."""
 
 FARTHEST: Final = 2.0
 """Largest distance of a point, either side of 0 [m]."""
@@ -16,10 +15,10 @@ FARTHEST: Final = 2.0
 
 @lru_cache(maxsize=256)
 def curve_points(text: str) -> tuple[tuple[float, float], ...]:
-    """Return the points (d [m], λ) of a text such as "0.15:1,0.2:0.3,0.4:0".
+    """Points (d [m], λ) of a text such as "0.15:1,0.2:0.3,0.4:0".
 
     Raises:
-        BadSetting: the text is no such list, a number is out of its range, or the distances do not rise.
+        BadSetting: not such a list, a number out of range, or distances that do not rise.
     """
     remedy = LazyText("write its points as d:λ, d in metres, with commas between them: 0.15:1,0.2:0.3,0.4:0.")
     try:
@@ -42,12 +41,12 @@ def curve_points(text: str) -> tuple[tuple[float, float], ...]:
 
 
 def curve_text(points: tuple[tuple[float, float], ...]) -> str:
-    """Return points (d [m], λ) as the text that `curve_points` reads."""
+    """Text of points (d [m], λ) for `curve_points`."""
     return ",".join(f"{d:.6g}:{lam:.6g}" for d, lam in points)
 
 
 def read_curve(text: str) -> str:
-    """Return a text of points in its one form.
+    """Normal form of a text of points.
 
     Raises:
         BadSetting: see `curve_points`.
@@ -56,10 +55,8 @@ def read_curve(text: str) -> str:
 
 
 class PiecewiseCubic(NamedTuple):
-    """A cubic between every two points, with one slope at each: it passes no point's height between two of them.
-
-    Attributes:
-        distances, heights, slopes: of the points.
+    """A cubic between every two points, with one slope at each; it stays between the heights of its two
+    points.
     """
 
     distances: tuple[float, ...]
@@ -67,7 +64,7 @@ class PiecewiseCubic(NamedTuple):
     slopes: tuple[float, ...]
 
     def height(self, distance: float) -> float:
-        """Return λ at a distance [m]."""
+        """λ at a distance [m]."""
         xs = self.distances
         if distance <= xs[0]:
             return self.heights[0]
@@ -85,7 +82,9 @@ class PiecewiseCubic(NamedTuple):
 
 @lru_cache(maxsize=256)
 def curve_through(text: str) -> PiecewiseCubic:
-    """Return the curve through points, monotone between any two: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984."""
+    """Curve through points, monotone between any two: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat.
+    Comput. 5(2), 1984.
+    """
     distances, heights = zip(*curve_points(text), strict=True)
     widths = [b - a for a, b in pairwise(distances)]
     rises = [(b - a) / h for (a, b), h in zip(pairwise(heights), widths, strict=True)]
@@ -98,9 +97,10 @@ def curve_through(text: str) -> PiecewiseCubic:
 
 
 def kept_distance(text: str) -> float | None:
-    """Return up to which distance λ is 1 [m], so that d stays there while w ≤ v; None if the curve does not begin at 1.
+    """Distance up to which λ is 1 [m], so that d stays there while w ≤ v; None if the curve does not begin at
+    1.
 
-    Further away every λ < 1 gives way to a pull u > λ v / (1 − λ).
+    Beyond it every λ < 1 yields to a pull u > λ v / (1 − λ).
     """
     kept = None
     for distance, lam in curve_points(text):

@@ -6,24 +6,20 @@ from collections.abc import Iterable
 
 
 class LazyText(str):
-    """A text that knows what it was made of, so that it can be shown in another language.
+    """A text that keeps its template and parts, so that it can be shown in another language.
 
-    It is the English text wherever a `str` is wanted, and stays a `LazyText` when it is passed on or sent to another process; the
-    result of `+` or of an f-string is a plain text.
+    It is the English text wherever a `str` is expected, and stays a `LazyText` when it is passed on or sent
+    to another process; `+` or an f-string gives a plain text.
 
     Args:
-        template: the text, with a {name} for every part.
-        parts: values for the template; a part that is a `LazyText` is translated, too.
-
-    Attributes:
-        template, parts: as given.
+        parts: values for the template; a `LazyText` among them is translated, too.
     """
 
     template: str
     parts: dict[str, object]
 
     def __new__(cls, template: str, /, **parts: object) -> LazyText:
-        """Fill in the parts; a template without parts is taken literally, braces included."""
+        """Fill in the parts; a template without parts is literal, braces included."""
         if isinstance(template, LazyText) and not parts:
             template, parts = template.template, template.parts
         made = super().__new__(cls, template.format(**parts) if parts else template)
@@ -31,60 +27,57 @@ class LazyText(str):
         return made
 
     def __getnewargs_ex__(self) -> tuple[tuple[str], dict[str, object]]:
-        """Return the arguments that rebuild it in another process."""
         return (self.template,), self.parts
 
     def __str__(self) -> str:
-        """Return itself, so that `str(error)` stays translatable."""
         return self
 
     def __format__(self, spec: str) -> str:
-        """Return a plain text; an f-string of nothing else would otherwise be this object."""
+        """A plain text; an f-string of nothing else would otherwise be this object."""
         return format(super().__str__(), spec)
 
 
 class NumberText(str):
-    """A number as a person reads it, with its unit; it gets the decimal sign of the language in which it is shown."""
+    """A number with its unit; it gets the decimal sign of the language in which it is shown."""
 
     __slots__ = ()
 
 
 def joined(parts: Iterable[str], between: str) -> LazyText:
-    """Return several texts joined into one. `between`: the separator."""
     given = {f"_{i}": part for i, part in enumerate(parts)}
     return LazyText(between.join(f"{{{name}}}" for name in given), **given)
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of another program's error for a message, shortened; its kind if it says nothing."""
+    """First line of another program's error, shortened; its kind if it has no text."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]
 
 
 class DuetError(Exception):
     """An error that the user can correct.
 
-    The message is one line: what is wrong, then the valid choices or the remedy. It is shown without a traceback.
+    The message is one line: the problem, then the valid choices or the remedy. It is shown without a
+    traceback.
 
     Args:
-        message: the line, or with parts its template; see `LazyText`.
-        parts: what is filled in.
+        message: the line or, with parts, its template; see `LazyText`.
     """
 
     def __init__(self, message: str = "", /, **parts: object) -> None:
         super().__init__(LazyText(message, **parts) if parts or type(message) is str else message)
 
     def __str__(self) -> str:
-        """Return the message; it is a `LazyText`."""
         return str(self.args[0])
 
     def __format__(self, spec: str) -> str:
-        """Return the message as a plain text."""
         return format(str(self), spec)
 
 
 class BadSetting(DuetError):
-    """A setting lies outside its range or is unknown; the message names the setting and what would be valid."""
+    """A setting out of range or unknown; the message names the setting and the valid values."""
 
 
 class BadInputFile(DuetError):
-    """A file cannot be used: missing, unreadable, of the wrong kind or inconsistent; the message names the file and the reason."""
+    """An unusable file: missing, unreadable, of the wrong kind or inconsistent; the message names the file
+    and the reason.
+    """

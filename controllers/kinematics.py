@@ -13,22 +13,27 @@ from controllers.compiled import Matrix, Vector, loop
 Array = NDArray[np.float64]
 
 DAMPING: Final = 1e-2
-"""Damping μ of the task's pseudo-inverse [m/rad]: three orders below the LWR's reach, so that it only acts near singularities."""
+"""Damping μ of the task's pseudo-inverse [m/rad]: three orders below the LWR's reach, so that it acts only
+near singularities.
+"""
 
 LONGEST_STEP: Final = 0.02
-"""Longest time step at which `quiet_solution` is stable [s]; it counts at every dt, so that q̇ is the same."""
+"""Longest time step at which `quiet_solution` is stable [s]; used at every dt, so that q̇ does not depend on
+it.
+"""
 
 
 @dataclass(frozen=True)
 class Arm:
-    """Where one arm lives in the model of all arms.
+    """Indices of one arm in the model of all arms.
 
     Attributes:
         name: "left" or "right".
         joints: its columns in q, q̇ and every Jacobian.
         hand: frame id of the hand (the flange).
-        shoulder, elbow, wrist: joint ids of the three centres of the arm; the elbow swivels about the line between the others.
-        labels: what a person calls each joint.
+        shoulder, elbow, wrist: joint ids of the arm's three centres; the elbow swivels about the line between
+            the other two.
+        labels: display name of each joint.
     """
 
     name: str
@@ -40,14 +45,14 @@ class Arm:
     labels: tuple[str, ...]
 
     def joint(self, number: int) -> int:
-        """Return the id of a joint of the arm, counted from 1 at the base; all joints of the model have one column."""
+        """Id of a joint, counted from 1 at the base; all joints of the model have one column."""
         return self.joints.start + number
 
 
 class Kinematics:
     """Poses and Jacobians of all arms at the present q.
 
-    `update` is the only method that computes; everything else reads. `jacobian` is a live view of Pinocchio's memory.
+    Only `update` computes; everything else reads. `jacobian` is a live view of Pinocchio's memory.
     """
 
     def __init__(self, model: pin.Model, arms: tuple[Arm, ...]) -> None:
@@ -68,19 +73,19 @@ class Kinematics:
             pin.updateFramePlacement(model, data, hand)
 
     def hand_pose(self, arm: Arm) -> pin.SE3:
-        """Return the pose of the hand in the world; a live view, copy it to keep it."""
+        """Pose of the hand in the world; a live view, copy it to keep it."""
         return self._hand_poses[arm.hand]
 
     def hand_jacobian(self, arm: Arm, dimension: int = 6) -> Array:
-        """Return the first rows (dimension, n) of J of the hand, eq. (2): linear over angular velocity of the hand, world axes."""
+        """First rows (dimension, n) of J of the hand, eq. (2): linear, then angular velocity, world axes."""
         return pin.getFrameJacobian(self.model, self.data, arm.hand, pin.LOCAL_WORLD_ALIGNED)[:dimension, arm.joints]
 
     def joint_point(self, joint: int) -> Array:
-        """Return the origin (3,) of a joint frame in the world [m], a copy."""
+        """Origin (3,) of a joint frame in the world [m], a copy."""
         return self.data.oMi[joint].translation.copy()
 
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
-        """Return the Jacobian (3, n) of a point (3,) [m], world, that moves with a joint of the arm [m/rad]."""
+        """Jacobian (3, n) of a point (3,) [m], world, fixed to a joint of the arm [m/rad]."""
         J = np.zeros((3, arm.joints.stop - arm.joints.start))
         fill_point_jacobian(self.jacobian[:, arm.joints], self.model.joints[joint].idx_v - arm.joints.start + 1, point, J)
         return J
@@ -88,7 +93,9 @@ class Kinematics:
 
 @loop("void(float64[:, :], int64, float64[:], float64[:, :])", fills=("J",))
 def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: Matrix) -> None:
-    """Fill the columns (3, moving) of the joints that move a point (3,) [m]; `spatial` (6, n) has world axes and the world's origin."""
+    """Fill the columns (3, moving) of the joints that move a point (3,) [m]; `spatial` (6, n) has world axes
+    and origin.
+    """
     px, py, pz = point[0], point[1], point[2]
     for j in range(moving):
         vx, vy, vz = spatial[0, j], spatial[1, j], spatial[2, j]
@@ -125,7 +132,7 @@ def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, veloc
 
 
 def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) -> Array:
-    """Return q̇ = J^# ẋ, eqs (4), (5), with J^# = Jᵀ (J Jᵀ + μ² I)⁻¹.
+    """q̇ = J^# ẋ, eqs (4), (5), with J^# = Jᵀ (J Jᵀ + μ² I)⁻¹.
 
     Args:
         J: (m, n).
@@ -142,7 +149,6 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
 
 @loop("void(float64[:, :], float64[:], float64, float64, float64[:])", fills=("velocities",))
 def fill_quiet_solution(J: Matrix, task_velocity: Vector, bend: float, damping: float, velocities: Vector) -> None:
-    """Fill `quiet_solution` (n,)."""
     m, n = J.shape
     least, square, lost = damping * damping, 0.0, 0.0
     for i in range(m):
@@ -161,23 +167,24 @@ def fill_quiet_solution(J: Matrix, task_velocity: Vector, bend: float, damping: 
 
 
 def quiet_solution(J: Array, task_velocity: Array, bend: float, damping: float = DAMPING) -> Array:
-    """q̇ = J^# ẋ (n,) [rad/s] with a damping that grows where ẋ is lost: an arm that cannot follow comes to rest.
+    """q̇ = J^# ẋ (n,) [rad/s] with a damping that grows where ẋ is lost, so that an arm which cannot follow
+    comes to rest.
 
-    An arm rests under a constant pull ẋ where Jᵀ ẋ = 0, as when it is stretched out towards a place beyond its
-    reach. Linearised there, with P = J^# J, H the second derivative of the hand's place along ẋ/|ẋ|, and K the
-    gain of the pull,
+    Under a constant pull ẋ an arm rests where Jᵀ ẋ = 0, for example stretched towards a place beyond its
+    reach. Linearised there, with P = J^# J, H the second derivative of the hand's position along ẋ/|ẋ|, and K
+    the gain of the pull,
 
         ∂q̇/∂q = (I − P) H |ẋ|/μ² − K P.
 
-    Its eigenvalues are real, as I − P is symmetric, positive and commutes with P, and none is below
-    −max(a |ẋ|/μ², K), a being the largest eigenvalue of −H. In directions that move the hand I − P is next to
-    nothing, so that a in the null space of J counts. Euler's method is stable while dt times the eigenvalue is
-    above −2, and does not overshoot above −1.
+    Its eigenvalues are real, as I − P is symmetric, positive and commutes with P, and none is below −max(a
+    |ẋ|/μ², K), a being the largest eigenvalue of −H. In directions that move the hand I − P is almost 0, so
+    that a in the null space of J counts. Euler's method is stable while dt times the eigenvalue is above −2,
+    and does not overshoot above −1.
 
-    So μ² = μ₀² + a dt |ẋ| is enough there, for `LONGEST_STEP` as dt. Elsewhere the second term is multiplied by
-    s⁴, s being the share of ẋ that is lost with μ² = μ₀² + 4 a dt |ẋ|: hardly any at a regular posture. A joint
-    that stretches the arm by itself does not overshoot from any posture, as a dt |ẋ| (1 − s⁴) ≤ σ² for every
-    singular value σ.
+    So μ² = μ₀² + a dt |ẋ| is enough there, with `LONGEST_STEP` as dt. Elsewhere the second term is multiplied
+    by s⁴, s being the share of ẋ that is lost with μ² = μ₀² + 4 a dt |ẋ|: almost none at a regular posture. A
+    joint that stretches the arm by itself never overshoots, as a dt |ẋ| (1 − s⁴) ≤ σ² for every singular
+    value σ.
 
     Args:
         J: (m, n).
@@ -194,37 +201,37 @@ def largest_bend(reach: float, joints: int) -> float:
     """a for `quiet_solution` [m/rad²]: stable for any outstretched arm of revolute joints.
 
     Where the hand rests under a pull, the line of the pull meets every joint's axis or is parallel to it. Let
-    Λ_k be the ways between the points where it meets them, with the sum L, and w_k the sum of q̇_i u_i up to joint
-    k, u_i being the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and Σ Λ_k w_k = 0 in
-    the null space of J. That is L times the variance of w, at most L/4 times the square of the largest difference
-    of two w, so at most L (joints − 1)/4 times |q̇|². Two links have L₁ L₂/(L₁ + L₂) ≤ L/4. Half of the bound is
-    stable, and without overshoot for every arm in which every second axis lies along the line.
+    Λ_k be the distances between these points, L their sum, and w_k the sum of q̇_i u_i up to joint k, u_i
+    being the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and Σ Λ_k w_k = 0 in
+    the null space of J. That is L times the variance of w, at most L/4 times the square of the largest
+    difference of two w, so at most L (joints − 1)/4 times |q̇|². Two links have L₁ L₂/(L₁ + L₂) ≤ L/4. Half
+    of the bound is stable, and without overshoot for every arm in which every second axis is along the line.
 
     Args:
         reach: L, along the joints to the hand [m].
-        joints: their number.
     """
     return reach * (joints - 1) / 8.0
 
 
 def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:
-    """Return J^# (n, m), eq. (5), optionally damped. For analysis; the hot path uses `damped_solution`."""
+    """J^# (n, m), eq. (5), optionally damped. For analysis; the hot path uses `damped_solution`."""
     return np.asarray(np.linalg.solve(J @ J.T + damping**2 * np.eye(len(J)), J).T, np.float64)
 
 
 def null_space_projector(J: Array, damping: float = 0.0) -> Array:
-    """Return N = I − J^# J (n, n), eq. (6)."""
+    """N = I − J^# J (n, n), eq. (6)."""
     return np.eye(J.shape[1]) - pseudo_inverse(J, damping) @ J
 
 
 def null_space_basis(J: Array, before: Array | None = None) -> Array:
-    """Return orthonormal columns (n, n − m) that span the null space of J, also next to a singular posture.
+    """Orthonormal columns (n, n − m) that span the null space of J, also near a singular posture.
 
-    At a singular posture the null space is larger; it is then cut down to the n − m directions that the task feels least.
+    At a singular posture the larger null space is reduced to the n − m directions that the task feels least.
 
     Args:
         J: of the task (m, n), m < n.
-        before: the basis of a posture nearby (n, n − m); the result is the basis nearest to it. None for any basis.
+        before: basis of a nearby posture (n, n − m); the result is the basis nearest to it. None for any
+            basis.
     """
     free = np.linalg.svd(J)[2][len(J) :].T
     if before is None:
@@ -235,7 +242,8 @@ def null_space_basis(J: Array, before: Array | None = None) -> Array:
 
 
 def swing_and_turns(J: Array) -> Array:
-    """Return a basis (7, 4) of the null space of a hand's position: a motion that does not turn the hand, then three that turn it.
+    """Basis (7, 4) of the null space of a hand's position: a motion that does not turn the hand, then three
+    that turn it.
 
     The turns are about the world's axes, as nearly as orthonormal columns can be.
 

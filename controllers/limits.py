@@ -1,23 +1,23 @@
-"""Joint position and velocity bounds that do not break the avoidance.
+"""Joint position and velocity bounds that keep the avoidance.
 
-Clipping q̇ after the law destroys what the law achieved: the clipped joint's share of the retreat is simply lost. Here the bounds
-are part of the problem instead. Among all velocities inside the box, take the one nearest to the task's that has the distance rate
-the law asked for:
+Clipping q̇ after the law loses the clipped joint's share of the retreat. Here the bounds are part of the
+problem: of all velocities inside the box, take the one nearest to the task's that has the law's distance
+rate:
 
     min |q̇ − q̇_n|²   subject to   J_d q̇ = r,   lower ≤ q̇ ≤ upper.
 
-Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. While no bound bites this is the law's own q̇.
-When the arm cannot reach r, it is out of authority, and that is said aloud.
+Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. Without an active
+bound this is the law's own q̇. An arm that cannot reach r is out of authority, which is reported.
 
-With every joint that meets its bound c has to grow faster: dr/dc is |J_d|² of the joints that are left. As that
-goes to 0, c would go to infinity, and joints that hardly move the closest point would be thrown to their bounds,
-to and fro as the signs of their levers change. So what is left of the row is damped as every row is, see
-`row_damping`: c is counted as if dr/dc were |J_d|² + μ². This is exact while |J_d| ≥ 0.12 m/rad is left. Below it
-c stays finite, and q̇ is a Lipschitz function of q̇_n, J_d, r and the bounds, also where r stops being possible.
-What is then missing of r is out of authority.
+With every joint at its bound c must grow faster: dr/dc is |J_d|² of the remaining joints. As that goes to 0,
+c would go to infinity, and joints that hardly move the closest point would jump between their bounds as the
+signs of their levers change. So the rest of the row is damped like every row, see `row_damping`: c is
+computed as if dr/dc were |J_d|² + μ². This is exact while |J_d| ≥ 0.12 m/rad remains. Below it c stays
+finite, and q̇ is a Lipschitz function of q̇_n, J_d, r and the bounds, also where r becomes impossible. The
+missing part of r is out of authority.
 
-Two other treatments are there for comparison: the whole velocity shortened until it fits, and saturation in the null space, which
-keeps the task's velocity too as long as any joints can.
+Two other treatments allow comparisons: shortening the whole velocity, and saturation in the null space, which
+also keeps the task's velocity as long as joints can.
 """
 
 from enum import IntEnum
@@ -32,33 +32,31 @@ from controllers.laws.situation import row_damping
 from controllers.null_space_saturation import saturated
 
 TOLERANCE: Final = 1e-6
-"""A distance rate missed by less than this counts as reached [m/s]."""
+"""A smaller error of the distance rate counts as reached [m/s]."""
 
 FELT: Final = 1e-6
-"""Entries of J_d smaller than this are rounding noise [m/rad]: a roll joint does not move its own segment's closest point."""
+"""Smaller entries of J_d are rounding noise [m/rad]: a roll joint does not move its own segment's closest
+point.
+"""
 
 
 class Authority(IntEnum):
-    """Why an arm cannot do what the law asks of it."""
-
     FULL = 0
     STOP = 1
-    """A joint is at one of its stops."""
     SPEED = 2
-    """A joint is at its top speed."""
     LEVERAGE = 3
     """No joint moves the closest point along the line of contact: J_d is nearly singular."""
     WORLD = 4
-    """A later stage keeps the arm clear of its surroundings, and takes part of the distance rate."""
+    """A later stage keeps the arm clear of its surroundings and takes part of the distance rate."""
 
 
 class Bounded(NamedTuple):
-    """A velocity that the arm can do.
+    """A feasible velocity.
 
     Attributes:
         velocities: q̇ (n,) [rad/s].
-        authority: FULL, or why the wanted distance rate cannot be reached.
-        joint: index of the joint that costs the most of it, −1 if none does.
+        authority: FULL, or the reason why the distance rate cannot be reached.
+        joint: index of the joint that costs the most of it, −1 for none.
     """
 
     velocities: Array
@@ -79,7 +77,6 @@ def fill_bounds(
     lower: Vector,
     upper: Vector,
 ) -> None:
-    """Fill the bounds of q̇ of `VelocityBox`, all (n,)."""
     for i in range(len(positions)):
         lower[i] = max(gain * (lowest[i] - positions[i]), -top_speed[i])
         upper[i] = min(gain * (highest[i] - positions[i]), top_speed[i])
@@ -87,7 +84,6 @@ def fill_bounds(
 
 @loop("boolean(float64[:], float64[:], float64[:])")
 def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
-    """True if velocities (n,) are within their bounds."""
     for i in range(len(velocities)):  # noqa: SIM110 (no generators in a loop)
         if not lower[i] <= velocities[i] <= upper[i]:
             return False
@@ -95,10 +91,10 @@ def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
 
 
 class VelocityBox:
-    """The velocities that an arm may have at q: lower ≤ q̇ ≤ upper.
+    """Velocities that an arm may have at q: lower ≤ q̇ ≤ upper.
 
-    Far from its stops a joint may have its top speed; near a stop at most g times the way that is left, so that it arrives softly
-    and cannot pass it as long as g dt ≤ 1.
+    Far from its stops a joint may have its top speed; near a stop at most g times the remaining angle, so
+    that it arrives softly and cannot pass it as long as g dt ≤ 1.
 
     Args:
         lower_position, upper_position: joint stops (n,) [rad].
@@ -118,17 +114,19 @@ class VelocityBox:
         fill_bounds(positions, self._lower_position, self._upper_position, self._top_speed, self.gain, self.lower, self.upper)
 
     def part(self, joints: slice) -> "VelocityBox":
-        """Return the box of some of the joints. It shares its bounds with this one, so that updating the whole updates the part."""
+        """Box of some of the joints, with shared bounds: updating the whole updates the part."""
         part = VelocityBox(self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain)
         part.lower, part.upper = self.lower[joints], self.upper[joints]
         return part
 
     def clip(self, velocities: Array) -> Array:
-        """Return the velocity (n,) in the box nearest to a given one (n,) [rad/s]; for a *task's* velocity, never for a law's."""
+        """Velocity (n,) in the box nearest to a given one (n,) [rad/s]; for a *task's* velocity, never for a
+        law's.
+        """
         return np.minimum(np.maximum(velocities, self.lower), self.upper)
 
     def largest_share(self, velocities: Array) -> tuple[float, int]:
-        """Return the largest s in [0, 1] for which s q̇ lies in the box, for velocities q̇ (n,), and the joint that bounds it, or −1."""
+        """Largest s in [0, 1] for which s q̇ is in the box, for q̇ (n,), and the joint that bounds it, or −1."""
         share, joint = 1.0, -1
         for i, (speed, low, high) in enumerate(zip(velocities.tolist(), self.lower.tolist(), self.upper.tolist(), strict=True)):
             if speed > high or speed < low:
@@ -138,16 +136,17 @@ class VelocityBox:
         return share, joint
 
     def contains(self, velocities: Array) -> bool:
-        """True if velocities (n,) lie in the box."""
         return is_inside(velocities, self.lower, self.upper)
 
     def lost_speed(self, direction: Array) -> Array:
-        """Share of its top speed that each joint has lost to a stop (n,) [rad/s], in the direction of the signs given (n,)."""
+        """Share of its top speed that each joint loses to a stop (n,) [rad/s], in the direction of the given
+        signs (n,).
+        """
         return np.where(direction > 0.0, self._top_speed - self.upper, self._top_speed + self.lower)
 
 
 def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bounded:
-    """The velocity in the box nearest to `nominal` with the distance rate `rate`, or as near as levers permit.
+    """Velocity in the box nearest to `nominal` with the distance rate `rate`, or as near as levers permit.
 
     Args:
         nominal: q̇_n (n,) inside the box [rad/s].
@@ -187,7 +186,7 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
 
 
 def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
-    """Return the largest share of a law's velocity that lies in the box, and what that costs of its distance rate.
+    """Largest share of a law's velocity in the box, with its loss of distance rate.
 
     Args:
         wanted: q̇ (n,) by the law [rad/s].
@@ -202,12 +201,12 @@ def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
 
 
 def bounded_task(wanted: Array, J: Array | None, box: VelocityBox, treatment: BoundsTreatment) -> Array:
-    """Return a *task's* velocity (n,) in the box [rad/s]: clipped joint by joint, shortened, or its hand's velocity kept.
+    """A *task's* velocity (n,) in the box [rad/s]: clipped joint by joint, shortened, or with the hand's
+    velocity kept.
 
     Args:
         wanted: q̇_n (n,) [rad/s].
         J: of the task (m, n); None if it uses every joint, which leaves no null space.
-        treatment: see `BoundsTreatment`.
     """
     if treatment == "distance" or box.contains(wanted):
         return box.clip(wanted)

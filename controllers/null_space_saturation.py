@@ -1,12 +1,15 @@
-"""Saturation in the null space: a task keeps its velocity within the joints' bounds as long as any joints can; Flacco et al. 2012.
+"""Saturation in the null space: a task keeps its velocity within the joints' bounds as long as joints can;
+Flacco et al. 2012.
 
-F. Flacco, A. De Luca and O. Khatib, Motion control of redundant robots under joint constraints: saturation in the null space, ICRA
-2012, and Control of redundant robots under hard joint constraints: saturation in the null space, IEEE Trans. Robotics 31(3), 2015.
-Joints that would exceed a bound are held at it, and the others make up for them in the null space of what is left. Where they
-cannot, the task's velocity is shortened, never turned: J q̇ = s ẋ with s < 1.
+F. Flacco, A. De Luca and O. Khatib, Motion control of redundant robots under joint constraints: saturation in
+the null space, ICRA 2012, and Control of redundant robots under hard joint constraints: saturation in the
+null space, IEEE Trans. Robotics 31(3), 2015. Joints that would exceed a bound are held at it, and the others
+compensate in the remaining null space. If they cannot, the task's velocity is shortened, never turned: J q̇ =
+s ẋ with s < 1.
 
-Which joints to hold is a quadratic programme, after the optimum of the 2015 paper. Holding one joint after the other, as in 2012, ends
-with a shorter s than possible in one case of seventeen (random J and bounds, 3 and 6 of 7 dimensions).
+A quadratic programme finds the joints to hold, after the optimum of the 2015 paper. Holding one joint after
+the other, as in 2012, gives a shorter s than possible in one case of seventeen (random J and bounds, 3 and 6
+of 7 dimensions).
 """
 
 from typing import Final
@@ -17,31 +20,35 @@ import numpy as np
 from controllers.kinematics import Array
 
 _EQUALITY: Final = 5
-"""DAQP's mark of a constraint that holds with its one value."""
 
 _WEIGHT: Final = 1e3
-"""What 1 − s costs beside joint motion [(rad/s)²]: s is the largest but for some hundredths. At 1e6 it would be the largest to
-1e-6, but joints that add next to nothing to s would go from one bound to the other at every step."""
+"""Cost of 1 − s against joint motion [(rad/s)²]: s is the largest to some hundredths. 1e6 would make that
+1e-6, but joints that hardly add to s would jump between bounds at every step.
+"""
 
 _DEPENDENT: Final = 1e-6
-"""A direction of the task that the joints move by no more than this is left out [m/rad]: J is singular, or the kept row has it."""
+"""Smallest joint effect on a direction of the task that is kept [m/rad]; below it J is singular, or the kept
+row contains it.
+"""
 
 
 def saturated(
     J: Array, wanted: Array, lower: Array, upper: Array, start: Array | None = None, kept: Array | None = None
 ) -> tuple[Array, float]:
-    """Return q̇ (n,) within its bounds with the task's velocity between that of `start` and that of `wanted`, and the share s.
+    """q̇ (n,) within its bounds with the task's velocity between those of `start` and `wanted`, and the share
+    s.
 
-    J q̇ = J start + s J (wanted − start). s = 1 whenever that is possible, else nearly the largest possible; of all such q̇ it is the
-    one nearest to start + s (wanted − start). q̇ is a continuous function of all arguments while s = 1, and while s < 1. Where s = 1
-    stops being possible q̇ jumps: s falls by some hundredths, and with it the pressure on the last joints that were free.
+    J q̇ = J start + s J (wanted − start). s = 1 if possible, else nearly the largest possible; of all such q̇
+    it is the one nearest to start + s (wanted − start). q̇ is continuous in all arguments while s = 1, and
+    while s < 1. Where s = 1 becomes impossible q̇ jumps: s falls by some hundredths, which relieves the last
+    free joints.
 
     Args:
         J: of the task (m, n).
-        wanted: velocities with the task's velocity that is wanted (n,) [rad/s].
+        wanted: velocities with the desired task velocity (n,) [rad/s].
         lower, upper: bounds that contain `start` (n,) [rad/s].
-        start: velocities with the task's velocity of s = 0 (n,); None to stand still.
-        kept: a row (n,) of higher priority; its rate stays that of `start`; None if there is none.
+        start: velocities with the task velocity of s = 0 (n,); None for zero.
+        kept: a row (n,) of higher priority, which keeps the rate of `start`, or None.
     """
     begin = np.zeros_like(wanted) if start is None else start
     change, n = wanted - begin, len(wanted)
@@ -61,7 +68,9 @@ def saturated(
 
 
 def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array]:
-    """Return orthonormal rows A (k, n), and the rates (k,) along them for J y = way and kept · y = 0; what no joint moves is left out."""
+    """Orthonormal rows A (k, n), and the rates (k,) along them for J y = way and kept · y = 0, without what
+    no joint moves.
+    """
     unit = None if kept is None or not kept.any() else kept[None, :] / np.linalg.norm(kept)
     left, values, right = np.linalg.svd(J if unit is None else J - J.dot(unit.T).dot(unit), full_matrices=False)
     felt = values > _DEPENDENT
@@ -70,7 +79,9 @@ def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array
 
 
 def _solved(cost: Array, slope: Array, A: Array, low: Array, high: Array) -> Array | None:
-    """Return the x with the least ½ xᵀ cost x + slope · x, bounds low ≤ x ≤ high, and A x = its own, last, bounds; None if none has."""
+    """The x with the least ½ xᵀ cost x + slope · x, bounds low ≤ x ≤ high, and A x = its own, last, bounds;
+    None if infeasible.
+    """
     senses = np.zeros(len(low), np.intc)
     senses[len(slope) :] = _EQUALITY
     solver = daqp.Model()

@@ -24,14 +24,13 @@ from controllers.kinematics import Array, Kinematics
 
 
 class Proximity(NamedTuple):
-    """How near the bodies are.
+    """Distances and their gradients.
 
     Attributes:
         distance: true smallest distance d over all pairs, signed [m].
-        pair: index of the closest pair.
-        law_distance: the distance the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β d_i) / β of the N
-            pairs' distances (soft), at most ln(N)/β below d, or of their strictly convex ones (smooth), at most √(ε/2) further below.
-            It is never larger than d.
+        law_distance: distance that the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β
+            d_i) / β of the N pairs' distances (soft), at most ln(N)/β below d, or of their strictly convex
+            ones (smooth), at most √(ε/2) further below. It is never larger than d.
         row: J_d (nv,), the gradient of `law_distance` with respect to q of all arms [m/rad].
         pair_row: J_d (nv,) of the closest pair; the same array as `row` under "single".
     """
@@ -50,13 +49,15 @@ class Proximity(NamedTuple):
 def pair_row(
     px: float, py: float, pz: float, nx: float, ny: float, nz: float, jacobian: Matrix, signs: Vector, row: Vector
 ) -> None:
-    """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs (26), (27).
+    """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs
+    (26), (27).
 
     Args:
         px, py, pz: p on the line of contact, world [m].
         nx, ny, nz: n along it, from the first body to the second.
         jacobian: (6, nv), see `Kinematics`.
-        signs: by which sign a joint's column counts (nv,): −1 if it moves the first body alone, 1 the second, 0 both or none.
+        signs: sign of a joint's column (nv,): −1 if it moves the first body alone, 1 the second, 0 both or
+            none.
     """
     mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
     for j in range(len(row)):
@@ -68,7 +69,6 @@ def pair_row(
 
 @loop("void(float64[:, :], float64[:, :], float64[:, :], float64[:, :], float64[:, :])", fills=("rows",))
 def pair_rows(points: Matrix, directions: Matrix, jacobian: Matrix, signs: Matrix, rows: Matrix) -> None:
-    """Fill `pair_row` of every pair (pairs, nv); points and directions (pairs, 3)."""
     for i in range(len(points)):
         p, n = points[i], directions[i]
         pair_row(p[0], p[1], p[2], n[0], n[1], n[2], jacobian, signs[i], rows[i])
@@ -76,7 +76,7 @@ def pair_rows(points: Matrix, directions: Matrix, jacobian: Matrix, signs: Matri
 
 @loop("float64(float64[:], float64[:, :], float64, float64[:])", fills=("row",))
 def smooth_minimum(distances: Vector, rows: Matrix, beta: float, row: Vector) -> float:
-    """Return −ln Σ exp(−β d_i) / β [m] of distances (pairs,), and fill its gradient (nv,) from theirs (pairs, nv)."""
+    """−ln Σ exp(−β d_i) / β [m] of distances (pairs,); fills its gradient (nv,) from theirs (pairs, nv)."""
     # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
     least = distances[0]
     for d in distances:
@@ -111,16 +111,17 @@ def convex_proximity(
     rows: Matrix,
     row: Vector,
 ) -> float:
-    """Fill the strictly convex distances (pairs,) [m] and their gradients (pairs, nv) [m/rad]; return and fill `smooth_minimum`.
+    """Fill the strictly convex distances (pairs,) [m] and their gradients (pairs, nv) [m/rad]; return and
+    fill `smooth_minimum`.
 
     Args:
-        frames: of every body its axis and centre (bodies, 6), world [m].
+        frames: axis and centre of every body (bodies, 6), world [m].
         halves: half lengths of the axes (bodies,) [m].
         pairs: of bodies (pairs, 2).
         reach: sums of their radii (pairs,) [m].
         beta: β [1/m].
         epsilon: ε [m²].
-        jacobian, signs: as in `pair_row`, one row of signs a pair.
+        jacobian, signs: as in `pair_row`, one row of signs per pair.
     """
     inside = math.sqrt(0.5 * epsilon)
     for i in range(len(pairs)):
@@ -132,7 +133,7 @@ def convex_proximity(
 
 
 def pair_signs(kinematics: Kinematics, geometry: pin.GeometryModel) -> Array:
-    """Signs of every pair of a geometry for `pair_row` (pairs, nv)."""
+    """Signs for `pair_row` of every pair of a geometry (pairs, nv)."""
     signs = np.zeros((len(geometry.collisionPairs), kinematics.model.nv))
     for row, pair in zip(signs, geometry.collisionPairs, strict=True):
         for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
@@ -147,11 +148,10 @@ class ConvexPairs:
     """Strictly convex distances of the pairs of a geometry, and their smooth minimum.
 
     Args:
-        kinematics: the arms.
-        geometry: bodies and pairs, at least one; every body is a capsule or a sphere.
-        data: of the geometry; its placements are read by `fill`.
-        signs: see `pair_signs`, of the joints asked for (pairs, n).
-        joints: columns of q that are asked for.
+        geometry: at least one pair; every body is a capsule or a sphere.
+        data: of the geometry; `fill` reads its placements.
+        signs: see `pair_signs`, of the requested joints (pairs, n).
+        joints: requested columns of q.
     """
 
     def __init__(
@@ -174,7 +174,7 @@ class ConvexPairs:
         self._jacobian, self._signs = kinematics.jacobian[:, joints], signs
 
     def fill(self, beta: float, epsilon: float, row: Array) -> float:
-        """Return the smooth minimum [m] and fill its gradient (n,) [m/rad]; see `convex_proximity`."""
+        """The smooth minimum [m]; fills its gradient (n,) [m/rad], see `convex_proximity`."""
         np.concatenate(self._placed, out=self._frames.reshape(-1))
         bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (self._jacobian, self._signs)
         return convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)
@@ -184,8 +184,8 @@ class ProximityDetector:
     """Distances and their gradients for a fixed set of pairs.
 
     Args:
-        kinematics: the arms; its `update` must be called before `detect`.
-        geometry: bodies and pairs (the pairs already chosen). Without a pair nothing is near: d = ∞, J_d = 0, pair −1.
+        kinematics: its `update` must be called before `detect`.
+        geometry: bodies and chosen pairs. Without pairs d = ∞, J_d = 0, pair −1.
     """
 
     def __init__(self, kinematics: Kinematics, geometry: pin.GeometryModel) -> None:
@@ -207,16 +207,14 @@ class ProximityDetector:
 
     @property
     def count(self) -> int:
-        """Number of pairs."""
         return len(self._results)
 
     def detect(self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4) -> Proximity:
-        """Return the proximity at the configuration of the last `kinematics.update`.
+        """Proximity at the configuration of the last `kinematics.update`.
 
         Args:
-            treatment: see `Treatment`.
             beta: β of the smooth minimum [1/m]; unused for "single".
-            epsilon: ε of the strictly convex distance [m²]; used for "smooth" alone.
+            epsilon: ε of the strictly convex distance [m²]; only for "smooth".
         """
         if not self.count:
             return self._nothing
@@ -236,7 +234,7 @@ class ProximityDetector:
         return Proximity(distance, pair, law_distance, row, closest)
 
     def row(self, pair: int) -> Array:
-        """Return J_d (nv,) of one pair at the last `detect`, a fresh array."""
+        """J_d (nv,) of one pair at the last `detect`, a new array."""
         result, row = self._results[pair], np.empty(self._signs.shape[1])
         px, py, pz = result.getNearestPoint1().tolist()
         nx, ny, nz = result.normal.tolist()
@@ -244,17 +242,17 @@ class ProximityDetector:
         return row
 
     def rows(self) -> Array:
-        """Return J_d of every pair (pairs, nv) at the last `detect`, a fresh array."""
+        """J_d of every pair (pairs, nv) at the last `detect`, a new array."""
         rows = np.empty(self._signs.shape)
         self._fill_rows(rows)
         return rows
 
     def distances(self) -> Array:
-        """Return the signed distance of every pair (pairs,) at the last `detect` [m], a copy."""
+        """Signed distance of every pair (pairs,) at the last `detect` [m], a copy."""
         return np.array([result.min_distance for result in self._results])
 
     def witness_points(self, pair: int) -> tuple[Array, Array]:
-        """Return the closest points (3,) on the pair's first and second body, world [m]."""
+        """Closest points (3,) on the pair's first and second body, world [m]."""
         result = self._results[pair]
         return result.getNearestPoint1(), result.getNearestPoint2()
 

@@ -1,33 +1,36 @@
-"""Section III of the paper at one moment: M, ranks and V, eqs (14)–(25), and what holds where the paper's condition does not.
+"""Section III of the paper at one moment: M, ranks and V, eqs (14)–(25), and results beyond the paper's
+condition.
 
-Derivation. Two tasks with targets at rest, e = (e_a, e_b), so that ė = −[J_a; J_b] q̇, eqs (17)–(19). Eq. (12) closed by feedback,
-ẋ_a = K_a e_a and ẋ_b = K_b e_b, says
+Derivation. Two tasks with targets at rest, e = (e_a, e_b), so that ė = −[J_a; J_b] q̇, eqs (17)–(19). Eq.
+(12) closed by feedback, ẋ_a = K_a e_a and ẋ_b = K_b e_b, says
 
     q̇ = J_a^# K_a e_a + N'_a J_b^# K_b e_b,      N'_a = I − λ J_a^# J_a.
 
 Insert it, with V = ½ eᵀ e, eqs (20)–(25):
 
-    ė = −M e,   V̇ = −eᵀ M e,   M = [[J_a J_a^# K_a,  J_a N'_a J_b^# K_b],
-                                    [J_b J_a^# K_a,  J_b N'_a J_b^# K_b]].
+    ė = −M e,   V̇ = −eᵀ M e,   M = [[J_a J_a^# K_a,  J_a N'_a J_b^# K_b], [J_b J_a^# K_a,  J_b N'_a J_b^# K_b]].
 
-Avoidance is one row, J_a = J_d, with the unit vector ĵ = J_dᵀ/|J_d|. With full ranks J_a J_a^# = 1 and J_b J_b^# = I, therefore
+Avoidance is one row, J_a = J_d, with the unit vector ĵ = J_dᵀ/|J_d|. With full ranks J_a J_a^# = 1 and J_b
+J_b^# = I, therefore
 
-    M = [[K_a,            (1 − λ) J_d J_b^# K_b],
-         [J_b J_d^# K_a,  (I − λ J_b J_d^# J_d J_b^#) K_b]].
+    M = [[K_a,            (1 − λ) J_d J_b^# K_b], [J_b J_d^# K_a,  (I − λ J_b J_d^# J_d J_b^#) K_b]].
 
-The avoidance task of eq. (32) has no target: it asks for the speed λ v. It is given the error that asks for the same,
-K_a e_a = λ v. Then ė = −M e is exact for a target x_a + e_a that is held for the moment, whatever K_a. With K_a = −v dλ/dd at the
-present d, the gain that eq. (31) really has above d_m, it is exact for e_a = λ(d) v / K_a as it moves.
+The avoidance task of eq. (32) has no target: it asks for the speed λ v. It is given the error that asks for
+the same, K_a e_a = λ v. Then ė = −M e is exact for a target x_a + e_a that is held for the moment, whatever
+K_a. With K_a = −v dλ/dd at the present d, the gain that eq. (31) really has above d_m, it is exact for e_a =
+λ(d) v / K_a as it moves.
 
-What decides. Let ρ = |Π_b ĵ|, Π_b the projector on the row space of J_b: the cosine of the angle between avoidance and the task.
-Measure e_a in units of |J_d| and e_b in the metric e_bᵀ (J_b J_bᵀ)⁻¹ e_b. Then only the direction Π_b ĵ is coupled to e_a, by
+What decides. Let ρ = |Π_b ĵ|, Π_b the projector on the row space of J_b: the cosine of the angle between
+avoidance and the task. Measure e_a in units of |J_d| and e_b in the metric e_bᵀ (J_b J_bᵀ)⁻¹ e_b. Then only
+the direction Π_b ĵ is coupled to e_a, by
 
     [[K_a, (1 − λ) ρ K_b], [ρ K_a, (1 − λ ρ²) K_b]],   trace K_a + (1 − λ ρ²) K_b,   determinant K_a K_b (1 − ρ²),
 
-and the rest of M is K_b. So the part of the task that survives avoidance is 1 − λ ρ² in its worst direction; every eigenvalue of M
-is real, and positive if and only if ρ < 1, that is if the tasks are independent, eq. (14), whatever λ. sym(M) > 0 asks for more
-(with K_a = K_b in this metric: ρ² < 1 / (1 + λ²/4)), which is why errors die out so often where the paper's condition fails.
-At λ = 1 the block J_a N'_a J_b^# K_b is 0 for any two tasks; this makes M triangular, not sym(M) positive definite.
+and the rest of M is K_b. So the part of the task that survives avoidance is 1 − λ ρ² in its worst direction;
+every eigenvalue of M is real, and positive if and only if ρ < 1, that is if the tasks are independent, eq.
+(14), whatever λ. sym(M) > 0 asks for more (with K_a = K_b in this metric: ρ² < 1 / (1 + λ²/4)), which is why
+errors die out so often where the paper's condition fails. At λ = 1 the block J_a N'_a J_b^# K_b is 0 for any
+two tasks; this makes M triangular, not sym(M) positive definite.
 """
 
 import math
@@ -43,7 +46,7 @@ from controllers.laws.situation import AUTHORITY, row_damping
 from controllers.limits import FELT
 
 TOLERANCE: Final = 1e-3
-"""Singular values smaller than this, against the largest, count as 0: directions nearer than a milliradian count as one."""
+"""Relative singular values below this count as 0: directions within a milliradian count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,20 +91,20 @@ class Analysis:
 
     @property
     def independent(self) -> bool:
-        """Whether rank J_a + rank J_b = rank [J_a; J_b], eq. (14); otherwise dependent, eq. (15)."""
+        """True if rank J_a + rank J_b = rank [J_a; J_b], eq. (14); otherwise dependent, eq. (15)."""
         return self.rank_stack == self.rank_a + self.rank_b
 
     @property
     def orthogonal(self) -> bool:
-        """Whether J_a J_b^# = 0, eq. (16). Then M = diag(K_a, K_b I): the case for which the paper proves V̇ < 0."""
+        """True if J_a J_b^# = 0, eq. (16). Then M = diag(K_a, K_b I), for which the paper proves V̇ < 0."""
         return self.rho < TOLERANCE
 
     @property
     def condition_holds(self) -> bool:
-        """Whether V̇ < 0 for every error e ≠ 0, the paper's sufficient condition: sym(M) > 0.
+        """True if V̇ < 0 for every error e ≠ 0, the paper's sufficient condition: sym(M) > 0.
 
-        Orthogonal tasks have it, if no Jacobian is singular and the gains are positive. At λ = 0 the paper has e_a = 0, so that only
-        the errors e_b are left and M_bb decides.
+        Orthogonal tasks satisfy it if no Jacobian is singular and the gains are positive. At λ = 0 the paper
+        has e_a = 0, so that M_bb decides.
         """
         least = self.smallest_eigenvalue
         if self.activation == 0.0:
@@ -110,7 +113,7 @@ class Analysis:
         return least > 1e-9 * max(self.gain_a, self.gain_b)
 
     def error(self, nominal_velocity: float, task_error: Array) -> Array:
-        """Return e = (e_a, e_b) (1 + m,), with e_a = λ v / K_a; nan for K_a = 0, which cannot ask for any speed.
+        """e = (e_a, e_b) (1 + m,), with e_a = λ v / K_a; nan for K_a = 0, which cannot ask for any speed.
 
         Args:
             nominal_velocity: v [m/s]; v + w if w is fed forward.
@@ -121,27 +124,27 @@ class Analysis:
         return np.concatenate(((e_a,), task_error))
 
     def lyapunov(self, error: Array) -> float:
-        """Return V = ½ eᵀ e, eq. (20), for e (1 + m,)."""
+        """V = ½ eᵀ e, eq. (20), for e (1 + m,)."""
         return 0.5 * float(error.dot(error))
 
     def lyapunov_rate(self, error: Array) -> float:
-        """Return V̇ = −eᵀ M e, eq. (25), for e (1 + m,).
-
-        True for the moment if both targets and the obstacle are at rest and no bound changes the law's velocity.
+        """V̇ = −eᵀ M e, eq. (25), for e (1 + m,), if targets and obstacle are at rest and no bound changes
+        the law's velocity.
         """
         return -float(error.dot(self.M.dot(error)))
 
 
 def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, gain_b: float, damped: bool = False) -> Analysis:
-    """Return section III's quantities at one moment.
+    """Section III's quantities at one moment.
 
     Args:
         row: J_a = J_d (n,) [m/rad]; shorter than 1e-6 m/rad it counts as 0.
         task_jacobian: J_b (m, n), or None for a posture task, J_b = I.
         lam: λ in [0, 1].
         gain_a, gain_b: K_a, K_b ≥ 0 [1/s].
-        damped: False: the paper's Moore–Penrose inverses. True: M, and with it `smallest_eigenvalue`, has the damped inverses of the
-            running laws (`tasks.hold`, `laws.situation.along_row`), so that V̇ is theirs also near singular postures.
+        damped: False: the paper's Moore–Penrose inverses. True: M, and with it `smallest_eigenvalue`, has the
+            damped inverses of the running laws (`tasks.hold`, `laws.situation.along_row`), so that V̇ is
+            theirs also near singular postures.
 
     Raises:
         BadSetting: λ outside [0, 1], or a gain that is negative or not finite.
@@ -190,7 +193,7 @@ def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, 
     M.flags.writeable = False
 
     angle, rho = math.atan2(sine, rho), min(float(rho), 1.0)
-    # The smallest singular value of [ĵ; Vt_], whose others are all 1 or more, is √(1 − ρ): no second decomposition is needed.
+    # The smallest singular value of [ĵ; Vt_], the others being 1 or more, is √(1 − ρ): no second decomposition is needed.
     lost = sine / math.sqrt(1.0 + rho) <= TOLERANCE
     survival = 1.0 - lam * rho * rho
     singular = rank_a == 0 or rank_b < m
@@ -214,7 +217,9 @@ def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, 
 
 
 def _slowest_mode(gain_a: float, gain_b: float, survival: float, sine: float) -> float:
-    """Return the smaller root of x² − t x + D with t = K_a + K_b (1 − λ ρ²) and D = K_a K_b (1 − ρ²); the other modes are K_b."""
+    """Smaller root of x² − t x + D with t = K_a + K_b (1 − λ ρ²) and D = K_a K_b (1 − ρ²); the other modes
+    are K_b.
+    """
     trace, determinant = gain_a + gain_b * survival, gain_a * gain_b * sine * sine
     # t² − 4 D = (K_a − K_b (1 − λ ρ²))² + 4 K_a K_b ρ² (1 − λ) is never negative, but for rounding.
     larger_twice = trace + math.sqrt(max(trace * trace - 4.0 * determinant, 0.0))
@@ -230,27 +235,29 @@ def barrier(
     order: float,
     nominal_velocity: float,
 ) -> float:
-    """Return W = K/2 |q_r − q|² + (v / |J_d|²) ∫_d^∞ λ/(1 − λ) ds [rad²/s], a Lyapunov function of eq. (32) for a posture task.
+    """W = K/2 |q_r − q|² + (v / |J_d|²) ∫_d^∞ λ/(1 − λ) ds [rad²/s], a Lyapunov function of eq. (32) for a
+    posture task.
 
-    Ours, not the paper's. With q̇_n = K (q_r − q), eq. (32) is the projected gradient flow q̇ = −(I − λ J_d^# J_d) ∇W, so that
-    Ẇ = −∇Wᵀ (I − λ J_d^# J_d) ∇W ≤ 0; and as W is infinite at d_m, a W that does not grow keeps d > d_m.
+    Ours, not the paper's. With q̇_n = K (q_r − q), eq. (32) is the projected gradient flow q̇ = −(I − λ J_d^#
+    J_d) ∇W, so that Ẇ = −∇Wᵀ (I − λ J_d^# J_d) ∇W ≤ 0; as W is infinite at d_m, a W that does not grow keeps
+    d > d_m.
 
-    It holds for a posture task, with the obstacle and q_r at rest, one differentiable d above d_m, no bound that bites, no
-    feed-forward and not one-sided. And it treats v / |J_d|² as a constant: exactly so for a law whose v grows with |J_d|². For a
-    constant v, W hardly rises while |J_d| hardly changes, but may rise by several percent where |J_d| falls to a third. A hand task
-    q̇_n = J_b^# K e_b is no gradient; there is no W for it.
+    It needs a posture task, obstacle and q_r at rest, one differentiable d above d_m, no active bound, no
+    feed-forward and not one-sided. It treats v / |J_d|² as constant, which is exact for a law whose v grows
+    with |J_d|². For a constant v, W hardly rises while |J_d| hardly changes, but may rise by several percent
+    where |J_d| falls to a third. A hand task q̇_n = J_b^# K e_b is not a gradient and has no W.
 
     Args:
         joint_error: q_r − q (n,) [rad].
         gain: K [1/s].
         row: J_d (n,) [m/rad].
-        distance: the d that the law acts on [m].
+        distance: d that the law acts on [m].
         critical_distance: d_m > 0 [m].
-        order: n ≥ 1. For n = 1 see `barrier_integral`: W is then only good for differences.
+        order: n ≥ 1. For n = 1 only differences of W are meaningful, see `barrier_integral`.
         nominal_velocity: v [m/s].
 
     Returns:
-        inf for d ≤ d_m; nan where |J_d| < 0.12 m/rad: the law damps J_d^# there and is no such flow.
+        inf for d ≤ d_m; nan for |J_d| < 0.12 m/rad, where the law damps J_d^# and is not such a flow.
     """
     if distance <= critical_distance:
         return math.inf
@@ -262,10 +269,11 @@ def barrier(
 
 
 def barrier_integral(distance: float, critical_distance: float, order: float) -> float:
-    """Return ∫_d^∞ λ/(1 − λ) ds [m] for λ = (d_m/s)ⁿ; inf for d ≤ d_m.
+    """∫_d^∞ λ/(1 − λ) ds [m] for λ = (d_m/s)ⁿ; inf for d ≤ d_m.
 
-    With x = d_m/d it is d_m Σ_k x^(n k − 1) / (n k − 1), k = 1, 2, …; for n = 2 this is (d_m/2) ln((d + d_m)/(d − d_m)), otherwise
-    Gauss's hypergeometric function. For n = 1 the integral has no limit; there it ends at 2 d_m, and is negative beyond.
+    With x = d_m/d it is d_m Σ_k x^(n k − 1) / (n k − 1), k = 1, 2, …; for n = 2 (d_m/2) ln((d + d_m)/(d −
+    d_m)), otherwise Gauss's hypergeometric function. For n = 1 it diverges; there it ends at 2 d_m and is
+    negative beyond.
     """
     if distance <= critical_distance:
         return math.inf

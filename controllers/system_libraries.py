@@ -1,4 +1,4 @@
-"""Shared libraries of the system that Python's packages need: which one is missing, and how to install it."""
+"""Missing shared libraries of the system, and how to install them."""
 
 import re
 from collections.abc import Iterator
@@ -24,15 +24,11 @@ PACKAGES: Final = {
 _MISSING: Final = re.compile(r"(?<![\w./+-])([\w.+-]+\.so(?:\.\d+)*): cannot open shared object file")
 
 _INSTALLED: Final = re.compile(r".*(?:site|dist)-packages/(\w+)")
-"""Path of a module → its package; a package may have a folder of packages inside."""
+"""Path of a module → its package; a package may contain a folder of packages."""
 
 
 class MissingLibrary(DuetError):
-    """The system lacks a shared library; the message says what needs it and how to install it.
-
-    Attributes:
-        library: its name, as in "libgomp.so.1".
-    """
+    """The system lacks a shared library; the message names what needs it and how to install it."""
 
     def __init__(self, message: str, library: str = "") -> None:
         super().__init__(message)
@@ -40,13 +36,13 @@ class MissingLibrary(DuetError):
 
 
 def missing_library(text: str) -> str | None:
-    """Name of the shared library that the system's loader did not find; None if the text is about something else."""
+    """Shared library that the system's loader did not find; None if the text is about something else."""
     found = _MISSING.search(text)
     return found[1] if found else None
 
 
 def remedy(library: str, needed_by: str) -> str:
-    """One sentence about a missing library: what needs it, and how to install it."""
+    """Sentence on a missing library: what needs it, and how to install it."""
     lack = f"{needed_by} needs the system's library {library}, which is missing"
     if library in PACKAGES:
         return f"{lack}: as root, on Debian or Ubuntu, apt install {PACKAGES[library]}."
@@ -58,10 +54,10 @@ def remedy(library: str, needed_by: str) -> str:
 
 @contextmanager
 def naming_missing_library() -> Iterator[None]:
-    """Raise `MissingLibrary` for an import, or a library that is opened, that fails because of one.
+    """Raise `MissingLibrary` if an import or a library fails because of a missing one.
 
     Raises:
-        MissingLibrary: in place of that ImportError or OSError; all others pass.
+        MissingLibrary: replaces that ImportError or OSError; all others pass.
     """
     try:
         yield
@@ -73,7 +69,6 @@ def naming_missing_library() -> Iterator[None]:
 
 
 def _package(error: ImportError | OSError) -> str:
-    """Name of the package that cannot be imported."""
     if not isinstance(error, ImportError):
         return "Python"
     found = _INSTALLED.match(error.path or "")

@@ -1,4 +1,4 @@
-"""What an arm is asked to do, as a desired joint velocity q̇_n, eqs (7), (8)."""
+"""The arm's task as a desired joint velocity q̇_n, eqs (7), (8)."""
 
 from typing import Final
 
@@ -13,14 +13,15 @@ TASK_DIMENSION: Final[dict[HandTask, int]] = {"position": 3, "pose": 6}
 
 
 def position_error(pose: pin.SE3, target_position: Array) -> Array:
-    """Return e = p_d − p (3,) [m], eq. (8), for a wanted position p_d (3,) [m]."""
+    """e = p_d − p (3,) [m], eq. (8), for a desired position p_d (3,) [m]."""
     return target_position - pose.translation
 
 
 def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) -> Array:
-    """Return e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes, for p_d (3,) [m] and R_d (3, 3).
+    """e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes, for p_d (3,) [m] and R_d (3, 3).
 
-    Position and orientation are decoupled: the logarithm on SE(3) would let a wrong orientation bend the path of the hand.
+    Position and orientation are decoupled: the logarithm on SE(3) would let a wrong orientation bend the path
+    of the hand.
     """
     error = np.empty(6)
     np.subtract(target_position, pose.translation, out=error[:3])
@@ -46,7 +47,7 @@ def fill_place_task(
 
     Args:
         spatial: of the arm's joints (6, n), world axes and the world's origin, see `Kinematics.jacobian`.
-        hand, place: where it is, and where it should be (3,), world [m].
+        hand, place: present and desired position (3,), world [m].
         velocity: ẋ_d (3,) [m/s].
         gain: K [1/s].
         bend: see `quiet_solution` [m/rad²].
@@ -64,14 +65,14 @@ def fill_place_task(
 def hold(
     J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None, bend: float = 0.0
 ) -> Array:
-    """Return q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
+    """q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
 
     Args:
         J: of the task (m, n).
         error: e (m,) of `position_error` or `pose_error`.
         gain: K [1/s].
-        velocity: ẋ_d of the place, its first entries; None while it stands still.
-        free: q̇₀ (n,), what the joints do where that does not move the hand; None for nothing.
+        velocity: ẋ_d of the position, its first entries; None at rest.
+        free: q̇₀ (n,), joint motion in the null space; None for zero.
         bend: see `quiet_solution` [m/rad²]; 0 for the same damping everywhere.
     """
     task = gain * error

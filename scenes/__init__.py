@@ -1,4 +1,6 @@
-"""The robots, the experiments and their simulation; knows the controllers and no page. The names in `_PUBLIC` are for notebooks."""
+"""The robots, the experiments and their simulation; knows the controllers and no page. The names in `_PUBLIC`
+are for notebooks.
+"""
 
 from typing import Final
 

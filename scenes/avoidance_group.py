@@ -16,15 +16,12 @@ class AvoidanceGroup:
     """One or more arms that avoid together.
 
     Args:
-        world: where.
         tasks: of the arms; their columns of q are adjacent.
-        all_tasks: of the room.
 
     Attributes:
         joints: columns of q.
-        nominal: q̇_n (n,), to be filled before `situation` [rad/s].
+        nominal: q̇_n (n,), filled before `situation` [rad/s].
         velocities: q̇ (n,), a view of the world's.
-        box: bounds of q̇.
     """
 
     def __init__(self, world: World, tasks: tuple[ArmTask, ...], all_tasks: tuple[ArmTask, ...]) -> None:
@@ -39,23 +36,23 @@ class AvoidanceGroup:
         self._detector = world.detector
 
     def part(self, task: ArmTask) -> Array:
-        """Return the part of q̇_n of one of the tasks (n,), a view."""
+        """Part of q̇_n of one task (n,), a view."""
         first = self.joints.start
         return self.nominal[task.joints.start - first : task.joints.stop - first]
 
     def approach(self, row: Array) -> float:
-        """Return w along a row (nv,): the speed at which the others come closer [m/s]."""
+        """w along a row (nv,): the others' speed towards it [m/s]."""
         w = 0.0
         for _, columns, velocities in self._others:
             w -= float(row[columns].dot(velocities))
         return w
 
     def _approaches(self, rows: Array, adds_w: bool) -> Array:
-        """w (…,) along rows (…, nv) that a law is told [m/s].
+        """w (…,) along rows (…, nv) for a law [m/s].
 
-        A slave copies this group's velocity of the step before. A law that adds w to its own speed would have that
-        back as −w, and alternate from step to step with the root −λ. It is told what the slave does by itself,
-        where that comes closer: then w ≤ v is still enough for the promise.
+        A slave copies this group's velocity of the step before. A law that adds w to its own speed would get
+        that back as −w, and alternate from step to step with the root −λ. It gets only the slave's own
+        motion, if that approaches: w ≤ v is still enough for the promise.
         """
         w, copied = np.zeros(rows.shape[:-1]), False
         for task, columns, velocities in self._others:
@@ -65,13 +62,11 @@ class AvoidanceGroup:
         return np.maximum(w, 0.0) if copied else w
 
     def situation(self, law: Law, near: Proximity, error: float = 0.0, adds_w: bool = False) -> Situation:
-        """Return the present situation for a law.
+        """Present situation for a law.
 
         Args:
-            law: what it wants to see.
-            near: at the present positions.
-            error: of the measured distances of all pairs [m]; `near` has it already.
-            adds_w: whether the law adds w to its own speed.
+            error: of the measured distances of all pairs [m]; `near` includes it.
+            adds_w: the law adds w to its own speed.
         """
         w = float(self._approaches(near.row, True)) if adds_w else self.approach(near.row)
         plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, w)
@@ -88,7 +83,7 @@ class AvoidanceGroup:
         return Situation(*plain, J, self.box.lower, self.box.upper, rows, distances, approaches)
 
     def _task_jacobian(self) -> Array | None:
-        """Return J (m, n) of all the tasks' tasks, one below the other; None if no joint is left free by them."""
+        """J (m, n) of all tasks, stacked; None if they leave no joint free."""
         if len(self.tasks) == 1:
             return self.tasks[0].task_jacobian
         blocks = [task.task_jacobian for task in self.tasks]
@@ -104,13 +99,13 @@ class AvoidanceGroup:
         return J
 
     def bounded(self, row: Array, wanted: Array, treatment: BoundsTreatment) -> Bounded:
-        """Return a velocity inside the bounds in place of the law's, see `controllers.limits`.
+        """Velocity inside the bounds instead of the law's, see `controllers.limits`.
 
         Args:
             row: J_d (n,) [m/rad].
-            wanted: q̇ (n,) [rad/s] by the law.
-            treatment: what is kept. `null_space` keeps the distance rate first, and then as much as possible of the way from the
-                task's velocity that this leaves to the one that the law wants.
+            wanted: q̇ (n,) by the law [rad/s].
+            treatment: `null_space` keeps the distance rate first, then as much as possible of the change from
+                the task's velocity to the law's.
         """
         if treatment == "scale":
             return shortened_row(wanted, row, self.box)

@@ -1,4 +1,6 @@
-"""A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back; with one control point the law is smooth."""
+"""A ball in the way (Fig. 1): one arm moves its hand from A to B past an obstacle, and back; with one control
+point the law is smooth.
+"""
 
 from functools import cache
 from typing import Final
@@ -27,13 +29,13 @@ POINT_RADIUS: Final = 0.05
 """Radius of the sphere about a control point [m]."""
 
 PATH: Final = np.array([0.0, 0.64, 0.0])
-"""From A to B: what a hand does past the ball (3,) [m]."""
+"""From A to B (3,) [m]."""
 
 PATH_TURN: Final = -0.60
-"""By how much the first joint is turned back where the path begins [rad]."""
+"""Turn of the first joint at the start of the path [rad]."""
 
 PATH_CLEARANCE: Final = 0.03
-"""How near to the ball's surface the way would bring the control point's without avoidance [m]."""
+"""Clearance between the ball and the control point on the undisturbed path [m]."""
 
 BALL_ROOM: Final = 2.5
 """The ball stays within this of the world's origin, along each axis [m]."""
@@ -48,11 +50,13 @@ REST: Final = 1.5
 """Rest at either end [s]."""
 
 SWING: Final = 0.25
-"""How far the ball goes to either side when it crosses the path [m]."""
+"""Amplitude of the ball when it crosses the path [m]."""
 
 
 def path(time: float, home: Array) -> tuple[Array, Array]:
-    """Desired place (3,) [m] and velocity (3,) [m/s] of the hand: a quintic from A, its home (3,), to B, a rest, and back."""
+    """Desired position (3,) [m] and velocity (3,) [m/s] of the hand: a quintic from A, its home (3,), to B, a
+    rest, and back.
+    """
     period = TRAVEL + REST
     leg, t = divmod(max(time - REST, 0.0), period)
     share, rate = quintic(min(t / TRAVEL, 1.0))
@@ -62,7 +66,7 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
 
 @cache
 def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
-    """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
+    """Room of one arm and a ball, built once. The ball moves by three joints of its own."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     start = alone_start(robot_name)
@@ -87,7 +91,7 @@ def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Ro
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
-    """Start of the ball (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
+    """Start of the ball (3,): beyond the end of the elbow's path, or below the middle of the hand's."""
     data = model.createData()
     aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
     q = np.concatenate([start, np.zeros(3)])
@@ -130,19 +134,14 @@ def ball_swing(middle: Array, seed: int) -> Scripted:
     """Scripted target that carries the ball across the path and back; `seed` sets the period.
 
     Args:
-        middle: of its way (3,) [m].
-        seed: which person.
+        middle: of its path (3,) [m].
     """
     period = float(np.random.default_rng(seed).uniform(7.0, 11.0))
     return Scripted(lambda time: BallTarget(middle + np.array([SWING * np.sin(2.0 * np.pi * time / period), 0.0, 0.0])))
 
 
 class BallTask(ArmTask):
-    """Goes where the person wants it, at no more than a person's speed.
-
-    Args:
-        world: a room with a ball.
-    """
+    """Moves to the visitor's target at no more than a person's speed."""
 
     def __init__(self, world: World) -> None:
         columns = world.room.ball
@@ -153,11 +152,10 @@ class BallTask(ArmTask):
         self._velocities = np.zeros(3)
 
     def begin(self) -> None:
-        """Come to rest."""
         self._velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return the ball's velocity (3,) [m/s]; the array is reused."""
+        """The ball's velocity (3,) [m/s]; the array is reused."""
         del time
         wanted: Array | float = 0.0
         if isinstance(target, BallTarget):
@@ -168,9 +166,7 @@ class BallTask(ArmTask):
         return v
 
     def memory(self) -> Memory:
-        """Return the ball's velocity."""
         return (self._velocities.copy(),)
 
     def remember(self, memory: Memory) -> None:
-        """Go on with this velocity."""
         self._velocities[:] = memory[0]

@@ -1,4 +1,4 @@
-"""Processes beside this one that compute: what they inherit, and that they go when this one goes."""
+"""Child processes for computations: what they inherit, and that they end with this one."""
 
 import copyreg
 import multiprocessing
@@ -28,21 +28,20 @@ ComputeMany = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[t
 """Yields (index, result) of the calls of a function, each as soon as it is done; `computed`, or a cluster."""
 
 AHEAD: Final = 4
-"""Calls that are handed out for each worker: one that runs, and some that wait."""
+"""Calls handed out per worker: one that runs, and some that wait."""
 
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
-"""What the environment of a process has to say so that it does linear algebra on one thread."""
 
 
 SAFE_PATH: Final = {"PYTHONSAFEPATH": "1"}
-"""Environment in which Python leaves the current folder off its path: a `random.py` there is not the standard library's."""
+"""Environment in which Python leaves the current folder off its path, where a `random.py` would hide the
+standard library's.
+"""
 
 
 class _OwnProcess(SpawnProcess):
-    """Process of `multiprocessing` that finds our packages before it reads what it is to run."""
-
     def __reduce__(self) -> Any:
-        # Its attributes are read in order, and nothing of ours is needed to read the first one.
+        # Its attributes are read in order, and the first one needs none of our modules.
         return copyreg._reconstructor, (SpawnProcess, object, None), {"_found": _Found(), **self.__dict__}  # type: ignore[attr-defined]
 
 
@@ -56,17 +55,19 @@ class _OwnSpawn(SpawnContext):
 
 
 SPAWN: Final = _OwnSpawn()
-"""Context of `multiprocessing` for all processes that we start by it; they start inside of `apart` or `inheriting`."""
+"""Context of `multiprocessing` for all our processes, which start inside `apart` or `inheriting`."""
 
 
 def inheriting() -> AbstractContextManager[None]:
-    """What processes started meanwhile inherit: linear algebra on one thread each, and what `apart` says."""
+    """Environment for processes started meanwhile: linear algebra on one thread each, and that of `apart`."""
     return apart(ONE_THREAD)
 
 
 @contextmanager
 def apart(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
-    """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: more for their environment."""
+    """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: more for their
+    environment.
+    """
     environment = {**SAFE_PATH, **also}
     before = {name: os.environ.get(name) for name in environment}
     os.environ.update(environment)
@@ -83,7 +84,9 @@ def apart(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
 
 @contextmanager
 def deaf() -> Iterator[None]:
-    """Keep Ctrl+C from processes that this thread starts meanwhile, until they `leave_with_parent`; here it comes at the end."""
+    """Keep Ctrl+C from processes that this thread starts meanwhile, until they `leave_with_parent`; here it
+    is delivered at the end.
+    """
     pending: list[int] = []
     main = threading.current_thread() is threading.main_thread()
     # A mask is not enough: another thread may take the signal, and a process that is given only half of its start says so.
@@ -105,8 +108,9 @@ def deaf() -> Iterator[None]:
 
 
 def leave_with_parent() -> None:
-    """Leave Ctrl+C to the parent of this worker, and end this one when that is gone, even killed: a worker that waits for work would
-    wait for ever. Does nothing in a process that is not a worker."""
+    """Leave Ctrl+C to the parent of this worker, and end with it, even if it is killed; otherwise an idle
+    worker would wait for ever. Does nothing in a process that is not a worker.
+    """
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -128,12 +132,12 @@ def computed(
 
     Args:
         function: at a module's top level.
-        calls: arguments of each call; must be picklable. They are taken when a worker will soon need them.
-        workers: processes; with 1, everything runs in this one. Each reads the file of the program again, which therefore calls this
-            below `if __name__ == "__main__":`.
+        calls: picklable arguments of each call, read shortly before a worker needs them.
+        workers: processes; 1 runs everything in this one. Each imports the main program again, which must
+            therefore call this below `if __name__ == "__main__":`.
 
     Raises:
-        DuetError: a worker was ended from outside, or could not begin.
+        DuetError: a worker was ended from outside, or could not start.
     """
     numbered = enumerate(calls)
     first = list(islice(numbered, 2))
@@ -151,7 +155,7 @@ def computed(
     under_way: dict[futures.Future[T], int] = {}
 
     def hand_out(count: int) -> None:
-        # A process is started when a call finds none that rests.
+        # A process is started if none is idle.
         with inheriting():
             under_way.update((pool.submit(function, *arguments), index) for index, arguments in islice(waiting, count))
 

@@ -1,7 +1,7 @@
-"""Tables of numbers as people and programs write them: the one place that reads CSV.
+"""Reader of CSV tables of numbers.
 
-Values are separated by semicolons, tabs, bars, commas or blanks; decimal signs are points or commas; the text is UTF-8 or UTF-16,
-with any line ends. What cannot be read is refused with its line.
+Values are separated by semicolons, tabs, bars, commas or blanks; decimal signs are points or commas; the text
+is UTF-8 or UTF-16, with any line ends. An unreadable line is refused with its number.
 """
 
 import codecs
@@ -13,13 +13,11 @@ from typing import Final, NamedTuple
 from controllers.errors import BadInputFile
 
 COMMENTS: Final = ("#", "%", "//")
-"""Beginnings of a line that holds no values."""
 
 SEPARATORS: Final = (";", "\t", "|", ",")
-"""In the order in which they are looked for. The comma is the last one, as it may be a decimal sign."""
+"""In the order of the search. The comma is last, as it may be a decimal sign."""
 
 BLANKS: Final = " "
-"""Separator of a line without any of them: any number of blanks."""
 
 _BYTE_ORDER_MARKS: Final = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -28,16 +26,14 @@ _BYTE_ORDER_MARKS: Final = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
-"""The mark of UTF-32 begins with that of UTF-16, and is looked for first."""
+"""The mark of UTF-32 begins with that of UTF-16, and is tested first."""
 
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 _SEPARATOR_LINE: Final = re.compile(r"\"?sep=(.)\"?", re.IGNORECASE)
-"""A first line that names the separator, as Excel reads and writes it."""
 _DECIMAL_COMMAS: Final = re.compile(r"(?=.*,)[-+\N{MINUS SIGN}]?\d+(,\d+)?(\s+[-+\N{MINUS SIGN}]?\d+(,\d+)?)+")
 """A line of numbers with decimal commas, separated by blanks."""
 _LOOKS_NUMERIC: Final = re.compile(r"[-+\N{MINUS SIGN}]?[\d.,]*\d[\d.,]*(e[-+]?\d+)?", re.IGNORECASE)
 _LONGEST_SHOWN: Final = 40
-"""Longest cell that a message quotes in full [characters]."""
 
 
 class TextRow(NamedTuple):
@@ -52,9 +48,8 @@ class TextTable:
     """The lines of a file.
 
     Attributes:
-        separator: between the values, one character; `BLANKS` for any number of blanks.
-        rows: lines with values, in order.
-        comment: number and text of the last comment above the first row; None if there is no comment.
+        separator: one character; `BLANKS` for any number of blanks.
+        comment: number and text of the last comment above the first row, or None.
     """
 
     separator: str
@@ -63,11 +58,10 @@ class TextTable:
 
 
 def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
-    """Return the rows of a text file. Comments, blank lines and lines of separators alone are left out.
+    """Rows of a text file, without comments, blank lines and lines of separators.
 
     Args:
-        name: of the file, for messages.
-        remedy: what to give in place of a file that is not text.
+        remedy: what to give instead of a file that is not text.
 
     Raises:
         BadInputFile: it is not text, or a line cannot be read as CSV.
@@ -81,7 +75,7 @@ def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
         text = line.strip()
         mark = next((mark for mark in COMMENTS if text.lstrip('" ').startswith(mark)), None)
         if mark is not None:
-            # A spreadsheet fills a comment up with separators, and puts one with a comma into quotes.
+            # A spreadsheet pads a comment with separators, and quotes one that has a comma.
             comment = comment if rows else (number, text.lstrip('" ').removeprefix(mark).strip('";,\t '))
         elif any("\udc80" <= char <= "\udcff" or char == "\0" for char in text):
             raise BadInputFile(f"{name}: is not a text file in UTF-8 or UTF-16 (line {number}); {remedy}.")
@@ -97,7 +91,6 @@ def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
 
 
 def separator_of(line: str) -> str:
-    """Separator of the values in a line."""
     outside = re.sub(r'"[^"]*"', "", line)
     if _DECIMAL_COMMAS.fullmatch(outside.strip()) and "\t" not in outside:
         return BLANKS
@@ -105,28 +98,22 @@ def separator_of(line: str) -> str:
 
 
 def cells_of(line: str, separator: str) -> tuple[str, ...]:
-    """Return the values of a line.
-
-    Raises:
-        csv.Error: it has a value of more than 131,072 characters.
-    """
+    """Raises csv.Error for a value of more than 131,072 characters."""
     if separator == BLANKS:
         return tuple(cell.strip('"') for cell in line.split())
     return tuple(cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), ()))
 
 
 def has_decimal_commas(rows: tuple[TextRow, ...]) -> bool:
-    """True if a number has a comma; it is then the decimal sign of all of them."""
+    """True if a number has a comma, which is then the decimal sign of all."""
     return any("," in cell and _LOOKS_NUMERIC.fullmatch(cell) for row in rows for cell in row.cells)
 
 
 def number_in_cell(cell: str, decimal_commas: bool, where: str, column: str) -> float:
-    """Return the number in a cell.
+    """Number in a cell.
 
     Args:
-        decimal_commas: see `has_decimal_commas`.
         where: file and line, for messages.
-        column: name of the cell's column, for messages.
 
     Raises:
         BadInputFile: it is not a number.
@@ -147,7 +134,7 @@ def number_in_cell(cell: str, decimal_commas: bool, where: str, column: str) -> 
 
 
 def _decoded(data: bytes, name: str, remedy: str) -> str:
-    """Return a file's text. Bytes that are not UTF-8 become lone surrogates, which a comment may have."""
+    """Text of a file. Bytes that are not UTF-8 become lone surrogates, which a comment may have."""
     mark, encoding = next((pair for pair in _BYTE_ORDER_MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     body = data[len(mark) :]
     if not mark and len(body) >= 2 and (body[0] == 0) != (body[1] == 0):

@@ -1,6 +1,7 @@
-"""The experiments, each declared once: everything else that knows the experiments by name is made from these entries.
+"""The experiments, each declared once; all lists of experiments are made from these entries.
 
-An experiment is a `Scenario` of `scenes.roles`, its entry here, and its words in `app.text.experiment_texts`. Nothing here loads a library.
+An experiment is a `Scenario` of `scenes.roles`, its entry here, and its texts in `app.text.experiment_texts`.
+Loads no library.
 """
 
 from dataclasses import dataclass
@@ -10,26 +11,24 @@ Obstacle = Literal["nothing", "ball", "arm", "task"]
 """What there is to keep clear of; with "task", a first task that the settings choose, see `scenes.quantities`."""
 
 Moved = Literal["arm", "ball", "person"]
-"""What the visitor moves: an arm, the ball, or the figure of the person who is imitated."""
+"""What the visitor moves: an arm, the ball, or the figure of the imitated person."""
 
 Followed = Literal["nothing", "arm", "person"]
-"""Who leads the joints of the arm that plots and numbers show; with "nothing", its task is about its hand."""
+"""Leader of the joints of the arm that plots and numbers show; with "nothing", its task concerns its hand."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What the arms and the person do in a room.
+    """An experiment.
 
     Attributes:
         name: on the command line, in links and in files.
-        label: what a person reads in the picker.
-        short: the same where there is little room.
+        label: in the picker.
         made_by: its class, "file:Name" in `scenes`.
-        obstacle, moves, follows: see `Obstacle`, `Moved` and `Followed`.
-        reads: keys of settings that have an effect in some experiments only, and in this one.
-        both_avoid: whether both arms keep clear in the paper.
-        for_two: whether a second person can hold the arm that keeps its place.
-        maps: whether distance and error are mapped over n and v, see `scenes.sweep`.
+        reads: keys of settings that have an effect only in some experiments, including this one.
+        both_avoid: both arms keep clear in the paper.
+        for_two: a second person can hold the arm that keeps its place.
+        maps: distance and error are mapped over n and v, see `scenes.sweep`.
     """
 
     name: str
@@ -46,7 +45,6 @@ class Experiment:
 
     @property
     def error_unit(self) -> str:
-        """Unit of the squared error that is recorded."""
         return "m²" if self.follows == "nothing" else "rad²"
 
 
@@ -87,4 +85,3 @@ EXPERIMENTS: Final[dict[str, Experiment]] = {
         ),
     )
 }  # fmt: skip
-"""Name → experiment, in the order of the picker."""

@@ -1,4 +1,6 @@
-"""Files that the user names: read only if they are files of a bearable size, and written whole or not at all, with a line that says why."""
+"""Files named by the user: read only up to a size, and written completely or not at all, with one-line
+errors.
+"""
 
 import csv
 import errno
@@ -18,7 +20,7 @@ _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """Return the content of a file of at most `most` bytes. Never waits, as a pipe would make it.
+    """Content of a file of at most `most` bytes. Never blocks, as a pipe would.
 
     Raises:
         OSError: it cannot be read, is a pipe, a device or a folder, or is larger (errno EFBIG).
@@ -41,10 +43,10 @@ def read_file(path: Path, most: int) -> bytes:
 
 
 def input_content(path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None) -> bytes:
-    """Return the content of a file that a run or a scene is made with; see `read_file`.
+    """Content of an input file of a run or a scene; see `read_file`.
 
     Args:
-        missing, larger: what is said where there is no such file, or one of more than `most` bytes; None for the system's words.
+        missing, larger: error for a missing file, or for more than `most` bytes; None for the system's words.
 
     Raises:
         BadInputFile: it cannot be read.
@@ -58,8 +60,8 @@ def input_content(path: Path, most: int, missing: BadInputFile | None = None, la
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a path in the same folder to write to, and move it to `path` at the end: a reader never sees half a file, and after an error or
-    Ctrl+C there is none. A device or a pipe is given as it is.
+    """Yield a path in the same folder, moved to `path` at the end: a reader never sees half a file, and an
+    error or Ctrl+C leaves none. A device or a pipe is yielded as it is.
 
     Raises:
         OSError: it cannot be written.
@@ -90,25 +92,24 @@ def _check_replaceable(path: Path) -> None:
 
 
 def readable(text: str) -> str:
-    """Return a text of the command line or a file's name as UTF-8 has it, whatever the locale made of it."""
+    """Text of the command line or a file's name as UTF-8, whatever the locale."""
     return os.fsencode(text).decode("utf-8", "replace")
 
 
 LONGEST_CELL: Final = 2000
-"""Characters of a cell of a table."""
 
 _FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
 """Beginnings of a cell that a spreadsheet may compute."""
 
 
 def csv_cell(value: object) -> str:
-    """Return a value as one line that a spreadsheet does not take for a formula."""
+    """A value as one line that a spreadsheet does not take for a formula."""
     text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST_CELL].strip()
     return f"'{text}" if text[:1] in _FORMULA else text
 
 
 def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
-    """Return rows as CSV: numbers as they read back, every other value as `csv_cell` has it. `end`: of a line."""
+    """Rows as CSV: numbers exactly, every other value by `csv_cell`. `end`: of a line."""
     out = io.StringIO()
     cells = ([repr(value) if isinstance(value, int | float) else csv_cell(value) for value in row] for row in rows)
     csv.writer(out, lineterminator=end).writerows(cells)
@@ -116,7 +117,7 @@ def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
 
 
 def path_inside(folder: Path, name: str) -> Path | None:
-    """Return the path of a name in a folder with all links followed; None if that leads out of the folder."""
+    """Path of a name in a folder with all links followed; None if that is outside the folder."""
     try:
         path = Path(os.path.realpath(folder / name))
     except ValueError:
@@ -127,7 +128,7 @@ def path_inside(folder: Path, name: str) -> Path | None:
 
 @contextmanager
 def written(path: Path, option: str) -> Iterator[Path]:
-    """Yield a draft that replaces `path` once it is written; see `scenes.files.replacing`.
+    """Yield a draft that replaces `path` once it is written; see `replacing`.
 
     Args:
         option: the command's option that names it or its folder.
@@ -151,7 +152,9 @@ def writable(path: Path, option: str) -> Iterator[None]:
 
 
 def check_writable(path: Path, option: str) -> None:
-    """Raise the `BadSetting` of an option if its file cannot be written: better before long work than after it."""
+    """Raise the `BadSetting` of an option if its file cannot be written: before long work rather than after
+    it.
+    """
     if not os.path.isdir(path.absolute().parent):
         raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
     with writable(path, option):

@@ -1,4 +1,4 @@
-"""From shells to GLB files: materials with linear colours, and a cache; its failures are ignored."""
+"""GLB files from shells: materials with linear colours, and a cache that ignores failures."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """How a surface looks.
+    """Look of a surface.
 
     Attributes:
-        colour: sRGB, as a painter or a style sheet would write it, "#rrggbb".
+        colour: sRGB, "#rrggbb".
         roughness: 0 mirror … 1 chalk.
         metallic: 0 paint … 1 bare metal.
         opacity: below 1 the material is blended.
@@ -42,13 +42,14 @@ class Material:
     opacity: float = 1.0
 
     def linear(self) -> tuple[float, float, float, float]:
-        """Linear RGBA in 0 … 1: glTF wants light, not sRGB; left as sRGB, KUKA orange turns yellow (IEC 61966-2-1)."""
+        """Linear RGBA in 0 … 1: glTF needs light, not sRGB, in which KUKA orange turns yellow (IEC
+        61966-2-1).
+        """
         s = np.array([int(self.colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
         light = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
         return float(light[0]), float(light[1]), float(light[2]), self.opacity
 
     def gltf(self) -> dict[str, object]:
-        """The material in glTF 2.0 terms."""
         return {
             "pbrMetallicRoughness": {
                 "baseColorFactor": [round(c, 5) for c in self.linear()],
@@ -63,9 +64,11 @@ GlbPalette = Mapping[str, Material]
 
 
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
-    """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
+    """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as
+    float32.
 
-    trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an index.
+    trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an
+    index.
     """
     return _pack_glb(meshes, [{"name": name} | palette[name].gltf() for name in meshes])
 
@@ -73,7 +76,7 @@ def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
 def _pack_glb(
     meshes: Mapping[str, trimesh.Trimesh], materials: list[dict[str, object]], colours: NDArray[np.float64] | None = None
 ) -> bytes:
-    """Return a GLB of meshes with a material each. `colours`: of the vertices (n, 3) of a single mesh, linear."""
+    """GLB of meshes with a material each. `colours`: of the vertices (n, 3) of a single mesh, linear."""
     body, views, accessors = bytearray(), [], []
 
     def put(data: NDArray[np.generic], kind: str, target: int) -> int:
@@ -119,20 +122,22 @@ def _pack_glb(
 
 
 UNLIT: Final = "KHR_materials_unlit"
-"""The extension of glTF by which a colour is drawn as it is."""
 
 PAINTED_LIGHT: Final = np.array([0.35, -0.45, 0.82])
-"""Where painted light comes from (3,), in the frame of the mesh."""
+"""Direction of the painted light (3,), in the frame of the mesh."""
 
 
 SHEEN: Final = np.array([0.040, 0.044, 0.055])
-"""What a shell mirrors of a bright room where it faces the light (3,), linear: without it dark parts are black holes."""
+"""Reflection of a bright room where a shell faces the light (3,), linear: without it dark parts are black
+holes.
+"""
 
 
 def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
-    """Pack meshes into one that is drawn at one go, materials and the light of its own frame painted on its vertices.
+    """One mesh of all meshes, drawn in one call, with materials and light painted on its vertices.
 
-    Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it.
+    Without a graphics card every drawn mesh costs as much as thousands of triangles, and lighting a pixel
+    more than filling it.
     """
     whole = join(meshes.values())
     colours = np.vstack([np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()])
@@ -143,7 +148,7 @@ def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> by
 
 
 def source_key(files: Iterable[str | Path], *more: object) -> str:
-    """A hash that changes with any of the source files, the libraries that shape the bytes, or the rest of the arguments."""
+    """Hash of source files, versions of the libraries that shape the bytes, and further arguments."""
     digest = hashlib.sha256(f"{importlib.metadata.version('trimesh')} {np.__version__} {more!r}".encode())
     for file in files:
         digest.update(Path(file).read_bytes())
@@ -151,7 +156,7 @@ def source_key(files: Iterable[str | Path], *more: object) -> str:
 
 
 class NotStored(LookupError):
-    """What is asked for would have to be built."""
+    """The requested bytes would have to be built."""
 
 
 _STORED_ONLY: Final[ContextVar[bool]] = ContextVar("duet_stored_only", default=False)
@@ -159,7 +164,7 @@ _STORED_ONLY: Final[ContextVar[bool]] = ContextVar("duet_stored_only", default=F
 
 @contextlib.contextmanager
 def stored_only() -> Iterator[None]:
-    """While open, `cached` raises `NotStored` in this thread where it would have to build something."""
+    """While open, `cached` raises `NotStored` in this thread instead of building."""
     token = _STORED_ONLY.set(True)
     try:
         yield
@@ -168,7 +173,8 @@ def stored_only() -> Iterator[None]:
 
 
 def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
-    """What `build` gives, from the user's cache where possible: a ZIP archive with the key as its comment, built again if torn or stale.
+    """Result of `build`, from the user's cache if possible: a ZIP archive with the key as its comment,
+    rebuilt if torn or stale.
 
     Raises:
         NotStored: see `stored_only`.

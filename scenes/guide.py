@@ -1,4 +1,4 @@
-"""A person's hand on an arm, in numbers: what `scenes.arm_tasks.guided_task` is made of, and what other tasks have of it."""
+"""Numbers of a person's hand on an arm, for `scenes.arm_tasks.guided_task` and other tasks."""
 
 import math
 from typing import Final
@@ -10,32 +10,34 @@ from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill
 from scenes.targets import LinkTarget
 
 FOLLOW_GAIN: Final = 8.0
-"""How fast the hand closes the way to where the person wants it [1/s]; also smooths targets that arrive in steps."""
+"""Rate at which the hand approaches the person's target [1/s]; also smooths targets that arrive in steps."""
 
 SMOOTHING_TIME: Final = 0.04
 """Time constant of the guided arm's joint velocities [s]: the mass of a person's arm."""
 
 POSTURE_GAIN: Final = 0.6
-"""How fast the arm drifts back to its usual posture where that does not move the hand [1/s]."""
+"""Rate of drift back to the usual posture in the null space of the hand [1/s]."""
 
 GUIDE_DAMPING: Final = 0.03
-"""Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as a jump."""
+"""Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as
+a jump.
+"""
 
 ELBOW_DAMPING: Final = 0.05
 """Damping of the elbow's pseudo-inverse [m/rad]."""
 
 SATURATIONS: Final = 4
-"""How often joints at their bounds are taken out before the rest is clipped."""
+"""Largest number of rounds that fix joints at their bounds before the rest is clipped."""
 
 
 @loop("void(float64[:, :], float64[:], float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
 def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper: Vector, dq: Vector) -> None:
-    """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,), with joints at their bounds taken out and the others doing their share.
+    """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,), with joints held at their bounds and the others compensating.
 
     Args:
         J: (m, n).
         task: ẋ (m,).
-        free: q̇₀ (n,), which moves the arm where that does not move the hand [rad/s].
+        free: q̇₀ (n,), motion in the null space [rad/s].
         lower, upper: bounds of q̇ (n,) [rad/s].
     """
     m, n = J.shape
@@ -69,7 +71,9 @@ def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper:
 
 @loop("float64(float64[:], float64, float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
 def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: Vector) -> float:
-    """Bring q̇ (n,) nearer to what is wanted by a share of the difference, within its bounds, and return Σ |q̇_j| times `reach` (n,)."""
+    """Move q̇ (n,) by a share of the difference towards `wanted`, within its bounds; return Σ |q̇_j| times
+    `reach` (n,).
+    """
     speed = 0.0
     for j in range(len(dq)):
         dq[j] = min(max(dq[j] + (wanted[j] - dq[j]) * share, lower[j]), upper[j])
@@ -95,12 +99,12 @@ def fill_followed(
     reach: Vector,
     dq: Vector,
 ) -> float:
-    """Bring q̇ (n,) nearer to that of a hand which is drawn to a place, and return what `fill_smoothed` does.
+    """Move q̇ (n,) towards that of a hand drawn to a place; return the value of `fill_smoothed`.
 
     Args:
-        spatial: of the arm's joints (6, n), world axes and the world's origin.
-        hand, place: where it is, and where the person wants it (3,), world [m].
-        posture, positions: q (n,) it likes to be in, and now [rad].
+        spatial: of the arm's joints (6, n), world axes and origin.
+        hand, place: present and desired position (3,), world [m].
+        posture, positions: usual and present q (n,) [rad].
         top_speed: of the hand [m/s].
         share, lower, upper, reach: see `fill_smoothed`.
     """
@@ -123,12 +127,12 @@ def fill_followed(
 
 @loop("float64(float64[:, :], float64[:, :], int64[:], float64[:, :], float64[:])")
 def fastest_of(placements: Matrix, ends: Matrix, moving: Indices, J: Matrix, dq: Vector) -> float:
-    """Return the speed of the fastest end of an axis [m/s].
+    """Speed of the fastest end of an axis [m/s].
 
     Args:
         placements: of the ends' joints: rotation by columns, then origin (ends, 12).
         ends: in the frame of its joint (ends, 3) [m].
-        moving: how many of the arm's joints move it (ends,).
+        moving: number of the arm's joints that move it (ends,).
         J: (6, n), world axes and origin.
         dq: q̇ (n,) [rad/s].
     """
@@ -152,7 +156,7 @@ def fastest_of(placements: Matrix, ends: Matrix, moving: Indices, J: Matrix, dq:
 
 
 def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float) -> tuple[Array, Array]:
-    """Return J (3, n) of the point that is pulled and its wanted velocity (3,) [m/s]."""
+    """J (3, n) of the pulled point and its desired velocity (3,) [m/s]."""
     joint = arm.joint(target.joint)
     point = kinematics.data.oMi[joint].act(target.offset)
     way = shortened((target.position - point) * FOLLOW_GAIN, top_speed)
@@ -160,13 +164,12 @@ def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float)
 
 
 def elbow_motion(kinematics: Kinematics, arm: Arm, place: Array, top_speed: float) -> Array:
-    """Return q̇₀ (n,) [rad/s] that brings the elbow to where a person pulls it (3,) [m]."""
+    """q̇₀ (n,) [rad/s] that moves the elbow to the place (3,) [m] where a person pulls it."""
     elbow = kinematics.joint_point(arm.elbow)
     J = kinematics.point_jacobian(arm, arm.elbow, elbow)
     return damped_solution(J, shortened((place - elbow) * FOLLOW_GAIN, top_speed), ELBOW_DAMPING)
 
 
 def shortened(vector: Array, longest: float) -> Array:
-    """Return a vector (k,), shortened to a length if it is longer."""
     length = float(vector.dot(vector)) ** 0.5
     return vector * (longest / length) if length > longest else vector

@@ -1,6 +1,8 @@
-"""A real arm behind the law: joint sensors with noise and a resolution, a distance measured in frames, dead time and lag of a command.
+"""A real arm: joint sensors with noise and resolution, a distance measured in frames, dead time and lag of a
+command.
 
-Noise is a function of seed and step (or frame) alone, so that a run can be resumed anywhere, and what was seen can be computed again.
+Noise depends only on seed and step (or frame), so that a run can be resumed anywhere and measurements can be
+recomputed.
 """
 
 import math
@@ -17,20 +19,19 @@ from scenes.room import World
 from scenes.settings import HardwareSettings, RunSettings, specs
 
 JOINTS, DISTANCE = 0, 1
-"""Streams of random numbers."""
 
 
 def normal(seed: int, stream: int, index: int, count: int) -> Array:
-    """Return standard normal numbers (count,), always the same for the same seed, stream and index ≥ 0."""
+    """Standard normal numbers (count,), the same for the same seed, stream and index ≥ 0."""
     return np.random.Generator(np.random.Philox(key=seed, counter=[0, index, stream, 0])).standard_normal(count)
 
 
 def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm, ...], step: int) -> Array:
-    """Return q (nv,) as the joint sensors show it [rad]; whatever is no joint of an arm is shown as it is.
+    """q (nv,) as the joint sensors show it [rad]; entries of other things are exact.
 
     Args:
-        positions: the true q (nv,) [rad].
-        step: steps made before.
+        positions: true q (nv,) [rad].
+        step: number of steps made.
     """
     hardware, seen = settings.hardware, positions.copy()
     noise = normal(settings.seed, JOINTS, step, len(seen)) * hardware.joint_noise if hardware.joint_noise > 0.0 else None
@@ -43,27 +44,27 @@ def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm,
 
 
 class Sensing:
-    """The distance sensor; it looks at the posture that the joint sensors show. `error`: of the newest distance [m]."""
+    """The distance sensor, at the posture of the joint sensors. `error`: of the newest distance [m]."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self.clear()
 
     def clear(self) -> None:
-        """Forget the last frame."""
         self.error = 0.0
         self._frame = -1
         self._held = np.empty(0)
 
     def proximity(self, settings: RunSettings, actual: Proximity, time: float, step: int) -> Proximity:
-        """Input of the law, and distance, pair and row of the closest pair as they really are.
+        """Input of the law, with the true distance, pair and row of the closest pair.
 
-        Between two frames d and J_d, of every pair, stay those of the frame. The same step may be looked at several times.
+        Between two frames d and J_d of every pair stay those of the frame. A step may be measured several
+        times.
 
         Args:
-            actual: at the true posture; the world is at the posture that the joint sensors show.
+            actual: at the true posture; the world is at the posture of the joint sensors.
             time: now [s].
-            step: steps made before.
+            step: number of steps made.
         """
         world, law, hardware = self._world, settings.law, settings.hardware
         if hardware.frame_rate > 0.0:
@@ -79,43 +80,41 @@ class Sensing:
         return Proximity(actual.distance, actual.pair, seen.law_distance + self.error, seen.row, actual.pair_row)
 
     def memory(self) -> Memory:
-        """Return the posture of the last frame, and its number; no posture if there was none."""
+        """Posture of the last frame, and its number; no posture before the first."""
         return self._held.copy(), np.array(self._frame)
 
     def remember(self, memory: Memory) -> None:
-        """Go on with this frame."""
         self._held, self._frame = memory[0].copy(), int(memory[1])
 
 
 LONGEST: Final = specs(HardwareSettings)["dead"].high
-"""Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds what was commanded then."""
+"""Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds them."""
 
 SLACK: Final = 1e-9
 """Tolerance of a comparison of times, which are sums of many time steps [s]."""
 
 
 class Actuation:
-    """The commands on their way. `joints`: how many values a command has."""
+    """Commands in transit. `joints`: number of values in a command."""
 
     def __init__(self, joints: int) -> None:
         self._joints = joints
         self.clear()
 
     def clear(self) -> None:
-        """Forget all commands."""
         self._times: list[float] = []
         self._commands: list[Array] = []
         self._end = np.empty(0)
 
     def reached(self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float) -> Array:
-        """Return the mean q̇ (nv,) of the step that begins now; call it once a step [rad/s].
+        """Mean q̇ (nv,) of the step that begins now; call it once per step [rad/s].
 
-        A command acts in the first step that begins the dead time after its own or later. Until the first one arrives the joints
-        keep their velocity. With a lag, the mean and the velocity at the step's end are those of τ q̈ = q̇_cmd − q̇, exact for a command that
-        is constant during the step.
+        A command acts in the first step that begins at least the dead time after its own. Until the first one
+        arrives the joints keep their velocity. With a lag, the mean and the velocity at the step's end are
+        those of τ q̈ = q̇_cmd − q̇, exact for a command that is constant during the step.
 
         Args:
-            command: q̇ (nv,) that is asked for now [rad/s].
+            command: present q̇ (nv,) [rad/s].
             before: mean q̇ (nv,) of the step before [rad/s].
             time: now [s].
         """
@@ -138,23 +137,25 @@ class Actuation:
         return command - (lag / dt) * math.expm1(-dt / lag) * behind
 
     def stop(self, joints: NDArray[np.bool_]) -> None:
-        """Bring joints (nv,) to rest that have met their stops."""
+        """Set the velocity of joints (nv,) that met their stops to 0."""
         if len(self._end):
             self._end[joints] = 0.0
 
     def memory(self) -> Memory:
-        """Return the times (k,) and the commands (k, nv) that are kept, and q̇ (nv,) at the end of the step, (0,) without a lag."""
+        """Times (k,) and commands (k, nv) that are kept, and q̇ (nv,) at the end of the step, (0,) without a
+        lag.
+        """
         return np.array(self._times), np.array(self._commands).reshape(-1, self._joints), self._end.copy()
 
     def remember(self, memory: Memory) -> None:
-        """Go on with these commands."""
         times, commands, end = memory
         self._end = end.copy()
         self._times, self._commands = times.tolist(), [command.copy() for command in commands]
 
 
 def before_stops(velocities: Array, positions: Array, lower: Array, upper: Array, dt: float) -> Array:
-    """Return q̇ (n,) of joints that their stops hold back: one that lags, or is elsewhere than it is seen, may run into one [rad/s].
+    """q̇ (n,) limited by the stops: a joint that lags, or is not where it is measured, may run into one
+    [rad/s].
 
     Args:
         velocities: q̇ (n,) without stops [rad/s].

@@ -1,4 +1,4 @@
-"""A run without a page: as fast as it goes, summed up in a few numbers."""
+"""A run without a page, at full speed, summarised in a few numbers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,23 +20,22 @@ from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 FELT: Final = 0.01
-"""Least jump of λ |J_d| that counts as felt [m/rad]; |J_d| is about 1 m/rad, and so the law is at work from λ = 0.01 on."""
+"""Least jump of λ |J_d| that counts as felt [m/rad]; |J_d| is about 1 m/rad, so the law acts from λ = 0.01."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run came to. SI units; joint figures are those of the avoiding arm.
+    """Summary of a run. SI units; joint figures are those of the avoiding arm.
 
     Attributes:
-        d_min, d_min_pair: smallest distance [m], and between which bodies.
-        share_below: share of the steps with d < d_m.
+        d_min, d_min_pair: smallest distance [m] and its pair of bodies.
         e2_max, e2_end: squared position error, largest and last [m²].
-        dq_step_max: largest change of one joint's velocity from one step to the next [rad/s].
+        dq_step_max: largest change of one joint's velocity between two steps [rad/s].
         ddq_max: the same over dt [rad/s²].
-        pair_switches: how often another pair became the closest, near or far.
-        pair_switches_felt: how often the law's λ J_d jumped by `FELT` or more because another pair became the closest: only that
-            reaches q̇. While λ ≈ 0 it does not matter which pair is the closest, and a smooth minimum has no such jumps. For other
-            laws λ is what they show in its place; of one that shows none, nothing is counted.
+        pair_switches: number of changes of the closest pair, near or far.
+        pair_switches_felt: number of these at which λ J_d jumped by `FELT` or more: only that reaches q̇.
+            While λ ≈ 0 the closest pair does not matter, and a smooth minimum has no such jumps. For other
+            laws λ is what they show instead; a law without one counts 0.
         out_of_authority_s: time during which the arm could not do what the law asked for [s].
         step_us_median: median wall time of one step of both arms [µs].
     """
@@ -57,7 +56,9 @@ class Summary:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run. `simulation`: at its end; `table`: every step of it (steps, columns of `scenes.history`)."""
+    """A finished run. `simulation`: at its end; `table`: every step of it (steps, columns of
+    `scenes.history`).
+    """
 
     simulation: Simulation
     table: Array
@@ -65,20 +66,20 @@ class Run:
 
 
 def ready(given: GivenAtStart) -> None:
-    """Make a new process ready for runs. `given`: what its parent was given at its start."""
+    """Prepare a new process for runs. `given`: what its parent was given at its start."""
     take_over(given)
     load_if_compiled()
 
 
 LONG: Final = 1_000
-"""Steps that take longer in Python than machine code takes to load."""
+"""Steps that take longer in Python than loading machine code."""
 
 MOST_STEPS: Final = 1_000_000
-"""Longest run; every step of it is kept, at some 500 bytes each."""
+"""Longest run; every step is kept, at about 500 bytes each."""
 
 
 def check_length(settings: RunSettings, seconds: float) -> None:
-    """Raise `BadSetting` if a run of so much simulated time [s] cannot be made."""
+    """Raise `BadSetting` if a run of this length [s] cannot be made."""
     longest = MOST_STEPS * settings.dt
     if not 0.0 < seconds <= longest:
         larger_dt = " (or a larger dt)" if longest < seconds <= MOST_STEPS * specs()["dt"].high else ""
@@ -96,12 +97,11 @@ def run(
     """Simulate from a fresh start.
 
     Args:
-        settings: checked.
         seconds: simulated time; rounded to whole steps, at least one.
-        source: who moves what can be moved; None for the experiment's own, of the settings' seed.
+        source: of targets; None for the experiment's own, with the settings' seed.
         start: q (nv,) [rad], None for the room's start posture.
-        on_progress: called now and then with the number of steps made since the last call.
-        law: one that the settings do not know, None for theirs.
+        on_progress: called with the number of steps since the last call.
+        law: a custom law; None for the settings' law.
 
     Raises:
         BadSetting: the start cannot keep what the settings ask for.
@@ -109,7 +109,7 @@ def run(
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
     if steps >= LONG:
-        # A thread that loads beside a run that never waits takes as long as the run.
+        # A loading thread takes as long as a run that never waits.
         load_if_compiled()
     simulation.use(law)
     if start is not None:
@@ -132,7 +132,7 @@ def run(
 
 
 def summarise(simulation: Simulation, table: Array, step_us_median: float = float("nan")) -> Summary:
-    """Return the summary of a history table (rows ≥ 1, columns) of a simulation with its present settings."""
+    """Summary of a history table (rows ≥ 1, columns) of a simulation with its present settings."""
     dt = simulation.settings.dt
     distance = table[:, COLUMN["d"]]
     nearest = int(distance.argmin())
@@ -157,7 +157,7 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
 
 
 def _felt(simulation: Simulation, table: Array, switches: list[int]) -> int:
-    """Return at how many of the steps before a change of the closest pair λ J_d jumps by `FELT` or more."""
+    """Number of changes of the closest pair at which λ J_d jumps by `FELT` or more."""
     if simulation.settings.law.pairs != "single":
         return 0
     world = World(simulation.room, simulation.settings.limit_gain)

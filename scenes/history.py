@@ -1,4 +1,4 @@
-"""What happened: one row a step in a ring of fixed size."""
+"""Recorded steps: one row per step in a ring of fixed size."""
 
 import math
 from dataclasses import dataclass
@@ -13,9 +13,11 @@ SCALARS: Final = (
     *("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law", "authority", "joint", "lever"),
     *("e2_b", "u_b", "w_b", "w_law_b", "authority_b", "joint_b", "lever_b"),
 )
-"""Columns before the joints: time [s], true distance [m], λ, squared error of the task [m² or rad²], pull and approach [m/s],
-closest pair (−1 if there is none), distance the law acts on [m], approach along the law's row [m/s], `Authority`, its joint, and s of
-`controllers.laws.situation.lever`. Those that end in _b are of the second arm that keeps clear, nan if there is none."""
+"""Columns before the joints: time [s], true distance [m], λ, squared error of the task [m² or rad²], pull and
+approach [m/s], closest pair (−1 for none), the law's distance [m], approach along the law's row [m/s],
+`Authority`, its joint, and s of `controllers.laws.situation.lever`. Those ending in _b are of the second arm
+that keeps clear, else nan.
+"""
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
 _HEAD: Final = len(SCALARS)
@@ -36,7 +38,7 @@ def unit_of(column: str, error_unit: str, unit: str = "m") -> str:
 
 @dataclass(frozen=True)
 class ArmSample:
-    """What a step meant for an arm that keeps clear; names and units as in `SCALARS`."""
+    """Signals of one arm that keeps clear; names and units as in `SCALARS`."""
 
     squared_error: float
     pull: float
@@ -49,8 +51,9 @@ class ArmSample:
 
 @dataclass(frozen=True)
 class Sample(ArmSample):
-    """One step, and what it meant for the first arm that keeps clear. Positions, velocities and desired positions (nv,) are those of
-    everything that moves, left first; desired is nan where nothing is followed."""
+    """One step, for the first arm that keeps clear. Positions, velocities and desired positions (nv,) are
+    those of everything that moves, left first; desired is nan if nothing is followed.
+    """
 
     time: float
     distance: float
@@ -69,21 +72,21 @@ class Sample(ArmSample):
 
 
 _FIRST_ROWS: Final = 256
-"""Initial capacity [steps]; most runs are short, and a visitor's whole memory would be 8 MB."""
+"""Initial capacity [steps]; most runs are short, and a visitor's full history would be 8 MB."""
 
 
 class History:
-    """The last `capacity` steps of a run; another run has another one. `joints`: nv, joints of all arms."""
+    """The last `capacity` steps of one run. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((min(capacity, _FIRST_ROWS), _HEAD + 3 * joints), np.nan)
         self._capacity, self._with_second = capacity, False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
-        """Steps recorded; may exceed what is kept."""
+        """Number of recorded steps; may exceed the kept ones."""
 
     def begin_with(self, table: Array) -> None:
-        """Keep the steps of a table of as many joints (rows, columns), no more than `capacity`, in the place of what there was."""
+        """Replace the history by a table with the same columns (rows ≤ `capacity`, columns)."""
         self.count = len(table)
         if self.count:
             self._rows, self._with_second = table.copy(), True
@@ -102,7 +105,7 @@ class History:
             scalars: in the order of `SCALARS`, without those of the second arm.
             positions, velocities: q and q̇ (nv,).
             desired: q_d (nv,), None if nothing is followed.
-            second: those of the second arm that keeps clear, None if there is none.
+            second: of the second arm that keeps clear, or None.
         """
         place = self.count % self._capacity
         if place == len(self._rows):
@@ -123,7 +126,7 @@ class History:
         self.count += 1
 
     def last(self) -> Sample:
-        """Return the newest step.
+        """The newest step.
 
         Raises:
             IndexError: nothing is recorded yet.
@@ -139,11 +142,13 @@ class History:
         return Sample(*first, t, d, lam, int(pair), law_d, second, q, dq, desired)
 
     def table(self, newest: int | None = None, but: int = 0) -> Array:
-        """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but` of them."""
+        """Kept rows, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but`
+        of them.
+        """
         return self._rows[self._kept(newest, but)]
 
     def column(self, name: str) -> Array:
-        """Return one of `SCALARS` of the rows kept, oldest first (rows,), a copy."""
+        """One of `SCALARS` of the kept rows, oldest first (rows,), a copy."""
         return self._rows[self._kept(None, 0), COLUMN[name]]
 
     def _kept(self, newest: int | None, but: int) -> NDArray[np.int64]:
@@ -152,13 +157,13 @@ class History:
         return np.arange(self.count - kept, self.count - but) % self._capacity
 
     def positions(self, table: Array) -> Array:
-        """Return q (rows, nv) of a table."""
+        """q (rows, nv) of a table."""
         return table[:, _HEAD : self._middle]
 
     def velocities(self, table: Array) -> Array:
-        """Return q̇ (rows, nv) of a table."""
+        """q̇ (rows, nv) of a table."""
         return table[:, self._middle : self._end]
 
     def desired(self, table: Array) -> Array:
-        """Return q_d (rows, nv) of a table, nan where nothing was followed."""
+        """q_d (rows, nv) of a table, nan if nothing was followed."""
         return table[:, self._end :]

@@ -1,4 +1,6 @@
-"""Imitation (Figs 7, 8): a person's two arms drive both robots by four angles an arm, and both keep clear of each other."""
+"""Imitation (Figs 7, 8): a person's two arms drive both robots by four angles per arm, and both keep clear of
+each other.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -19,12 +21,14 @@ from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, Target
 
 CAMERA: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, FIELD_OF_VIEW)
-"""Shows the robots with their arms up, and the person beside them with arms stretched out."""
+"""Shows the robots with raised arms, and the person with outstretched arms beside them."""
 
 
 @cache
 def build_imitation_room() -> Room:
-    """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
+    """The torso with two LWRs, elbows at the sides like a person's, built once; no other room or robot fits a
+    person.
+    """
     room = build_room("torso")
     start = room.start.copy()
     for arm, joints in zip(room.arms, Retargeter(room.rig).joints(REST), strict=True):
@@ -33,8 +37,6 @@ def build_imitation_room() -> Room:
 
 
 class Imitation(Scenario):
-    """The arm that is called the person's own is driven like the other one."""
-
     def room(self, settings: RunSettings) -> Room:
         return build_imitation_room()
 
@@ -42,7 +44,7 @@ class Imitation(Scenario):
         room = world.room
         imitated = ImitatedPerson(world)
         followers = {side: ImitatedArm(world, room.arm(side), imitated) for side in SIDES}
-        # No arm is the person's own; the right one stands where that of another experiment does.
+        # Neither arm is the person's own; the right one takes that role here.
         task, held = followers["left"], followers["right"]
         return Roles((task, held), room.arm("right"), room.arm("left"), task, held, (task, held))
 
@@ -51,17 +53,11 @@ class Imitation(Scenario):
 
 
 class ImitatedPerson:
-    """Retargets the person's angles once a tick, and filters the joints.
-
-    Args:
-        world: with two arms.
-    """
-
     def __init__(self, world: World) -> None:
         start = np.array([world.room.start[arm.joints] for arm in world.room.arms])
         self._start = start
         self._retargeter = Retargeter(world.room.rig)
-        # Two in a row, so that not even a wild input makes the desired velocity jump.
+        # Two in series, so that no input makes the desired velocity jump.
         self._filters = AngleFilter(start[:, :DRIVEN]), AngleFilter(start[:, :DRIVEN])
         self._time = -1.0
         self.desired: Array = start.copy()
@@ -70,7 +66,6 @@ class ImitatedPerson:
         """Their velocities (2, n) [rad/s]."""
 
     def begin(self) -> None:
-        """Begin at the room's start posture."""
         self._retargeter.reset(self._start[:, :DRIVEN])
         for stage in self._filters:
             stage.reset(self._start[:, :DRIVEN])
@@ -79,7 +74,7 @@ class ImitatedPerson:
         self._time = -1.0
 
     def update(self, target: Target | None, settings: RunSettings, time: float) -> None:
-        """Take in the person's angles of this tick; the second call of a tick does nothing."""
+        """Read the person's angles of this tick; a second call in a tick does nothing."""
         if time == self._time:
             return
         self._time = time
@@ -90,12 +85,10 @@ class ImitatedPerson:
         self.speed[:, :DRIVEN] = second.rates
 
     def memory(self) -> Memory:
-        """Return everything that goes on to the next tick."""
         first, second = self._filters
         return (self.desired.copy(), self.speed.copy(), *first.memory(), *second.memory(), *self._retargeter.memory())
 
     def remember(self, memory: Memory) -> None:
-        """Go on from there."""
         self.desired[:], self.speed[:] = memory[:2]
         for stage, kept in zip(self._filters, (memory[2:6], memory[6:10]), strict=True):
             stage.remember(kept)
@@ -104,32 +97,21 @@ class ImitatedPerson:
 
 
 class ImitatedArm(JointFollower):
-    """Follows one arm of an imitated person.
-
-    Args:
-        world: where.
-        arm: which.
-        person: the imitated person.
-    """
-
     def __init__(self, world: World, arm: Arm, person: ImitatedPerson) -> None:
         super().__init__(world, arm)
         self._person, self._side = person, SIDES.index(arm.name)
 
     def begin(self) -> None:
-        """Follow from here; the person begins at the room's start posture."""
+        """Start here; the person starts at the room's start posture."""
         super().begin()
         self._person.begin()
 
     def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
-        """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
         self._person.update(target, settings, time)
         return self._person.desired[self._side].copy(), self._person.speed[self._side]
 
     def memory(self) -> Memory:
-        """Return the whole person's memory."""
         return self._person.memory()
 
     def remember(self, memory: Memory) -> None:
-        """Go on from there."""
         self._person.remember(memory)

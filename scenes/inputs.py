@@ -1,4 +1,4 @@
-"""What a person wanted at every step of a run, kept small, so that the run can be made again: exactly, or with other settings."""
+"""Recorded inputs of every step of a run, compact, to recompute the run exactly or with other settings."""
 
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ MOST_BYTES: Final = 16_000_000
 """Largest size of a log; above it, less time is kept."""
 
 CHAPTER: Final = 1.0
-"""Simulated time from one snapshot to the next [s]."""
+"""Simulated time between two snapshots [s]."""
 
 _STRETCH_BYTES: Final = 1_000
 """Memory of a stretch besides its numbers [B]."""
@@ -37,10 +37,10 @@ _OPEN_BYTES: Final = 120
 
 
 class Stretch(NamedTuple):
-    """A part of a run during which no setting changed.
+    """A part of a run without a change of settings.
 
     Attributes:
-        answers: of the law, if it is that of a file; None if it is that of the settings.
+        answers: of a custom law; None for the settings' law.
     """
 
     settings: RunSettings
@@ -54,22 +54,20 @@ class Stretch(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Memory that it takes, about [B]."""
+        """Approximate memory [B]."""
         answers = 0 if self.answers is None else self.answers.rows.nbytes
         return _STRETCH_BYTES + sum(array.nbytes for array in self.targets) + answers
 
     def since(self, step: int) -> "Stretch":
-        """Return the part from a step on, which is one of them."""
         answers = None if self.answers is None else self.answers._replace(rows=self.answers.rows[step:])
         return Stretch(self.settings, self.targets.since(step), answers)
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A piece of a run as it can be made again; see `scenes.rerun`. Made of plain data, so that it can be sent to another process.
+    """A recorded piece of a run; see `scenes.rerun`. Plain data, so that it can be sent to another process.
 
     Attributes:
-        snapshot: the state at its beginning.
         stretches: its settings and targets, in order; at least one.
     """
 
@@ -78,12 +76,13 @@ class Recorded:
 
     @property
     def settings(self) -> RunSettings:
-        """Return the settings at the beginning."""
         return self.stretches[0].settings
 
     @property
     def law(self) -> LawAnswers | None:
-        """The newest answers of its law, if that is of a file, which can be replayed but not asked again; None if it is in the settings."""
+        """Newest answers of a custom law, which can be replayed but not asked again; None for the settings'
+        law.
+        """
         return self.stretches[-1].answers
 
     @property
@@ -93,7 +92,6 @@ class Recorded:
 
     @property
     def steps(self) -> int:
-        """Number of steps."""
         return sum(stretch.targets.steps for stretch in self.stretches)
 
     @property
@@ -103,14 +101,15 @@ class Recorded:
 
     @cached_property
     def nbytes(self) -> int:
-        """Memory that it takes, about [B]."""
+        """Approximate memory [B]."""
         return _CHAPTER_BYTES + sum(stretch.nbytes for stretch in self.stretches)
 
     def targets(self, simulation: Simulation | None = None) -> Iterator[Target | None]:
-        """Yield the target of every step.
+        """Target of every step.
 
         Args:
-            simulation: takes on the settings of each step before its target is given; None to yield targets alone.
+            simulation: gets the settings of each step before its target is yielded; None to yield targets
+                only.
         """
         for stretch in self.stretches:
             if simulation is not None:
@@ -119,10 +118,10 @@ class Recorded:
 
 
 class RecordedPerson:
-    """Someone who does once more what was recorded; a `Person`.
+    """Repeats recorded targets; a `Person`.
 
     Args:
-        recorded: what to do; at rest after its end.
+        recorded: at rest after its end.
     """
 
     def __init__(self, recorded: Recorded) -> None:
@@ -133,12 +132,11 @@ class RecordedPerson:
         self._steps = np.cumsum(targets.counts, dtype=np.int64)
 
     def target(self, time: float) -> Target | None:
-        """Return the recorded target at a time since the beginning of the log [s]."""
+        """Recorded target at a time since the beginning of the log [s]."""
         # A time that was added up from steps may lie a few bits before the step that it belongs to.
         return self._different(min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1))
 
     def target_of_step(self, step: int) -> Target | None:
-        """Return the recorded target of a step, from 0."""
         return self._different(int(np.searchsorted(self._steps, step, side="right")))
 
     def _different(self, i: int) -> Target | None:
@@ -148,7 +146,7 @@ class RecordedPerson:
 
 @dataclass(slots=True)
 class _Wanted:
-    """The same target under the same settings for some steps in a row; kind and numbers as `encoded` gives them."""
+    """Equal targets under equal settings in consecutive steps; kind and numbers as in `encoded`."""
 
     settings: RunSettings
     code: int
@@ -160,8 +158,8 @@ class InputsLog:
     """The last ten minutes of a run's targets and settings, with a snapshot every second.
 
     Args:
-        keep: how much simulated time is kept at least, if there was so much [s].
-        most_bytes: of memory; beyond it the oldest is forgotten all the same.
+        keep: least simulated time that is kept [s].
+        most_bytes: memory limit, which overrides `keep`.
     """
 
     def __init__(self, keep: float = KEEP, most_bytes: int = MOST_BYTES) -> None:
@@ -172,24 +170,24 @@ class InputsLog:
         self.forget()
 
     def forget(self) -> None:
-        """Clear the log."""
         self._chapters.clear()
         self._expected = self._turn = -1
-        """Steps made before the next note, and before the next chapter."""
+        """Number of steps before the next record, and before the next chapter."""
         self._snapshot: Snapshot | None = None
-        """Beginning of the newest chapter, which is still open."""
+        """Beginning of the newest, open chapter."""
         self._wanted: list[_Wanted] = []
-        """Targets of the newest chapter."""
         self._answers: list[bytes] = []
-        """Answers of a file's law in the newest chapter, step by step."""
+        """Answers of a custom law in the newest chapter, step by step."""
 
     @property
     def nbytes(self) -> int:
-        """How much memory it takes, about [B]."""
+        """Approximate memory [B]."""
         return sum(chapter.nbytes for chapter in self._chapters) + (len(self._wanted) + len(self._answers)) * _OPEN_BYTES
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
-        """Note what the next step is made with, before each; after a reset, or with other roles or another room, the log starts again."""
+        """Record the inputs of the next step, before it; the log restarts after a reset, or with other roles
+        or another room.
+        """
         if not self._leads_to(simulation):
             self.forget()
             self._roles, self._law = simulation.roles, law_of_file(simulation)
@@ -204,19 +202,19 @@ class InputsLog:
         self._expected = simulation.steps + 1
 
     def take_back(self) -> None:
-        """Forget the newest note: its step was not made."""
+        """Remove the newest record: its step was not made."""
         self._wanted[-1].steps -= 1
         if not self._wanted[-1].steps:
             self._wanted.pop()
         self._expected -= 1
 
     def note_answers(self, simulation: Simulation) -> None:
-        """Note what the law of a file answered in the step that was recorded, after it; nothing under the settings' law."""
+        """Record the custom law's answer of the recorded step, after it."""
         if self._law is not None:
             self._answers.append(np.hstack(simulation.answers).tobytes())
 
     def _leads_to(self, simulation: Simulation) -> bool:
-        """True if what is noted ends where a simulation is now."""
+        """True if the log ends at the simulation's present step."""
         same_run = simulation.roles is self._roles and law_of_file(simulation) is self._law
         return same_run and simulation.steps == self._expected
 
@@ -231,7 +229,6 @@ class InputsLog:
             self._chapters.popleft()
 
     def _open_chapter(self) -> Recorded:
-        """Return the newest chapter as far as it goes; there must be a step in it."""
         assert self._snapshot is not None
         stretches: list[Stretch] = []
         answers = iter(self._answers)
@@ -247,9 +244,9 @@ class InputsLog:
         return Recorded(self._snapshot, tuple(stretches))
 
     def cut(self, simulation: Simulation) -> tuple[Snapshot, tuple[Recorded, ...]]:
-        """Return the present state, and the pieces of the run that lead to it, in order; what is recorded later goes into a new piece.
+        """Present state, and the pieces of the run that lead to it; later steps go into a new piece.
 
-        There are no pieces before the first step, or where the last one was of another experiment.
+        No pieces before the first step, or if the last one was of another experiment.
         """
         if not self._leads_to(simulation):
             return simulation.snapshot(), ()
@@ -258,7 +255,9 @@ class InputsLog:
         return simulation.snapshot(), tuple(self._chapters)
 
     def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
-        """Take up the pieces that have led a simulation to its present state, see `cut`; none that had a law of another kind."""
+        """Restore the pieces of `cut` that led a simulation to its present state; none of another kind of
+        law.
+        """
         self.forget()
         law = law_of_file(simulation)
         if not pieces or (pieces[-1].law is None) != (law is None):
@@ -268,7 +267,7 @@ class InputsLog:
         self._roles, self._law = simulation.roles, law
 
     def window(self, seconds: float = KEEP) -> Recorded | None:
-        """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
+        """Newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all of it; None if it is empty."""
         chapters, newest, length = list(self._chapters), list[Recorded](), 0.0
         if self._wanted:
             chapters.append(self._open_chapter())
@@ -283,13 +282,12 @@ class InputsLog:
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
-    """Return the law that a simulation has from a file; None if it is that of the settings."""
+    """Custom law of a simulation; None for the settings' law."""
     law = simulation.given_law
     return law if law is not None and isinstance(law, LawOfFile) else None
 
 
 def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
-    """Return the stretches with neighbours of the same settings put together."""
     merged: list[Stretch] = []
     for settings, group in groupby(stretches, attrgetter("settings")):
         parts = list(group)

@@ -1,4 +1,4 @@
-"""Recorded inputs as a file: one .npz archive that numpy opens anywhere, checked thoroughly when it comes back."""
+"""Recorded inputs as a file: one .npz archive for numpy, checked completely when read."""
 
 import io
 import json
@@ -26,7 +26,7 @@ from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
 
 VERSION: Final = 2
-"""Version of a file with the answers of a law; every other file has version 1, for older programs."""
+"""Version of a file with the answers of a custom law; every other file has version 1, for older programs."""
 FORMAT: Final = "duet inputs"
 
 LARGEST_FILE: Final = 64_000_000
@@ -38,16 +38,16 @@ LARGEST_CONTENT: Final = 256_000_000
 MOST_STEPS: Final = 1_000_000
 
 FASTEST: Final = 50.0
-"""Largest believable joint velocity [rad/s]."""
+"""Largest plausible joint velocity [rad/s]."""
 
 WIDEST: Final = 4.0 * math.pi
-"""Largest believable angle [rad]."""
+"""Largest plausible angle [rad]."""
 
 _ARRAYS: Final = ("about", "lengths", "codes", "counts", "numbers", "positions", "velocities")
 
 
 def recorded_bytes(recorded: Recorded, further: Mapping[str, np.ndarray] = {}) -> bytes:
-    """Return the file's content; the same inputs give the same bytes. `further`: parts that stand behind them, by name."""
+    """Content of the file; equal inputs give equal bytes. `further`: parts that follow them, by name."""
     settings = [values(stretch.settings) for stretch in recorded.stretches]
     changes = [{key: b[key] for key in b if a[key] != b[key]} for a, b in pairwise(settings)]
     snapshot = recorded.snapshot
@@ -84,19 +84,16 @@ def recorded_bytes(recorded: Recorded, further: Mapping[str, np.ndarray] = {}) -
 
 
 def read_recorded(path: Path) -> Recorded:
-    """Return the recorded inputs in a file.
+    """Recorded inputs in a file.
 
     Raises:
-        BadInputFile: no such file, not such a file, damaged, or of something impossible.
+        BadInputFile: missing, of another kind, damaged or impossible.
     """
     return recorded_from(_content(path), str(path))
 
 
 def read_person(path: Path, settings: RunSettings) -> TargetSource:
-    """Sources of the inputs that a file names: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
-
-    Args:
-        settings: of the run that is to be made with it.
+    """Sources of the inputs in a file: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
 
     Raises:
         BadInputFile: neither, or recorded in a scene where other things are moved.
@@ -125,7 +122,6 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
 
 
 def _joint_counts(settings: RunSettings) -> list[int]:
-    """Number of joints of each arm, the guided one first."""
     arms = room_of(settings).arms
     return [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)]
 
@@ -135,15 +131,13 @@ def _content(path: Path) -> bytes:
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:
-    """Return the recorded inputs in a file's content; see `parts_from`."""
+    """Recorded inputs in a file's content; see `parts_from`."""
     return parts_from(data, name)[0]
 
 
 def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]:
-    """Return the recorded inputs in a file's content, and all its parts by name; those of `further` in `recorded_bytes` are not checked.
-
-    Args:
-        name: of the file, for messages.
+    """Recorded inputs in a file's content, and all its parts by name; those of `further` in `recorded_bytes`
+    are not checked.
 
     Raises:
         BadInputFile: see `read_recorded`.
@@ -169,7 +163,7 @@ def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]
 
 
 class _Damage(Exception):
-    """What is wrong with a file."""
+    """A damaged file; the message names the damage."""
 
 
 def _check(fine: object, what: str, /, **parts: object) -> None:
@@ -224,7 +218,6 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
 
 
 def _with_answers(recorded: Recorded, about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recorded:
-    """Return a recorded piece with the checked answers of its law."""
     file, sha256, numbers = about["law_file"], about["law_sha256"], arrays["answers"]
     named = (
         isinstance(file, str) and len(file) <= 255 and len(file.splitlines()) == 1 and re.fullmatch("[0-9a-f]{64}", str(sha256))
@@ -271,7 +264,7 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
 
 
 def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> PackedTargets:
-    """Return the checked targets. `count`: of different ones; `links`: see `_joint_counts`."""
+    """The checked targets. `count`: of different ones; `links`: see `_joint_counts`."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
@@ -319,7 +312,7 @@ def _are_rotations(rows: Array) -> bool:
 def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: RunSettings) -> Snapshot:
     steps, time = about["steps"], about["time"]
     _check(type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9, "begins at an impossible time")
-    # What an experiment remembers, and in which shapes, only it knows; some only remember once a person was seen.
+    # Only the experiment knows its state and shapes; some have one only after a person was seen.
     simulation = Simulation(settings, 1)
     usual = simulation.snapshot().memories
     lengths = about["memories"]
@@ -347,7 +340,7 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
 
 
 def _is_robot(robot: tuple[Array, ...], nv: int) -> bool:
-    """True if these can be the commands on their way, the last frame and q̇, see `scenes.hardware`."""
+    """True if these can be commands in transit, the last frame and q̇, see `scenes.hardware`."""
     times, commands, held, frame, end = robot
     typed = times.dtype == commands.dtype == held.dtype == end.dtype == np.float64 and frame.dtype == np.int64
     shaped = times.ndim == 1 and commands.shape == (len(times), nv) and frame.shape == ()

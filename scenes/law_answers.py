@@ -1,4 +1,4 @@
-"""What a law of a file has answered, step by step, and the law that gives these answers again."""
+"""Recorded answers of a custom law, step by step, and the law that repeats them."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -13,11 +13,12 @@ from scenes.simulation import Simulation
 
 
 class LawAnswers(NamedTuple):
-    """The answers that a law of a file gave. The array is only to be read.
+    """Answers of a custom law; read only.
 
     Attributes:
         file, sha256: name of the file, and its hash in hexadecimal digits.
-        rows: one a step (steps, 1 + n): λ, and q̇ of every joint that avoids [rad/s]; n by `Simulation.avoiding_joints`.
+        rows: one per step (steps, 1 + n): λ, and q̇ of every joint that avoids [rad/s]; n by
+            `Simulation.avoiding_joints`.
     """
 
     file: str
@@ -26,7 +27,7 @@ class LawAnswers(NamedTuple):
 
 
 class LawOfFile(Law):
-    """A law of a person's own file: known by its answers alone, not by settings.
+    """A custom law: known by its answers only, not by settings.
 
     Attributes:
         file, sha256: as in `LawAnswers`.
@@ -36,25 +37,25 @@ class LawOfFile(Law):
     sha256: str
 
     def activations(self, distances: Array) -> Array:
-        """Return λ (k,) at distances (k,) for a chart; nan where it is not known."""
+        """λ (k,) at distances (k,) for a chart; nan if unknown."""
         return np.full(len(distances), np.nan)
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return J_d q̇ [m/s] (k,) at distances (k,) for a chart, see `Law.line_rate`; nan where it is not known."""
+        """J_d q̇ [m/s] (k,) at distances (k,) for a chart, see `Law.line_rate`; nan if unknown."""
         del pull, approach, square
         return np.full(len(distances), np.nan)
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where it is not known."""
+        """J_d q̇ [m/s] of an arm with one joint that moves the distance, see `Law.line_rate`; nan if unknown."""
         return float(self.line_rates(np.array([distance]), pull, approach, square)[0])
 
 
 class ReplayedLaw(LawOfFile):
-    """A law that gives recorded answers again, whatever it is asked.
+    """A law that repeats recorded answers, whatever it is asked.
 
     Args:
-        answers: in order; their steps follow each other.
-        simulation: whose law it is; the number of its steps decides which answers are given.
+        answers: of consecutive steps.
+        simulation: its number of steps selects the answers.
         first: number of steps before the first answer.
     """
 
@@ -66,7 +67,7 @@ class ReplayedLaw(LawOfFile):
         self._left: Array = np.empty(0)
 
     def activation(self, distance: float) -> float:
-        """Return the recorded λ of this step; after it, `__call__` gives q̇ of one avoiding group after the other."""
+        """Recorded λ of this step; then `__call__` gives q̇ of one avoiding group after the other."""
         del distance
         step = self._simulation.steps
         part = bisect_right(self._starts, step) - 1
@@ -74,6 +75,5 @@ class ReplayedLaw(LawOfFile):
         return float(lam[0])
 
     def __call__(self, situation: Situation) -> Array:
-        """Return the recorded q̇ (n,) [rad/s]."""
         velocities, self._left = np.split(self._left, [len(situation.nominal)])
         return velocities

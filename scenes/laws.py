@@ -1,27 +1,28 @@
-"""The laws, each declared once: everything else that knows the laws by name is made from these entries.
+"""The laws, each declared once; all lists of laws are made from these entries.
 
-A law is a class in `controllers.laws`, its entry here, and its words in `app.text.law_texts`. Nothing here loads a library.
+A law is a class in `controllers.laws`, its entry here, and its texts in `app.text.law_texts`. Loads no
+library.
 """
 
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 Budget = Literal["share", "switch", "avoidance", "task", "push", "correction"]
-"""What a law makes of retreat v and pull u along the line of contact: λ v − (1 − λ) u; one of the two, by a switch; v alone; −u alone; −u
-and a push away; −u, held back by as much as it must be."""
+"""How a law combines retreat v and pull u along the line of contact: λ v − (1 − λ) u; one of the two, by a
+switch; v alone; −u alone; −u and a push away; −u, reduced as far as necessary.
+"""
 
 Sees = Literal["nothing", "one row", "all pairs"]
-"""What a law looks at: nothing at all, one distance with its row, or every pair of bodies."""
+"""What a law sees: nothing, one distance with its row, or every pair of bodies."""
 
 
 class Knob(NamedTuple):
     """A setting that trades the hand's error for distance.
 
     Attributes:
-        key: of the setting.
-        points: values of it to compare, ascending, SI.
-        feed_forward: whether the law knows the obstacle's speed w.
-        ahead: how far d_0 stays ahead of d_m where that is turned [m]; 0 where d_0 does not follow.
+        points: values to compare, ascending, SI.
+        feed_forward: the law knows the obstacle's speed w.
+        ahead: distance by which d_0 stays above a varied d_m [m]; 0 if d_0 does not follow.
     """
 
     key: str
@@ -30,7 +31,6 @@ class Knob(NamedTuple):
     ahead: float = 0.0
 
     def settings(self, value: float) -> dict[str, float]:
-        """Return key → value of all that is set with it."""
         return {self.key: value, **({"d0": value + self.ahead} if self.ahead else {})}
 
 
@@ -40,19 +40,16 @@ class LawEntry:
 
     Attributes:
         name: on the command line, in links and in files.
-        label: what a person reads in the picker.
-        short: the same where there is little room.
+        label: in the picker.
         made_by: its class, "file:Name" in `controllers.laws`.
-        reads: keys of the law's settings that the class takes, as arguments with the names of their fields.
-        budget: see `Budget`.
-        sees: see `Sees`.
-        knobs: of its comparison with others at equal distance; none if its distance cannot be chosen.
-        rests: whether there is a closed form of the distance at which it rests, from d_m, n and v.
-        promises: whether the promise of `scenes.promise` is made for it.
-        of_section_iii: whether it is eq. (12), of which section III of the paper shows the stability.
-        in_null_space: whether it divides by what the hand leaves of J_d.
-        in_league: whether the league plays it; not what is another law with every curve or every hand.
-        offered_first: whether a short list of laws has it.
+        reads: keys of the law's settings that the class takes as arguments of the same names.
+        knobs: of its comparison with others at equal distance; () if its distance cannot be chosen.
+        rests: its resting distance has a closed form in d_m, n and v.
+        promises: the promise of `scenes.promise` is made for it.
+        of_section_iii: it is eq. (12), with the stability of the paper's section III.
+        in_null_space: it divides by what the hand leaves of J_d.
+        in_league: the league plays it; False for a law that can imitate any other.
+        offered_first: in the short list of laws.
     """
 
     name: str
@@ -72,28 +69,29 @@ class LawEntry:
 
     @property
     def settings(self) -> frozenset[str]:
-        """Keys of all law's settings that have an effect under it: what it reads, and how that is measured."""
+        """Keys of all law settings that have an effect under it: its own, and those of the distance
+        measurement.
+        """
         measured = {"nothing": (), "one row": ("pairs", "beta", "eps", "coupled"), "all pairs": ("coupled",)}[self.sees]
         return frozenset({*self.reads, *measured})
 
     @property
     def has_barrier(self) -> bool:
-        """Whether it lets d fall to d_m at γ (d − d_m) at most."""
+        """True if d falls to d_m at γ (d − d_m) at most."""
         return "gamma" in self.reads
 
     @property
     def retreats(self) -> bool:
-        """Whether it retreats at v, so that an obstacle faster than that comes nearer."""
+        """True if it retreats at v, so that a faster obstacle comes nearer."""
         return "v" in self.reads
 
     @property
     def distance_knob(self) -> Knob | None:
-        """The setting by which its distance is chosen; None if none does."""
+        """The setting that chooses its distance, or None."""
         return self.knobs[0] if self.knobs else Knob("dm", ()) if "dm" in self.reads else None
 
 
 DEFAULT_LAW: Final = "smooth_priority"
-"""The paper's own law."""
 
 NO_AVOIDANCE: Final = "unprotected"
 """The law that does nothing."""
@@ -102,10 +100,8 @@ BARRIER_LAW: Final = "barrier_qp"
 """The law that other projects have, too."""
 
 DRAWN_LAW: Final = "drawn_curve"
-"""The law of which a person draws λ(d)."""
 
 LEVER_LAW: Final = "lever"
-"""The law of which a person's hand is λ."""
 
 _DISTANCES: Final = (0.06, 0.09, 0.12, 0.15, 0.19, 0.24, 0.30)
 _REACHES: Final = (0.16, 0.20, 0.25, 0.30, 0.40, 0.60)
@@ -178,4 +174,3 @@ LAWS: Final[dict[str, LawEntry]] = {
         ),
     )
 }  # fmt: skip
-"""Name → law, in the order of the picker."""

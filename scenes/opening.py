@@ -1,4 +1,6 @@
-"""How the hold experiment begins on a page with its usual settings: the guided hand, scripted, shows what the arm's redundancy is."""
+"""Opening of the hold experiment on a page with its usual settings: the scripted guided hand shows the arm's
+redundancy.
+"""
 
 from typing import Final, NamedTuple
 
@@ -14,8 +16,7 @@ class Leg(NamedTuple):
     """A move of the guided hand, from rest to rest.
 
     Attributes:
-        place: where it ends (3,), world [m].
-        seconds: that it takes.
+        place: its end (3,), world [m].
         pause: rest after it [s].
     """
 
@@ -29,33 +30,33 @@ ELBOW: Final = (
     Leg((0.203, 0.378, 0.624), 2.0),
     Leg((0.265, 0.399, 0.640), 10.0),
 )
-"""To the silver elbow from below, and slowly on: it swings away in the null space of its hand, which stays in its ring. The last two
-places are beyond the arm's reach: it comes as far as it can."""
+"""To the silver elbow from below, then slowly on: it swings away in the null space of its hand, which stays
+in its ring. The last two places are beyond the arm's reach: it comes as far as it can.
+"""
 
 PUSH: Final = (Leg((0.60, 0.32, 0.90), 2.5, 1.0),)
-"""To the silver forearm, too fast for the null space alone: now the hand has to leave its ring."""
+"""To the silver forearm, too fast for the null space alone: the hand has to leave its ring."""
 
 BACK: Final = (Leg((0.729, -0.311, 0.873), 4.0, 1.0),)
 """Home, so that the silver hand comes back to its ring."""
 
 OPENING: Final = (*ELBOW, *PUSH, *BACK)
-"""All legs, in their order."""
 
 AS_DESIGNED: Final = ("scene", "rig", "robot", "guided", "task", "start", "seed")
-"""Settings of the arms and their tasks for which the legs were designed: their usual values."""
+"""Settings for which the legs were designed: their usual values."""
 
 
 def begins_with_opening(settings: RunSettings) -> bool:
-    """True if the opening fits a run: the usual arms and tasks, and no seed that was chosen; under any law."""
+    """True if the opening fits a run: the usual arms and tasks, and no chosen seed; under any law."""
     usual = RunSettings()
     return all(getattr(settings, name) == getattr(usual, name) for name in AS_DESIGNED)
 
 
 class Opening:
-    """A `TargetSource`: the opening, and after it another source.
+    """A `TargetSource`: the opening, then another source.
 
     Args:
-        start: where the hand is at time 0 (3,) [m].
+        start: the hand at time 0 (3,) [m].
         after: continues at the last place, from its own time 0.
     """
 

@@ -1,4 +1,4 @@
-"""Targets as numbers, to the last bit: a kind, how often, and what it consists of."""
+"""Targets as numbers, bit for bit: kind, count and content."""
 
 from collections.abc import Iterator
 from itertools import product, repeat
@@ -24,7 +24,7 @@ HAND: Final = 1
 """Plus `ROTATION` or `TURNED` if there is a rotation, plus `ELBOW` if there is an elbow."""
 ROTATION: Final = 2
 TURNED: Final = 4
-"""A rotation that lies in memory column by column: a matrix product may give other last bits for it."""
+"""A rotation stored column by column: a matrix product may give other last bits for it."""
 ELBOW: Final = 8
 BALL: Final = 16
 UNSEEN: Final = 17
@@ -38,7 +38,7 @@ JOINTS: Final = 64
 
 MOST_JOINTS: Final = 32
 PAIR: Final = 128
-"""Plus the place among the pairs in `KINDS`."""
+"""Plus the index of the pair in `KINDS`."""
 
 _HANDS: Final = {
     HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
@@ -53,27 +53,26 @@ WIDTHS: Final[dict[int, int]] = {
     **_HANDS,
     **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
 }
-"""Code of a kind of target → how many numbers it has."""
 
 KINDS: Final[dict[int, tuple[int, ...]]] = {
     **{code: (code,) for code in WIDTHS},
     **dict(enumerate(product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))), start=PAIR)),
 }
-"""Code → the kinds of the one or two targets of which it consists; the numbers of the second follow those of the first."""
+"""Code → kinds of the one or two targets in it; the numbers of the second follow those of the first."""
 WIDTHS.update({code: sum(WIDTHS[kind] for kind in kinds) for code, kinds in KINDS.items()})
 _CODE_OF: Final = {kinds: code for code, kinds in KINDS.items()}
 
 WIDTH: Final = np.array([WIDTHS.get(code, 0) for code in range(256)], np.int64)
-"""The same as `WIDTHS` (256,), 0 for what is no code."""
+"""`WIDTHS` as an array (256,), 0 for what is not a code."""
 
 
 class PackedTargets(NamedTuple):
-    """One target a step, equal neighbours stored once. The arrays are only to be read.
+    """One target per step, equal neighbours stored once. The arrays are read only.
 
     Attributes:
         codes: (k,) kind of each different target.
-        counts: (k,) for how many steps it was wanted.
-        numbers: those of all targets, one after the other (n,) [m, rad], as many for each as `WIDTHS` says.
+        counts: (k,) number of its steps.
+        numbers: those of all targets, concatenated (n,) [m, rad], `WIDTHS` of each.
     """
 
     codes: np.ndarray
@@ -82,17 +81,15 @@ class PackedTargets(NamedTuple):
 
     @property
     def steps(self) -> int:
-        """Number of steps."""
         return int(self.counts.sum())
 
     @property
     def offsets(self) -> np.ndarray:
-        """Where each target's numbers begin (k,)."""
+        """Offset of each target's numbers (k,)."""
         widths = WIDTH[self.codes]
         return np.cumsum(widths) - widths
 
     def runs(self) -> Iterator[tuple[Target | None, int]]:
-        """Yield every different target, and for how many steps it was wanted."""
         numbers, begin = self.numbers, 0
         for code, count in zip(self.codes.tolist(), self.counts.tolist(), strict=True):
             end = begin + WIDTHS[code]
@@ -100,12 +97,10 @@ class PackedTargets(NamedTuple):
             begin = end
 
     def each(self) -> Iterator[Target | None]:
-        """Yield the target of every step."""
         for target, count in self.runs():
             yield from repeat(target, count)
 
     def since(self, step: int) -> "PackedTargets":
-        """Return those from a step on, which is one of them."""
         ends = np.cumsum(self.counts)
         first = int(np.searchsorted(ends, step, side="right"))
         counts = self.counts[first:].copy()
@@ -114,14 +109,13 @@ class PackedTargets(NamedTuple):
 
 
 def joined_targets(parts: list[PackedTargets]) -> PackedTargets:
-    """Return several as one, in their order."""
     if len(parts) == 1:
         return parts[0]
     return PackedTargets(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 def encoded(target: Target | None) -> tuple[int, bytes]:
-    """Return kind and numbers of a target, to the last bit."""
+    """Kind and numbers of a target, bit for bit."""
     if target is None:
         return NOTHING, b""
     if isinstance(target, HandTarget):
@@ -151,7 +145,7 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
 
 
 def decoded(code: int, numbers: Array) -> Target | None:
-    """Return the target of a kind (a key of `WIDTHS`) with these numbers (its width,); its arrays are views of them."""
+    """Target of a kind (a key of `WIDTHS`) with these numbers (its width,); its arrays are views of them."""
     if code == NOTHING:
         return None
     if code == UNSEEN:
@@ -179,8 +173,9 @@ def decoded(code: int, numbers: Array) -> Target | None:
 
 
 def planes_of(rows: Array) -> np.ndarray:
-    """Return numbers (k, columns) as bytes (columns, 8, k) that a compressor finds something in: what changes from row to row, alike
-    beside alike."""
+    """Numbers (k, columns) as bytes (columns, 8, k), arranged for a compressor: equal bytes of consecutive
+    rows are adjacent.
+    """
     bits = np.ascontiguousarray(rows.T, "<f8").view("<u8")
     change = bits.copy()
     change[:, 1:] ^= bits[:, :-1]
@@ -188,6 +183,5 @@ def planes_of(rows: Array) -> np.ndarray:
 
 
 def rows_of(planes: np.ndarray) -> Array:
-    """Return the numbers of which `planes_of` has made bytes."""
     change = np.ascontiguousarray(planes.transpose(0, 2, 1)).view("<u8")[..., 0]
     return np.ascontiguousarray(np.bitwise_xor.accumulate(change, axis=1).view("<f8").T)

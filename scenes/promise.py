@@ -1,10 +1,10 @@
-"""The promise of the paper's law, d ≥ d_law ≥ d_m, and the conditions that it needs.
+"""The promise of the paper's law, d ≥ d_law ≥ d_m, and its conditions.
 
-Along the line of contact the law makes ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ = 1, that is
-s v − (1 − s) u − w. So d_law stays at d_m or above for ever while the obstacle comes no faster than v, J_d is regular (s = 1), no
-joint bound and no later stage (`scenes.world_stages`) takes part of q̇ away, and d_law has one derivative along the
-motion. The last is not so for the closest of several pairs: an arm that slides along the tie of two of them can lose distance although it
-holds each by itself.
+Along the line of contact the law makes ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ
+= 1, that is s v − (1 − s) u − w. So d_law stays at d_m or above for ever while the obstacle is not faster
+than v, J_d is regular (s = 1), no joint bound and no later stage (`scenes.world_stages`) reduces q̇, and
+d_law has one derivative along the motion. The closest of several pairs violates the last: an arm that slides
+along the tie of two pairs can lose distance although it holds each by itself.
 """
 
 from enum import Enum
@@ -20,12 +20,10 @@ from scenes.history import COLUMN, History
 from scenes.settings import HardwareSettings, RunSettings
 
 TIE: Final = 0.05
-"""Two pairs count as tied for so long before and after one replaces the other as the closest [s]."""
+"""Two pairs count as tied for this time before and after one replaces the other as the closest [s]."""
 
 
 class Condition(Enum):
-    """What the promise needs, and may miss."""
-
     SPEED = "w ≤ v"
     LEVER = "J_d regular"
     BOUND = "no joint at its limit"
@@ -35,10 +33,10 @@ class Condition(Enum):
 
 
 def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.bool_]]:
-    """Return in which steps of a history table (rows, columns) a condition is missing, condition → (rows,) of bool.
+    """Condition → steps of a history table (rows, columns) in which it is missing, (rows,) of bool.
 
-    J_d and the closest pair count where λ > 1/2: what they are far away says nothing of what they are at d_m. Where two arms keep clear,
-    each by a row of its own, either one's retreat makes up for what the other one does, so that no w is too fast.
+    J_d and the closest pair count where λ > 1/2: far away they do not predict those at d_m. If two arms keep
+    clear, each by its own row, one arm's retreat compensates the other's motion, so that no w is too fast.
     """
     law = settings.law
     w, second = table[:, COLUMN["w_law"]], ~np.isnan(table[:, COLUMN["authority_b"]])
@@ -71,21 +69,21 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
 
 
 def _at_bound(authority: Array) -> NDArray[np.bool_]:
-    """Return in which steps a joint bound costs the arm part of its velocity."""
     return (authority == Authority.STOP) | (authority == Authority.SPEED)
 
 
 def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:
-    """Return the conditions that are missing in the newest step of a history; () if it is empty."""
+    """Conditions missing in the newest step of a history; () if it is empty."""
     # Only a change of the closest pair is looked for in the steps before.
     table = history.table(_reach(settings) + 1 if settings.law.pairs == "single" else 1)
     return tuple(condition for condition, steps in missing(settings, table).items() if len(steps) and steps[-1])
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:
-    """Return by how much d_law fell below d_m although no condition was missing [m]; of the order of dt, for a time step is no promise.
+    """Loss of d_law below d_m with all conditions met [m]; of the order of dt, because the promise is for
+    continuous time.
 
-    Counted are falls that begin below d_m or pass it; what is regained in between is taken off again.
+    Falls that begin below d_m or pass it are counted, minus what is regained in between.
     """
     distance = table[:, COLUMN["law_d"]]
     critical = settings.law.critical_distance
@@ -99,10 +97,11 @@ def broken_by(settings: RunSettings, table: Array) -> float:
 
 
 def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
-    """Largest fall of a distance from d_m, or from above to below it, in one stretch of steps that are all `kept` (rows,) [m].
+    """Largest fall of a distance from d_m, or from above to below it, in one stretch of steps that are all
+    `kept` (rows,) [m].
 
     Args:
-        margins: the distance − d_m in every step (rows,) [m].
+        margins: distance − d_m in every step (rows,) [m].
     """
     most, clear = 0.0, False
     for before, after, counts in zip(margins[:-1].tolist(), margins[1:].tolist(), kept[:-1].tolist(), strict=True):
@@ -113,5 +112,4 @@ def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
 
 
 def _reach(settings: RunSettings) -> int:
-    """Return `TIE` in steps."""
     return max(1, round(TIE / settings.dt))

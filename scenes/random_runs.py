@@ -1,4 +1,4 @@
-"""Runs of settings and start postures drawn at random, and what must be true of every run: it is a search for a counterexample."""
+"""Runs with random settings and start postures, and the checks on every run: a search for a counterexample."""
 
 import math
 from dataclasses import dataclass, replace
@@ -20,25 +20,25 @@ SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
 
 ROUNDING: Final = 1e-9
-"""By so much a bound may be passed [rad, rad/s, m]."""
+"""Tolerance of a bound [rad, rad/s, m]."""
 
 EXCESS: Final = 1e-5
-"""The promise counts as broken from here on [m]; below, a fall is not looked into."""
+"""Excess from which the promise counts as broken [m]; smaller ones are not examined."""
 
 LEAST_HALVINGS: Final = 3
 MOST_HALVINGS: Final = 5
-"""How often the time step is halved to see whether an excess vanishes with it."""
+"""Largest number of halvings of the time step that test whether an excess vanishes."""
 
 SLACK: Final = 2.0
-"""An excess vanishes in proportion to dt if what is left after k halvings is at most this over 2^k."""
+"""An excess vanishes in proportion to dt if the rest after k halvings is at most this over 2^k."""
 
 HARDWARE: Final = specs(HardwareSettings)
 
 UNDRAWN: Final = frozenset({*HARDWARE, "world"})
-"""Settings that are not drawn with the others; `world` is off, so that the runs of a series stay what they were."""
+"""Settings that are not drawn with the others; `world` is off, so that the runs of a series do not change."""
 
 REAL_ROBOTS: Final = 0.25
-"""Share of the runs with robots that are not ideal; the promise is not made for them, the bounds are."""
+"""Share of the runs with robots that are not ideal; the bounds hold for them, the promise is not made."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,14 @@ class RandomRun:
 
 @dataclass(frozen=True)
 class RunVerdict:
-    """What was found in a run.
+    """Result of a run.
 
     Attributes:
-        index: of the run in the series.
-        faults: what is wrong, one line each; empty if nothing is.
-        promised: whether the law makes the promise d ≥ d_law ≥ d_m.
+        faults: one line each; () without a fault.
+        promised: the law makes the promise d ≥ d_law ≥ d_m.
         margin: smallest d_law − d_m [m].
-        excesses: by how much d_law fell below d_m with every condition met [m]: at dt, and if that is too much at dt/2, dt/4, …
+        excesses: loss of d_law below d_m with every condition met [m]: at dt, and if that is too much at
+            dt/2, dt/4, …
     """
 
     index: int
@@ -69,7 +69,7 @@ class RunVerdict:
 
 
 def random_run(seed: int, index: int) -> RandomRun:
-    """Return the run of an index in the series of a seed: always the same one."""
+    """Run `index` of the series of a seed, always the same."""
     dice = np.random.default_rng([seed, index])
     settings = RunSettings()
     for key, spec in specs().items():
@@ -83,7 +83,9 @@ def random_run(seed: int, index: int) -> RandomRun:
 
 
 def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> object:
-    """Return a value of a setting: half of the laws are the one that makes the promise, half of the numbers are the defaults."""
+    """Value of a setting: half of the laws are the one with the promise, half of the numbers are the
+    defaults.
+    """
     usual = bool(dice.random() < 0.5)
     if spec.choices:
         return default if key == "law" and usual else str(dice.choice(spec.choices))
@@ -100,7 +102,9 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
 
 
 def _start(dice: np.random.Generator, room: Room) -> Array | None:
-    """Return the room's own start posture (None), a random one, or of twelve random ones the one with the nearest bodies."""
+    """The room's own start posture (None), a random one, or the one of twelve random ones with the nearest
+    bodies.
+    """
     tries = (0, 1, 12, 12)[dice.integers(4)]
     if not tries:
         return None
@@ -115,7 +119,7 @@ def _start(dice: np.random.Generator, room: Room) -> Array | None:
 
 
 def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
-    """Make the run of an index in the series of a seed, of so much simulated time [s], and return what was found in it."""
+    """Make run `index` of the series of a seed, of this simulated time [s], and check it."""
     random = random_run(seed, index)
     settings = random.settings
     done = run(settings, seconds, start=random.start)
@@ -145,7 +149,7 @@ def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
 
 
 def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, ...]:
-    """Return the excess [m] at dt, and if that is too much at dt/2, dt/4, … until the worst of them is two halvings behind."""
+    """Excess [m] at dt, and if that is too much at dt/2, dt/4, … until the worst is two halvings behind."""
     excesses = [first]
     if first <= EXCESS:
         return (first,)
@@ -158,10 +162,11 @@ def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, .
 
 
 def explained(excesses: tuple[float, ...]) -> bool:
-    """True if a time step explains excesses [m] at dt, dt/2, dt/4, …: from the worst on they vanish in proportion to dt.
+    """True if a time step explains excesses [m] at dt, dt/2, dt/4, …: after the worst they vanish in
+    proportion to dt.
 
-    The worst need not be the first: a smooth minimum with weights that change within a step (β times the speeds along the pairs times dt of
-    order 1) chatters like the closest pair does, differently at every dt.
+    The worst need not be the first: a smooth minimum with weights that change within a step (β times the
+    speeds along the pairs times dt of order 1) chatters like the closest pair, differently at every dt.
     """
     worst = int(np.argmax(excesses))
     if excesses[worst] <= EXCESS:

@@ -1,4 +1,4 @@
-"""Inputs and outcomes as CSV: where a person's hand wants to be, and what the arms then did."""
+"""Inputs and outcomes as CSV: targets of a person's hand, and the resulting motion."""
 
 import contextlib
 import csv
@@ -22,20 +22,19 @@ from scenes.targets import HandTarget, between
 POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
 REACH: Final = 10.0
-"""Largest believable coordinate of a hand [m]; more is a file in another unit."""
+"""Largest plausible coordinate of a hand [m]; more means another unit."""
 LENGTHS: Final = (("centimetres", "100", 200.0), ("millimetres", "1000", 10_000.0), ("micrometres", "1000000", 1e7))
-"""Units that a file may be in instead, what its numbers are divided by, and the largest number of an arm's room in this unit."""
+"""Other possible units of a file, their divisor, and the largest plausible number in this unit."""
 MOST_BYTES: Final = 64_000_000
-"""Largest CSV file of inputs."""
 
 
 class Recording:
-    """A hand's wanted path through samples: straight between two of them, at rest after the last.
+    """Path of a hand through samples: straight between two of them, at rest after the last.
 
-    Args:
+    Attributes:
         times: (k,) [s], strictly increasing.
         positions: (k, 3) world [m].
-        quaternions: (k, 4) as w, x, y, z of unit length, or None if only the place matters.
+        quaternions: (k, 4) as w, x, y, z of unit length, or None if only the position matters.
     """
 
     def __init__(self, times: Array, positions: Array, quaternions: Array | None = None) -> None:
@@ -43,7 +42,7 @@ class Recording:
         self._rotations = None if quaternions is None else [pin.Quaternion(w, x, y, z) for w, x, y, z in quaternions]
 
     def target(self, time: float) -> HandTarget:
-        """Desired place of the hand at a time [s]."""
+        """Target of the hand at a time [s]."""
         i, j, part = between(self.times, time)
         position = self.positions[i] + (self.positions[j] - self.positions[i]) * part
         if self._rotations is None:
@@ -52,7 +51,7 @@ class Recording:
 
 
 def read_inputs(path: Path) -> Recording:
-    """Return the recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`, see `inputs_from`.
+    """Recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`, see `inputs_from`.
 
     Raises:
         BadInputFile: no such file, or not such a file; names the line.
@@ -61,12 +60,8 @@ def read_inputs(path: Path) -> Recording:
 
 
 def inputs_from(data: bytes, path: str) -> Recording:
-    """Return the recording in a CSV file's content, in any of the forms that `scenes.csv_reading` knows.
-
-    The header's names may have their SI units with them, as in `t [s]`.
-
-    Args:
-        path: of the file, for messages.
+    """Recording in a CSV file's content, in any form that `scenes.csv_reading` knows. Names in the header may
+    have SI units, as in `t [s]`.
 
     Raises:
         BadInputFile: not such a file; names line and column.
@@ -92,16 +87,15 @@ def inputs_from(data: bytes, path: str) -> Recording:
 
 
 _COLUMN: Final = re.compile(r"(?P<name>[a-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|/\s*(?P<c>\S+)|[_ ](?:in )?(?P<d>\S+))?")
-"""A column's name, alone or with its unit: t, t [s], t(s), t/s, t_s."""
+"""Name of a column, alone or with its unit: t, t [s], t(s), t/s, t_s."""
 
 _SAME_NAME: Final = {"time": "t", "timestamp": "t"}
 _UNITS: Final = {"t": ("s", "sec", "second", "seconds"), "x": ("m", "meter", "meters", "metre", "metres")}
-"""Accepted units of the time, and of the three positions; quaternions have none."""
 _FACTORS: Final = {"ms": "1000", "us": "1000000", "µs": "1000000", "ns": "1000000000", "cm": "100", "mm": "1000"}
 
 
 def _header(path: str, table: TextTable) -> tuple[tuple[str, ...], tuple[TextRow, ...]]:
-    """Return the names of the columns, and the rows below them. A header may be a comment, as numpy writes it."""
+    """Names of the columns, and the rows below them. A header may be a comment, as numpy writes it."""
     if not table.rows:
         return (), ()
     first, *rows = table.rows
@@ -122,11 +116,10 @@ def _header(path: str, table: TextTable) -> tuple[tuple[str, ...], tuple[TextRow
 
 
 def _column_names(path: str, number: int, cells: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names in a header without their units."""
     joined: list[str] = []
     for cell in cells:
         if joined and cell[:1] in ("[", "("):
-            # Blanks separate, and one stands before the unit.
+            # Blanks are separators, and one precedes the unit.
             joined[-1] += cell
         else:
             joined.append(cell.strip().lower())
@@ -158,7 +151,6 @@ def _is_number(cell: str) -> bool:
 
 
 def _sample(where: str, separator: str, header: tuple[str, ...], cells: tuple[str, ...], commas: bool) -> list[float]:
-    """Return the numbers of a row. `where`: file and line; `commas`: whether decimal signs are commas."""
     count = len(header)
     if any(cells[count:]) or len(cells) < count:
         hint = "; where commas are decimal signs, separate the values by semicolons" if separator == "," and cells[count:] else ""
@@ -175,7 +167,7 @@ def _sample(where: str, separator: str, header: tuple[str, ...], cells: tuple[st
 
 
 def _check_units(path: str, samples: Array, rows: tuple[TextRow, ...]) -> None:
-    """Refuse positions that are out of any reach. `samples`: (k, columns)."""
+    """Refuse implausible positions. `samples`: (k, columns)."""
     beyond = np.argwhere(np.abs(samples[:, 1:4]) > REACH)
     if not len(beyond):
         return
@@ -190,27 +182,20 @@ def _check_units(path: str, samples: Array, rows: tuple[TextRow, ...]) -> None:
 
 CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair")
 CSV_SECOND: Final = ("e2_b", "u_b", "w_b", "w_law_b", "lever_b")
-"""Further columns where two arms keep clear: the second one's."""
 
 
 def pair_label(names: tuple[str, str]) -> str:
-    """Return the readable name of a pair of bodies."""
     return f"{names[0]} / {names[1]}"
 
 
 def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
-    """Write a history table (rows ≥ 1, columns) as CSV, on top of it # lines with the settings, and with the unit of every column.
-
-    The same table and settings give the same bytes.
-
-    Args:
-        simulation: that made the history.
-        settings: key → value, in order.
+    """Write a history table (rows ≥ 1, columns) as CSV, below # lines with the settings and the units. Equal
+    tables and settings give equal bytes.
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
     history, columns, desired = simulation.history, simulation.room.columns, simulation.history.desired(table)
-    # Who keeps clear may have changed.
+    # The arms that keep clear may have changed.
     second = () if np.isnan(table[:, COLUMN["authority_b"]]).all() else CSV_SECOND
     followed = np.flatnonzero(~np.isnan(desired[-1]))
     joints = [name.format(kind) for kind in ("q", "dq") for name in columns]

@@ -1,4 +1,6 @@
-"""A recorded piece of a run, made again: exactly, with other settings, or in finer steps. Pure functions of plain data."""
+"""Recomputes a recorded piece of a run: exactly, with other settings, or in finer steps. Pure functions of
+plain data.
+"""
 
 import itertools
 import math
@@ -22,22 +24,21 @@ from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, Pai
 from scenes.wanted import while_wanted
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
-"""Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
+"""Settings that cannot change in a recorded piece: they determine the room, the roles and the clock."""
 
 WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
-"""Settings of which one asks "what if"."""
 
 LOOK: Final = 64
-"""Steps between two looks at whether the result is still wanted."""
+"""Steps between two checks that the result is still wanted."""
 
 
 @dataclass(frozen=True)
 class Rerun:
-    """A piece of a run, made again.
+    """A recomputed piece of a run.
 
     Attributes:
-        table: one row a step (steps, columns of `scenes.history`).
-        seams: rows from which on other settings, or another kind of target, were in force.
+        table: one row per step (steps, columns of `scenes.history`).
+        seams: rows at which the settings or the kind of target change.
     """
 
     table: Array
@@ -47,15 +48,15 @@ class Rerun:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """How a piece of a run would have gone with the present settings, on the inputs that were given then.
+    """A piece of a run recomputed with the present settings and the recorded inputs.
 
     Attributes:
-        times: (k,) simulated time [s], on the clock of the run itself.
+        times: (k,) simulated time [s], on the clock of the run.
         distance: d (k,) [m].
-        squared_error: e² (k,), of the task as it is recorded [m² or rad²].
-        settings: those at the end of the piece, with the ones that were asked for.
+        squared_error: e² (k,), of the task as recorded [m² or rad²].
+        settings: at the end of the piece, with the requested ones.
         summary: of these curves.
-        before: of the run as it really went, over the same time.
+        before: of the original run over the same time.
     """
 
     times: Array
@@ -67,23 +68,20 @@ class WhatIf:
 
     @property
     def seconds(self) -> float:
-        """Length of the piece [s]."""
         return float(self.times[-1] - self.times[0])
 
 
 def not_again(law: str) -> LazyText:
-    """Return why a run with a custom law cannot be computed again. `law`: name of its file."""
     return LazyText(
         "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
     )
 
 
 def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
-    """Return a simulation at the beginning of a recorded piece; a law of a file gives its recorded answers in it.
+    """Simulation at the beginning of a recorded piece; a custom law repeats its recorded answers.
 
     Args:
-        recorded: where to begin; the caller applies the settings of further stretches.
-        capacity: steps that the history keeps.
+        recorded: the caller applies the settings of further stretches.
     """
     simulation = Simulation(recorded.settings, capacity)
     if recorded.law is not None:
@@ -94,15 +92,15 @@ def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
 
 
 def rerun(recorded: Recorded, overrides: Mapping[str, object] | None = None, substeps: int = 1) -> Rerun:
-    """Make a recorded piece of a run again. With nothing but the first argument, the result has the bits of the run itself.
+    """Recompute a recorded piece of a run. With only the first argument the result equals the run bit for
+    bit.
 
     Args:
-        recorded: state at the beginning, settings and targets.
-        overrides: settings by key that are in force all the time, instead of what they were.
-        substeps: into how many each step is divided; the target then goes straight from one recorded place to the next.
+        overrides: settings by key that are in force all the time.
+        substeps: number of parts of each step; the target then moves straight between recorded places.
 
     Raises:
-        BadSetting: an override that is no setting, is impossible, or cannot be given to a recorded run.
+        BadSetting: an override that is not a setting, is impossible, or cannot be given to a recorded run.
         Stopped: see `scenes.wanted`.
     """
     if substeps < 1:
@@ -131,7 +129,6 @@ def rerun(recorded: Recorded, overrides: Mapping[str, object] | None = None, sub
 
 
 def newest_steps(recorded: Recorded, seconds: float) -> int:
-    """Number of steps in the last `seconds` of a piece, at least one."""
     kept, left = 0, seconds
     for settings, targets, _ in reversed(recorded.stretches):
         steps = min(targets.steps, int(left / settings.dt + 1e-6)) if math.isfinite(left) else targets.steps
@@ -142,7 +139,7 @@ def newest_steps(recorded: Recorded, seconds: float) -> int:
 
 
 def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
-    """The last `seconds` of a piece, to the step, as a piece of its own; for its first state, what is before it is made.
+    """The last `seconds` of a piece, to the step; the steps before are recomputed for its first state.
 
     Raises:
         Stopped: see `rerun`.
@@ -162,11 +159,7 @@ def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
 
 
 def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary) -> WhatIf:
-    """Run a recorded piece again under other settings.
-
-    Args:
-        recorded, overrides: as in `rerun`.
-        before: how it went.
+    """Recompute a recorded piece under other settings.
 
     Raises:
         BadSetting, Stopped: as `rerun`.
@@ -178,7 +171,7 @@ def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary
 
 
 def warm(settings: RunSettings) -> None:
-    """Load machine code and make a few steps, so that all libraries and caches are ready for the first real step."""
+    """Load machine code and make a few steps, so that the first real step is fast."""
     load_now()
     simulation = Simulation(settings, 16)
     source = simulation.source()
@@ -187,7 +180,7 @@ def warm(settings: RunSettings) -> None:
 
 
 def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Stretch, ...]:
-    """Return the recorded stretches with some settings the same in all of them.
+    """Recorded stretches with some settings equal in all of them.
 
     Raises:
         BadSetting: see `rerun`.
@@ -222,7 +215,7 @@ def _kind(target: Target | None) -> object:
 
 
 def target_between(first: Target | None, second: Target | None, share: float) -> Target | None:
-    """Return the target a share of the way from one to another of its kind; the first one if they are of different kinds."""
+    """Target at a share of the way between two of one kind; the first one if the kinds differ."""
     if isinstance(first, PairTarget) and isinstance(second, PairTarget):
         of_first, of_second = target_between(first.first, second.first, share), target_between(first.second, second.second, share)
         return PairTarget(cast(HeldTarget | None, of_first), cast(HeldTarget, of_second))

@@ -1,4 +1,4 @@
-"""Where the two arms stand, how they start, and from where one looks at them."""
+"""Bases, start postures and camera of the two arms."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,7 +11,7 @@ from controllers.kinematics import Array
 from scenes.setting_spec import add_choice
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-"""Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
+"""Turns a posture of one arm into the mirrored posture of the other, for mirrored bases."""
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class Camera:
     """A view, described by what it must show.
 
     Attributes:
-        centre: middle of what must be seen (3,), world [m].
+        centre: middle of the view (3,), world [m].
         toward: from there to the eye (3,), any length.
-        width, height: of what must be seen, as it appears from there [m].
+        width, height: of the view at the centre [m].
         fov: vertical angle of view [rad].
     """
 
@@ -34,12 +34,11 @@ class Camera:
 
 @dataclass(frozen=True)
 class Rig:
-    """Where arms stand and how they start: the left one and the right one, or the one that stands alone.
+    """Bases and start postures: left and right arm, or a single one.
 
     Attributes:
         bases: poses in the world.
-        starts: postures (7,) [rad]; none where they are not known.
-        camera: a view that shows all arms.
+        starts: postures (7,) [rad]; () if unknown.
     """
 
     name: str
@@ -49,7 +48,7 @@ class Rig:
 
 
 def _turn(roll: float, pitch: float, yaw: float) -> Array:
-    """Return Ry(pitch) Rx(roll) Rz(yaw); degrees."""
+    """Ry(pitch) Rx(roll) Rz(yaw); degrees."""
     x, y, z = np.radians([roll, pitch, yaw])
     return pin.rpy.rpyToMatrix(0.0, y, 0.0) @ pin.rpy.rpyToMatrix(x, 0.0, 0.0) @ pin.rpy.rpyToMatrix(0.0, 0.0, z)
 
@@ -88,12 +87,13 @@ _TABLE: Final = Rig(
 )
 
 TABLE_REACH: Final = 0.5
-"""Reach from shoulder to hand [m] below which two arms stand nearer on the table, in proportion, so that they start clear of each other,
-meet, and can still give way."""
+"""Reach from shoulder to hand [m] below which two arms on the table are closer, in proportion, so that they
+start clear of each other, meet, and can still give way.
+"""
 
 
 def for_reach(rig: Rig, reach: float) -> Rig:
-    """Return the rig as it is, but for short arms the table with its bases nearer. `reach`: mean of both arms [m]."""
+    """The rig; for short arms the table with closer bases. `reach`: mean of both arms [m]."""
     if rig is not _TABLE or reach >= TABLE_REACH:
         return rig
     share, camera = reach / TABLE_REACH, rig.camera
@@ -112,7 +112,7 @@ RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
 
 
 def rig_named(name: str) -> Rig:
-    """Return a rig, also one with given bases; their name is their places, "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
+    """A rig by its name, or one with given bases, "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
     if name in RIGS:
         return RIGS[name]
     (left, left_yaw), (right, right_yaw) = (
@@ -128,7 +128,7 @@ def rig_named(name: str) -> Rig:
 
 
 def place_bases(left: str, right: str) -> str:
-    """Make two bases a choice of the setting `rig` in this process, and return its name there.
+    """Make two bases a choice of the setting `rig` in this process; return its name.
 
     Args:
         left, right: x,y,z,yaw [m, degrees], or "" for its place on the table.
@@ -163,10 +163,10 @@ def place_bases(left: str, right: str) -> str:
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
-# From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
+# From the front and from the side at once: the way from A to B runs across the view, and the arm does not hide it.
 _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
 ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
-"""Where a single arm stands, whatever the rig of two: upright at the end of the table."""
+"""Base of a single arm, whatever the rig of two: upright at the end of the table."""
 
 CART: Final = replace(ALONE, name="cart")
 """The same place, on a cart instead of the bench."""

@@ -1,4 +1,4 @@
-"""What an experiment is made of, and its roles: which task moves which arm, and which arms avoid."""
+"""Parts of an experiment, and its roles: which task moves which arm, and which arms avoid."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -37,57 +37,46 @@ class Roles:
     paper: tuple[ArmTask, ...]
 
     def avoiders(self, choice: AvoidChoice) -> tuple[ArmTask, ...]:
-        """Return the tasks that avoid."""
         if choice == "paper" or self.held is None:
             return self.paper
         return {"free": (self.task,), "guided": (self.held,), "both": (self.task, self.held)}[choice]
 
 
 class TargetSource(Protocol):
-    """A source of targets: a script, a person, a recording."""
-
     def target(self, time: float) -> Target | None:
-        """Return the target at a time [s], or None for no change."""
+        """Target at a time [s], or None for no change."""
         ...
 
 
 @dataclass(frozen=True)
 class Scripted:
-    """A person with a target that is a function of time [s]."""
+    """A target as a function of time [s]."""
 
     motion: Callable[[float], Target | None]
 
     def target(self, time: float) -> Target | None:
-        """Target at a time [s]."""
         return self.motion(time)
 
 
 NO_TARGETS: Final = Scripted(lambda _: None)
-"""Never asks for anything."""
 
 
 def paced(source: TargetSource, factor: float) -> Scripted:
-    """Person who does the same as another one, but `factor` times as fast."""
     return Scripted(lambda time: source.target(factor * time))
 
 
 class Scenario:
-    """What an experiment is made of: where it takes place, who does what, and who moves what can be moved."""
-
     def room(self, settings: RunSettings) -> Room:
-        """Return the room."""
         raise NotImplementedError
 
     def roles(self, world: World, settings: RunSettings) -> Roles:
-        """Return the roles."""
         raise NotImplementedError
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        """Return the default source of targets, used while the visitor moves nothing. `world`: as it stands now."""
         return NO_TARGETS
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
-        """Source for the start of a page that nothing else was asked of; None if the experiment begins like any other time."""
+        """Source for the start of a page without other requests; None if the experiment has no opening."""
         return None
 
     def stages(self, world: World, settings: RunSettings) -> tuple[RowStage, ...]:
@@ -99,18 +88,19 @@ class Scenario:
         return None
 
     def way(self, settings: RunSettings, home: Array) -> Array:
-        """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""
+        """Points (k, 3) of the path that the task prescribes to the hand [m]; (0, 3) without one. `home`: its
+        beginning.
+        """
         return np.zeros((0, 3))
 
 
 def scenario_of(settings: RunSettings) -> Scenario:
-    """Scenario of the experiment that the settings name."""
     scenario: Scenario = resolve_name(f"scenes.{settings.experiment.made_by}")()
     return scenario
 
 
 def room_of(settings: RunSettings) -> Room:
-    """Room of the experiment that the settings name.
+    """Room of the settings' experiment.
 
     Raises:
         MissingPackage: a robot comes from a package that is not installed.

@@ -1,5 +1,6 @@
-"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet; and how it all
-stands now."""
+"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies and pairs; and their
+present state.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from scenes.settings import ArmName, ControlPoint, RunSettings
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
 
 CLEAR: Final = 0.25
-"""Distance between two arms at the start that is enough [m]."""
+"""Sufficient distance between two arms at the start [m]."""
 
 LEAST_CLEAR: Final = 0.18
 """Distance between two arms at the start below which they do not fit the rig [m]."""
@@ -34,17 +35,17 @@ LEAST_CLEAR: Final = 0.18
 
 @dataclass(frozen=True)
 class Room:
-    """Everything about a place that does not change while it is used; shared by all who use it, so never write to it.
+    """The constant parts of a place; shared by all users, so never write to it.
 
     Attributes:
-        rig: where the arms stand.
-        model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is one.
+        model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is
+            one.
         geometry: their capsules, named "left hand" …, and the pairs.
         robots: the make of each arm.
-        arms: left and right, or the one that stands alone.
+        arms: left and right, or a single one.
         start: q (nv,) [rad, m].
-        ball: columns of the ball in q, None if there is none.
-        point: what keeps clear of the ball.
+        ball: columns of the ball in q, or None.
+        point: part that keeps clear of the ball.
         wall: columns of the wall in q, None if there is none.
         watch: makes what the laws act on in place of the distances of the bodies; None for these.
     """
@@ -67,18 +68,18 @@ class Room:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Name of every column of q, with {} where "q", "dq" or "qd" belongs: "left_{}1" …"""
+        """Name of every column of q, with {} for "q", "dq" or "qd": "left_{}1" …"""
         arms = (f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start))
         ball = (f"ball_{{}}_{axis}" for axis in "xyz") if self.ball is not None else ()
         wall = (f"wall_{{}}_{axis}" for axis in (*"xyz", "turn", "tilt")) if self.wall is not None else ()
         return (*arms, *ball, *wall)
 
     def arm(self, side: ArmName) -> Arm:
-        """Return the arm of a side; the only one where one stands alone."""
+        """Arm of a side; a single arm for either side."""
         return self.arms[min(SIDES.index(side), len(self.arms) - 1)]
 
     def other(self, side: ArmName) -> Arm:
-        """Return the arm opposite a side; the only one where one stands alone."""
+        """Arm opposite a side; a single arm for either side."""
         return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
 
     def bend(self, arm: Arm) -> float:
@@ -87,7 +88,7 @@ class Room:
         return largest_bend(arm_reach(made), made.model.nv)
 
     def task(self, settings: RunSettings) -> HandTask:
-        """Task of a hand: without six joints its place alone, whatever the settings ask for."""
+        """Task of a hand: with fewer than six joints only its position, whatever the settings ask for."""
         return settings.task if self._hands_turn else "position"
 
     @cached_property
@@ -99,7 +100,7 @@ class World:
     """Positions and velocities of everything that moves, and all that is computed from them.
 
     Args:
-        limit_gain: how softly a joint comes to rest at its stop [1/s].
+        limit_gain: gain near a joint's stop [1/s].
     """
 
     def __init__(self, room: Room, limit_gain: float) -> None:
@@ -114,13 +115,12 @@ class World:
         )
 
     def update(self) -> None:
-        """Compute poses, Jacobians and velocity bounds at the present positions."""
         self.kinematics.update(self.positions)
         self.bounds.update(self.positions)
 
 
 def random_bounds(room: Room) -> tuple[Array, Array]:
-    """Return the bounds of a start posture that is drawn at random (nv,) [rad, m]: those of the joints, and the ball near its own place."""
+    """Bounds of a random start posture (nv,) [rad, m]: those of the joints, and the ball near its own place."""
     low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
     if room.ball is not None:
         low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
@@ -131,7 +131,7 @@ def random_bounds(room: Room) -> tuple[Array, Array]:
 
 @cache
 def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
-    """Return the room of a rig with two arms, of one make or of two, built once."""
+    """Room of a rig with two arms, of one make or of two, built once."""
     made = tuple(map(robot, makes(robot_name)))
     rig = for_reach(rig_named(rig_name), sum(map(arm_reach, made)) / len(made))
     model, geometry = pin.Model(), pin.GeometryModel()
@@ -145,7 +145,7 @@ def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
 
 
 def _start_of_two(room: Room) -> Array:
-    """Return q (nv,) [rad] in which both arms start: the postures known, or those found that are best clear of each other.
+    """q (nv,) [rad] in which both arms start: the known postures, or those found with the largest clearance.
 
     Raises:
         BadSetting: no two postures are clear of each other.
@@ -164,7 +164,7 @@ def _start_of_two(room: Room) -> Array:
         kinematics.update(q)
         return detector.detect("single").distance
 
-    # Both lists begin with the best: the first pair that is clear enough, else the clearest one.
+    # Both lists begin with the best: take the first pair with enough clearance, else the largest.
     ranked = [(min(clearance(q), CLEAR), -i) for i, q in enumerate(both)]
     distance, place = max(ranked)
     if distance < LEAST_CLEAR:
@@ -181,7 +181,7 @@ def _start_of_two(room: Room) -> Array:
 
 
 def with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3) -> tuple[pin.Model, Arm]:
-    """Return the model with one more arm, and the arm; its capsules are added to the geometry."""
+    """The model with one more arm, and the arm; its capsules are added to the geometry."""
     first, offset = model.nv, model.njoints - 1
     model = pin.appendModel(model, _renamed(made.model, name), 0, base)
     for capsule in made.capsules:
@@ -215,10 +215,11 @@ def _renamed(model: pin.Model, side: str) -> pin.Model:
 
 
 def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
-    """Pair the bodies of two name prefixes, without what has a constant distance, J_d ≡ 0.
+    """Pair the bodies of two name prefixes, except at a constant distance, J_d ≡ 0.
 
-    That is a fixed body against another, and against the part of a link that its joints do not move, such as an upper arm at its
-    shoulder: for such a pair the link begins where it moves. With `movable` the fixed bodies of the first word are left out.
+    Such are fixed bodies with each other, and with the part of a link that its joints do not move, such as an
+    upper arm at its shoulder: for such a pair the link begins where it moves. `movable` leaves out the fixed
+    bodies of the first prefix.
     """
     left = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(first)]
     right = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(second)]
@@ -235,8 +236,9 @@ def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, secon
 
 
 def _moving_part(model: pin.Model, geometry: pin.GeometryModel, body: int) -> int | None:
-    """Return the index of a body that covers the part of a capsule that its joints move by `AUTHORITY` at least; it is added to the
-    geometry unless it is the whole capsule. None if there is no such part."""
+    """Index of a body that covers the part of a capsule that its joints move by at least `AUTHORITY`; added
+    to the geometry unless it is the whole capsule. None without such a part.
+    """
     capsule = geometry.geometryObjects[body]
     data, random = model.createData(), np.random.default_rng(1)
     half = float(capsule.geometry.halfLength)

@@ -1,6 +1,7 @@
-"""What the arms stand on: a slender torso, and a workbench; made by code, as GLB files, for the eye only and no obstacle.
+"""Visible stands of the arms: a torso and a workbench, generated as GLB files; not obstacles.
 
-World frame: z up, floor at z = 0, metres. Greys without a hue, so that orange arms stand out before them in light and in dark mode.
+World frame: z up, floor at z = 0, metres. Neutral greys, so that orange arms stand out in light and dark
+mode.
 """
 
 from __future__ import annotations
@@ -28,17 +29,15 @@ MATERIALS: Final[Mapping[str, Material]] = {
 }
 
 COARSE_SHARE: Final = 0.12
-"""Share of the triangles that coarse furniture keeps."""
 
 FEW: Final = 28
-"""Around what is turned of the coarse torso: thinned out like the rest it would be ragged."""
+"""Sections of revolved parts of the coarse torso: thinned out like the rest it would be ragged."""
 
 BOARDS: Final = ("light", "dark")
-"""Parts of the bench that are boards and bars: they have few triangles already, and fewer would deform them."""
+"""Boards and bars of the bench: they have few triangles already, and fewer would deform them."""
 
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
-    """Bolt heads in a circle about the z axis, standing on the given height."""
     head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 12)
     angles = (np.arange(count) + 0.5) * 2 * np.pi / count
     return join(moved(head, shift=(radius * np.cos(a), radius * np.sin(a), 0)) for a in angles)
@@ -97,7 +96,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
 
 @functools.cache
 def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one; `coarse` as above."""
+    """Material name → mesh in the world frame [m], with one or two plates; `coarse` as above."""
     half_x, half_y, corner, top = bench_half_length(separation), BENCH_HALF_DEPTH, 0.045, BENCH_TOP
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
     apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
@@ -128,21 +127,21 @@ def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trim
 
 @functools.cache
 def torso_glb(coarse: bool) -> bytes:
-    """The stand of the rig "torso"; coarse for a browser without a graphics card."""
     return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse),))[0]
 
 
 @functools.cache
 def table_glb(separation: float, coarse: bool, plates: int = 2) -> bytes:
-    """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
-    left one; `coarse` as above."""
+    """Bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` =
+    1) only for the left one.
+    """
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
     return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates, coarse), coarse),))[0]
 
 
 @functools.cache
 def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> bytes:
-    """A column from the floor to every base, given by its place [m]; `coarse` as above."""
+    """A column from the floor to every base at (x, y, z) [m]."""
     columns = []
     for x, y, z in feet:
         if z > 0.05:
@@ -182,7 +181,6 @@ def _key(*more: object) -> str:
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:
-    """Furniture of a rig as GLB; coarse for a browser without a graphics card."""
     if rig.name == "torso":
         return torso_glb(coarse)
     if rig.name == "table":

@@ -1,4 +1,4 @@
-"""A short run as text for a link: its settings, and to the last bit what was wanted at every step; it begins at its room's own start."""
+"""A short run as text for a link: its settings and all targets, bit for bit, from its room's own start."""
 
 import base64
 import json
@@ -17,16 +17,15 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget, LinkTarget, Target
 
 LONGEST_TEXT: Final = 3000
-"""Characters of a text: a longer link is cut off by many programs."""
+"""Longest text [characters]: many programs cut off a longer link."""
 
 LONGEST: Final = 60.0
 """Longest run in a text [s]."""
 
 GRID: Final = 2.0**-13
-"""Places that are meant for a text are multiples of this, 0.12 mm [m]: most of the bits of their numbers are 0."""
+"""Grid of positions for a text [m]: multiples of 0.12 mm, so that most bits of the numbers are 0."""
 
 MOST_BYTES: Final = 200_000
-"""Largest size of an unpacked text."""
 
 _HEAD: Final = struct.Struct("<BHH")
 _VERSION: Final = 1
@@ -34,18 +33,14 @@ _MOST: Final = 0xFFFF
 
 
 def on_grid(target: Target | None) -> Target | None:
-    """Return a target with the place of the hand, or of a point of a link, on the grid."""
+    """Target with the position of the hand, or of a point of a link, on the grid."""
     if isinstance(target, HandTarget | LinkTarget):
         return target._replace(position=np.round(target.position / GRID) * GRID)
     return target
 
 
 def run_text(recorded: Recorded) -> str:
-    """Return a run as text.
-
-    Raises:
-        BadSetting: it is too long, did not begin at the room's own start, or was made under several settings.
-    """
+    """Raises BadSetting if a run is too long, did not begin at the room's own start, or has several settings."""
     settings, usual = recorded.settings, values(RunSettings())
     alike = len(recorded.stretches) == 1 and recorded.law is None and recorded.begin == 0.0
     if not alike or recorded_bytes(recorded) != recorded_bytes(_begun(settings, recorded.stretches[0].targets)):
@@ -65,11 +60,7 @@ def run_text(recorded: Recorded) -> str:
 
 
 def run_of_text(text: str) -> Recorded:
-    """Return the run in a text.
-
-    Raises:
-        BadInputFile: the text is too long or damaged, or is of something impossible.
-    """
+    """Raises BadInputFile if a text is too long, damaged or impossible."""
     if len(text) > LONGEST_TEXT:
         raise BadInputFile("push: is longer than {most} characters, and no link to a push is.", most=LONGEST_TEXT)
     try:
@@ -84,7 +75,7 @@ def run_of_text(text: str) -> Recorded:
         raise BadInputFile("push: the link is damaged; copy it again.") from None
     if recorded.seconds > LONGEST:
         raise BadInputFile("push: is a run of {seconds:.0f} s; at most {most:.0f} s.", seconds=recorded.seconds, most=LONGEST)
-    # Every target is checked as that of a file.
+    # Every target is checked like one of a file.
     return recorded_from(recorded_bytes(recorded), "push")
 
 
@@ -112,12 +103,10 @@ def _unpacked(data: bytes) -> Recorded:
 
 
 def _places(codes: np.ndarray) -> list[np.ndarray]:
-    """Places of the targets of each kind that has numbers."""
     return [np.flatnonzero(codes == code) for code in np.unique(codes).tolist() if WIDTH[code]]
 
 
 def _numbers(targets: PackedTargets, places: np.ndarray) -> np.ndarray:
-    """Places of the numbers of one kind of targets (k, width)."""
     return targets.offsets[places][:, None] + np.arange(int(WIDTH[targets.codes[places[0]]]))
 
 

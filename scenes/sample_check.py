@@ -1,6 +1,6 @@
-"""Samples of a hand against the run that they are for, before any work: do their times, units and places fit it?
+"""Checks samples of a hand before a run: do their times, units and positions fit it?
 
-What leaves the run without the hand that was asked for is refused with the remedy; what is only unlikely is said, and runs.
+A run without any sample is refused with the remedy; unlikely samples give a warning.
 """
 
 from typing import Final
@@ -18,36 +18,33 @@ from scenes.room import SIDES
 from scenes.settings import RunSettings
 
 CLOCK: Final = (3e8, 3e10)
-"""Seconds since 1970 that a clock may show: from 1979 on, far beyond this century."""
+"""Plausible seconds since 1970 on a clock: from 1979, far beyond this century."""
 
 CLOCK_UNITS: Final = (("seconds", 1.0), ("milliseconds", 1e3), ("microseconds", 1e6), ("nanoseconds", 1e9))
 
 LONGEST: Final = 1e7
-"""Longest believable recording [s]: four months."""
+"""Longest plausible recording [s]: four months."""
 
 LEAST_OVERLAP: Final = 0.1
-"""Share of the run, or of the samples, below which file and run hardly overlap."""
 
 FEW: Final = 5
-"""Samples from which on their usual interval and pace say something."""
+"""Least number of samples for a usual interval and pace."""
 
 SLOW: Final = 0.005
-"""A hand that takes longer than `SPARSE` from sample to sample, and is slower than this [m/s], has times in another unit."""
+"""A hand with an interval above `SPARSE` and slower than this [m/s] has times in another unit."""
 
 SPARSE: Final = 1.0
-"""Interval of samples that is long for a recording [s]."""
+"""Long interval of samples for a recording [s]."""
 
 USUAL_PACE: Final = 0.01
-"""Slowest usual pace of a hand that moves [m/s]."""
+"""Slowest usual pace of a moving hand [m/s]."""
 
 
 def check_samples(recording: Recording, settings: RunSettings, seconds: float, name: str) -> tuple[str, ...]:
-    """Return a sentence for everything unlikely in the samples of a run.
+    """Sentences on everything unlikely in the samples of a run.
 
     Args:
-        settings: of the run.
-        seconds: its length [s].
-        name: of the file, for messages.
+        seconds: length of the run [s].
 
     Raises:
         BadInputFile: the samples move nothing in this run, or none of them is in it.
@@ -69,7 +66,7 @@ def _check_moved(settings: RunSettings, name: str) -> None:
 
 
 def _check_times(times: Array, seconds: float, name: str) -> None:
-    """Refuse times that leave no sample in the run, and those of no recording."""
+    """Refuse times that leave no sample in the run, or that cannot be a recording."""
     first, last = float(times[0]), float(times[-1])
     clock = next(((unit, per) for unit, per in CLOCK_UNITS if CLOCK[0] <= first / per < CLOCK[1]), None)
     if clock is not None and first >= seconds:
@@ -97,7 +94,6 @@ def _check_times(times: Array, seconds: float, name: str) -> None:
 
 
 def _in_other_unit(times: Array) -> str:
-    """Return a hint to the unit of times that are too far apart for seconds; empty if they are not."""
     if len(times) < 2:
         return ""
     interval = float(np.median(np.diff(times)))
@@ -106,7 +102,6 @@ def _in_other_unit(times: Array) -> str:
 
 
 def _unit_doubt(recording: Recording) -> str:
-    """Warning about an unlikely pace of the hand; empty if the pace is usual."""
     times = recording.times
     if len(times) < FEW:
         return ""
@@ -127,7 +122,6 @@ def _unit_doubt(recording: Recording) -> str:
 
 
 def _overlap_doubt(times: Array, seconds: float) -> str:
-    """Warning that file and run hardly overlap; empty if they overlap well."""
     count, first, last = len(times), float(times[0]), float(times[-1])
     if count < 2:
         return ""
@@ -143,7 +137,6 @@ def _overlap_doubt(times: Array, seconds: float) -> str:
 
 
 def _reach_doubt(positions: Array, settings: RunSettings) -> str:
-    """Warning that all positions are out of the arm's reach; empty if one is within it."""
     room = room_of(settings)
     arm = room.arm(settings.guided)
     made = room.robots[min(SIDES.index(settings.guided), len(room.robots) - 1)]

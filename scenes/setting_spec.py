@@ -1,6 +1,6 @@
-"""What a person may set a field of the settings to: declared once for the command line, the page, links and exports.
+"""Declaration of a setting: once for the command line, the page, links and exports.
 
-And values of the settings `robot` and `rig` that the command line gives at the start: pairs of makes, files, bases of one's own.
+Also values of `robot` and `rig` given on the command line: pairs of makes, files, bases.
 """
 
 import difflib
@@ -17,15 +17,13 @@ T = TypeVar("T")
 
 
 SPEC: Final = "spec"
-"""Key of the metadata of a field."""
 
 
 @dataclass(frozen=True)
 class Tab:
-    """A part of a tab of the page; declares the settings that have their controls in it, in their order.
+    """A part of a tab of the page; declares its settings in their order.
 
     Attributes:
-        name: of the tab.
         place: of the part in its tab.
     """
 
@@ -37,11 +35,9 @@ class Tab:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, *scale, words=words)})
 
     def flag(self, key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
-        """Declare a setting that is on or off."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
 
     def text(self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = "") -> str:
-        """Declare a text. `read`: as in `Spec`."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words, read=read)})
 
     def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
@@ -49,10 +45,9 @@ class Tab:
 
         Args:
             kind: their Literal; or, without `labels`, a function as `Spec.options`.
-            labels: what a person reads for each of them.
 
         Raises:
-            ValueError: there are more labels than choices, or fewer.
+            ValueError: the numbers of labels and choices differ.
         """
         options = dict(zip(get_args(kind), labels, strict=True)).copy if get_args(kind) else kind
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, options=options)})
@@ -60,20 +55,19 @@ class Tab:
 
 @dataclass(frozen=True)
 class Spec:
-    """What a person may set one field to.
+    """Declaration of one setting.
 
     Attributes:
-        tab: where its control stands on the page.
-        key: its short name on the command line (`--dm`) and in a link (`?dm=`).
-        label: its short name, such as "d_m" or "law".
-        help: one line that explains it.
+        tab: place of its control on the page.
+        key: short name on the command line (`--dm`) and in a link (`?dm=`).
+        label: short name, such as "d_m" or "law".
         unit: SI unit; "" for a pure number.
         low, high: range of a number.
-        step: step of its slider, in page units.
+        step: of its slider, in page units.
         page_unit, page_scale: unit on the page, and page value = scale · SI value.
-        words: what a symbol in `label` stands for; "" where the label is a word itself.
-        options: returns the choices in the order shown, value → what a person reads for it; none of a number or a flag.
-        read: returns a text in its one form, or raises `BadSetting`; None if the value is no text.
+        words: meaning of a symbol in `label`; "" if the label is a word.
+        options: returns the choices in their order, value → label; None for a number or a flag.
+        read: returns the normal form of a text, or raises `BadSetting`; None if the value is not a text.
     """
 
     tab: Tab
@@ -92,28 +86,28 @@ class Spec:
 
     @property
     def is_number(self) -> bool:
-        """Whether its value is a number or a flag."""
         return not self.choices and self.read is None
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Values of a choice, in the order shown."""
         return tuple(self.options())
 
     def title(self, say: Callable[[str], str] = str) -> str:
-        """Label in front of the control, words first: "critical distance d_m [mm]". `say`: translates words and label."""
+        """Label in front of the control, words first: "critical distance d_m [mm]". `say`: translates words
+        and label.
+        """
         unit = f"[{self.page_unit}]" if self.page_unit else ""
         return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
 
 
 def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None) -> Any:
-    """Return an external value as a value of the field; the present value gives the type.
+    """An external value as a value of the field; the present value gives the type.
 
     Args:
-        remedy_of: what makes a choice possible that is not; None where nothing does.
+        remedy_of: remedy for an impossible choice, or None.
 
     Raises:
-        BadSetting: it is none.
+        BadSetting: it is not a value of the field.
     """
     if spec.choices:
         if isinstance(value, str) and value in spec.choices:
@@ -152,20 +146,17 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
 
 
 MOST_LISTED: Final = 20
-"""Most names that a message lists."""
 
 NEAREST: Final = 3
-"""Names that a message suggests in place of an unknown one."""
 
 
 def nearest_names(name: str, known: Collection[str]) -> tuple[str, ...]:
-    """Return the names that are most like an unknown one, the nearest first; empty if none is like it."""
+    """Names most similar to an unknown one, the nearest first; () if none is similar."""
     lower = {one.lower(): one for one in known}
     return tuple(lower[found] for found in difflib.get_close_matches(name[:80].lower(), lower, NEAREST, 0.5))
 
 
 def unknown_setting(key: str, known: Collection[str]) -> BadSetting:
-    """Return the error about a name that no setting has. `known`: names that may have been meant."""
     shown = key if len(key) <= 40 else key[:39] + "…"
     if nearest := nearest_names(key, known):
         return BadSetting(
@@ -191,47 +182,45 @@ def _shown(value: object) -> str:
 
 
 PAIR: Final = "_"
-"""Between the names of two makes, left first, in one value of the setting `robot`."""
+"""Separator of the names of two makes, left first, in one value of `robot`."""
 
 FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
-"""Name of a robot from a file: the file's own name and the beginning of the hash of its content."""
+"""Name of a robot from a file: file name and first digits of its content's hash."""
 
 _NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
 BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
-"""Name of a rig with given bases: x,y,z,yaw of the left and of the right one [m, degrees]."""
+"""Name of a rig with given bases: x,y,z,yaw of left and right [m, degrees]."""
 
 _ADDED: Final[dict[str, dict[str, str]]] = {}
-"""Key → value → label of the choices that were given at the start of this process."""
+"""Key → value → label of choices added at the start of this process."""
 
 
 _OFFERED: Final[dict[str, dict[str, str]]] = {}
-"""Key → value → label of the choices that other parts of the program add in every process."""
+"""Key → value → label of choices that other parts of the program add in every process."""
 
 
 def offer_choices(choices: Mapping[str, Mapping[str, str]]) -> None:
-    """Add choices to settings. `choices`: key of a setting → value → label; they follow the choices of its declaration."""
+    """Add choices after those of the declaration. `choices`: key of a setting → value → label."""
     for key, labels in choices.items():
         _OFFERED.setdefault(key, {}).update(labels)
 
 
 def add_choice(key: str, value: str, label: str) -> None:
-    """Make one more value possible for a setting, in this process; only the command line may ask for it, never a visitor."""
+    """Add a value to a setting in this process; only the command line may do so, never a visitor."""
     _ADDED.setdefault(key, {})[value] = label
 
 
 def added_choices() -> dict[str, dict[str, str]]:
-    """Return key → value → label of what `add_choice` has added."""
     return _ADDED
 
 
 def makes(robot: str) -> tuple[str, str]:
-    """Return the names of the left and the right arm's make."""
     left, _, right = robot.partition(PAIR)
     return left, right or left
 
 
 def with_added(spec: Spec) -> Spec:
-    """Return the spec with the choices of this process: offered ones, pairs of different makes, and what was given at its start."""
+    """The spec with the choices of this process: offered ones, pairs of different makes, and added ones."""
     added = _OFFERED.get(spec.key, {}) | _ADDED.get(spec.key, {})
     if not added and spec.key != "robot":
         return spec
@@ -242,7 +231,7 @@ def with_added(spec: Spec) -> Spec:
 
 
 def start_remedy(value: str) -> LazyText | None:
-    """How Duet must be started so that a value of another start is possible here; None if it never is."""
+    """How to start Duet so that a value of another start is possible here; None if it never is."""
     for make in makes(value):
         if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
             return LazyText(

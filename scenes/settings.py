@@ -109,23 +109,22 @@ class LawSettings:
 
     @property
     def proximity(self) -> tuple[Treatment, float, float]:
-        """What `ProximityDetector.detect` takes: which pairs the law sees, β [1/m] and ε [m²]."""
+        """Arguments of `ProximityDetector.detect`: visible pairs, β [1/m] and ε [m²]."""
         return self.pairs, self.beta, self.convexity
 
     @property
     def entry(self) -> LawEntry:
-        """What is declared of the law."""
         return LAWS[self.law]
 
     def made(self) -> "Law":
-        """Return the law that they describe."""
+        """The law with these settings."""
         read = {f.name: getattr(self, f.name) for f in fields(self) if f.metadata[SPEC].key in self.entry.reads}
         law: Law = resolve_name(f"controllers.laws.{self.entry.made_by}")(**read)
         return law
 
     @property
     def knows_w(self) -> bool:
-        """Whether the law is given the obstacle's speed w, and reads it."""
+        """True if the law gets the obstacle's speed w, and uses it."""
         return self.feed_forward and "ff" in self.entry.reads
 
 
@@ -158,7 +157,7 @@ class HardwareSettings:
 
     @property
     def sees_wrong(self) -> bool:
-        """Whether the controller sees something else than there is."""
+        """True if the controller's measurements differ from the true state."""
         return max(self.joint_noise, self.joint_resolution, self.frame_rate, self.distance_noise) > 0.0
 
 
@@ -251,7 +250,6 @@ class RunSettings:
 
     @property
     def experiment(self) -> Experiment:
-        """What is declared of the experiment."""
         return EXPERIMENTS[self.scene]
 
     @property
@@ -261,31 +259,32 @@ class RunSettings:
 
     @property
     def draws_circle(self) -> bool:
-        """Whether the hand draws a circle, so that nothing else can move it."""
+        """True if the hand draws a circle, so that nothing else can move it."""
         return self.path == "circle" and "path" in self.experiment.reads
 
     @property
     def moves_itself(self) -> bool:
-        """Whether the experiment's own source moves what the visitor can, as long as they do not."""
+        """True if the experiment's own source moves what the visitor does not hold."""
         return not self.draws_circle and not ("ball" in self.experiment.reads and self.ball == "still")
 
     @property
     def has_law_distance(self) -> bool:
-        """Whether the law distance d_law can be another one than the true distance d of the closest pair."""
+        """True if the law distance d_law can differ from the true distance d of the closest pair."""
         return self.law.pairs != "single" or self.hardware.sees_wrong
 
     @property
     def both_avoid(self) -> bool:
-        """Whether both arms keep clear of each other."""
+        """True if both arms keep clear of each other."""
         if self.experiment.obstacle != "arm":
             return False
         return self.experiment.both_avoid if self.avoid == "paper" else self.avoid == "both"
 
     @property
     def one_row(self) -> bool:
-        """Whether both arms keep clear by one row over the joints of both: where that is chosen, and where w is added to v.
+        """True if both arms keep clear by one row over all joints: if chosen, or if w is added to v.
 
-        With a row an arm, each would add the other's velocity of the step before, and the sum of both would alternate from step to step.
+        With one row per arm, each would add the other's velocity of the step before, and the sum would
+        alternate from step to step.
         """
         return self.both_avoid and (self.law.coupled or self.law.knows_w)
 
@@ -296,13 +295,13 @@ class RunSettings:
 
     @property
     def fits_between(self) -> bool:
-        """Whether it can begin between two pairs, see `scenes.starts`."""
+        """True if it can begin between two pairs, see `scenes.starts`."""
         return "start" in self.experiment.reads and self.rig == "torso" and self.robot == "lwr"
 
 
 @cache
 def leaves(settings_type: type) -> dict[str, tuple[tuple[str, ...], Spec]]:
-    """Return key → names of the fields that lead to it, and what is declared of it, for every leaf of the tree, in order."""
+    """Key → names of the fields that lead to it, and its declaration, for every leaf of the tree, in order."""
     found: dict[str, tuple[tuple[str, ...], Spec]] = {}
     for f in fields(settings_type):
         if SPEC in f.metadata:
@@ -313,32 +312,34 @@ def leaves(settings_type: type) -> dict[str, tuple[tuple[str, ...], Spec]]:
 
 
 def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
-    """Return key → `Spec` of every field of the tree, in order."""
+    """Key → `Spec` of every field of the tree, in order."""
     return {key: with_added(spec) for key, (_, spec) in leaves(settings_type).items()}
 
 
 def values(settings: Any) -> dict[str, Any]:
-    """Return key → value of every field of the tree, in order."""
+    """Key → value of every field of the tree, in order."""
     return {key: reduce(getattr, path, settings) for key, (path, _) in leaves(type(settings)).items()}
 
 
 LATER: Final = {"world": False, "first": WALL, "together": "ratios", "load": 6.0}
-"""Key → value of settings that came after the first files: tables name them only where they have another value."""
+"""Key → default of settings added later: tables name them only with another value."""
 
 
 def named_values(settings: Any) -> dict[str, Any]:
-    """Return `values` as the head of a table names them: a table without a later setting has the bytes that it always had."""
+    """`values` for the head of a table: without later settings at their defaults, so that old tables keep
+    their bytes.
+    """
     return {key: value for key, value in values(settings).items() if key not in LATER or value != LATER[key]}
 
 
 def changed(settings: T, key: str, value: object) -> T:
-    """Return the settings with one field, named by its key, set to a checked value.
+    """The settings with one field, named by its key, set to a checked value.
 
     Args:
         value: of the field's own type, or text that reads as one.
 
     Raises:
-        BadSetting: unknown key, wrong type, not finite, out of range or not among the choices; the settings are untouched.
+        BadSetting: unknown key, wrong type, not finite, out of range or not a choice.
     """
     known = leaves(type(settings))
     if key not in known:
@@ -348,16 +349,16 @@ def changed(settings: T, key: str, value: object) -> T:
 
 
 def replaced(settings: T, path: tuple[str, ...], value: Any) -> T:
-    """Return the settings with the field at the end of a path of names set to a value that is possible."""
+    """The settings with the field at the end of a path of names set to a valid value."""
     name, *rest = path
     return replace(cast(Any, settings), **{name: replaced(getattr(settings, name), tuple(rest), value) if rest else value})
 
 
 def validate(settings: RunSettings) -> RunSettings:
-    """Return the settings if every field is inside its range.
+    """The settings if every field is in its range.
 
     Raises:
-        BadSetting: naming the first field that is not.
+        BadSetting: names the first field that is not.
     """
     for key, value in values(settings).items():
         changed(settings, key, value)

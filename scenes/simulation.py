@@ -1,4 +1,6 @@
-"""Experiment, law and a fixed time step: wishes → joint velocities → joint positions, one tick at a time, always the same bits."""
+"""Experiment, law and a fixed time step: targets → joint velocities → joint positions, one tick at a time,
+always the same bits.
+"""
 
 from dataclasses import dataclass
 from typing import Final
@@ -31,22 +33,18 @@ from scenes.targets import Target
 from scenes.world_stages import WorldStages
 
 IDEAL: Final = HardwareSettings()
-"""A robot that does at once what it is told, and sees what is."""
 
 HISTORY: Final = 16_000
-"""Steps kept by default: 20 s at the smallest time step."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that a simulation carries from one step to the next; `Simulation.resume` goes on from it, to the same bits.
+    """The full state between two steps; `Simulation.resume` continues from it, bit for bit.
 
     Attributes:
-        settings: in force.
-        steps, time: made so far, and simulated so far [s].
+        steps, time: number of steps made, and simulated time [s].
         positions, velocities: (nv,).
-        memories: of every task.
-        robot: commands on their way, and the last frame of the distance sensor; empty for an ideal robot.
+        robot: commands in transit, and the last frame of the distance sensor; () for an ideal robot.
     """
 
     settings: RunSettings
@@ -62,7 +60,6 @@ class Simulation:
     """One experiment.
 
     Args:
-        settings: of the run; already checked.
         capacity: steps that the history keeps.
     """
 
@@ -70,12 +67,14 @@ class Simulation:
         self.settings = settings
         self._capacity = capacity
         self.near: Proximity | None = None
-        """What the newest step decided by; None where that is not known, or other settings are in force."""
+        """Input of the newest decision; None if unknown, or if the settings have changed."""
         self.law: Law = settings.law.made()
         self.given_law: Law | None = None
         self._hardware: HardwareSettings | None = None
         self.answers: tuple[float | Array, ...] = ()
-        """What the law answered in the newest step: λ, and q̇ of each group of joints that avoids, which may be a view [rad/s]."""
+        """Answers of the law in the newest step: λ, and q̇ of each group of joints that avoids, perhaps a
+        view [rad/s].
+        """
         self._enter(room_of(settings))
         self.reset()
 
@@ -92,12 +91,10 @@ class Simulation:
         self._assign()
 
     def _assign(self) -> None:
-        """Assign the roles; the arms stay where they are."""
         self.roles = scenario_of(self.settings).roles(self.world, self.settings)
         self.guided: Arm = self.roles.guided
-        """The arm that the person moves."""
         self.avoiding: Arm = self.roles.avoiding
-        """The arm with the task that is shown: the one that keeps its place and keeps clear, or the slave."""
+        """The arm of the shown task: the one that keeps its place and keeps clear, or the slave."""
         self._followers = [task for task in self.roles.tasks if task.desired is not None]
         self._desired[:] = np.nan
         self._form()
@@ -115,10 +112,10 @@ class Simulation:
         self._further = scenario_of(self.settings).stages(self.world, self.settings)
         self._stages = WorldStages(self.world) if self.settings.world else None
         self.bound_bites = False
-        """Whether a law's velocity was outside its arm's bounds in the last step."""
+        """True if a law's velocity was outside its arm's bounds in the last step."""
 
     def apply(self, settings: RunSettings) -> None:
-        """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
+        """Change the settings from the next step on. The arms stay in place unless the room changes."""
         before = self.settings
         self.settings, self.near = settings, None
         if self.given_law is None:
@@ -157,27 +154,25 @@ class Simulation:
             task.begin()
 
     def use(self, law: Law | None) -> None:
-        """Run a given law instead of that of the settings; None for theirs again."""
+        """Use a given law instead of the settings' law; None for the settings' law."""
         self.given_law = law
         self.law = self.settings.law.made() if law is None else law
 
     @property
     def keeper(self) -> HoldTask | None:
-        """The task of the avoiding hand, which has a place; None if it follows joints."""
+        """Task of the avoiding hand, which has a position; None if it follows joints."""
         return self.roles.task if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def way(self) -> Array:
-        """Points (k, 3) of the way that the task prescribes to the avoiding hand, world [m]; (0, 3) if it prescribes none."""
+        """Points (k, 3) of the avoiding hand's prescribed path, world [m]; (0, 3) without one."""
         return np.zeros((0, 3)) if self.keeper is None else scenario_of(self.settings).way(self.settings, self.keeper.home)
 
     def source(self) -> TargetSource:
-        """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).source(self.world, self.settings)
 
     def opening(self) -> TargetSource | None:
-        """Source of targets for the start of a page, see `Scenario.opening`; None if the experiment has none for these settings."""
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).opening(self.world, self.settings)
 
@@ -188,20 +183,20 @@ class Simulation:
 
     @property
     def avoiding_joints(self) -> int:
-        """Number of joints that avoid: of how many a law gives q̇ in each step."""
+        """Number of joints that avoid: the length of q̇ from the law in each step."""
         return sum(len(group.nominal) for group in self._groups)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
-        """Return the readable name of the joint that costs authority, as recorded for the first or second arm that avoids."""
+        """Label of the joint that costs authority, as recorded for the first or second arm that avoids."""
         column = joint + self._groups[int(second and len(self._groups) > 1)].joints.start
         arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
         return arm.labels[column - arm.joints.start]
 
     def step(self, target: Target | None) -> None:
-        """Advance by dt. `target`: what the person wants; None for no change.
+        """Advance by dt. `target`: None for no change.
 
         Raises:
-            Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
+            Unanswered: the law has not answered. Nothing has changed, so the step can be repeated.
         """
         if self.given_law is None:
             self._advance(target)
@@ -253,19 +248,20 @@ class Simulation:
         self.time += settings.dt
 
     def _glide(self) -> None:
-        """Keep the arms that a person moves clear of their surroundings."""
         if self._stages:
             for task, wanted in self._by_person:
                 wanted[:] = self._stages.kept(task.joints, wanted)
 
     def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
-        """Command the arms that avoid; return the columns of the history. `error`: of all measured distances [m]."""
+        """Command the arms that avoid; return the columns of the history. `error`: of all measured distances
+        [m].
+        """
         lam = self.law.activation(near.law_distance)
         self.answers, self.bound_bites = (lam,), False
         first, second = self._groups[0], None
         velocities, u, w, w_law, authority, joint, s = self._kept_clear(first, near, lam, error)
         if len(self._groups) > 1:
-            # What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
+            # What either arm sees of the other's velocity is that of the tick before, so that the order does not matter.
             other = self._groups[1]
             other.velocities[:], *columns = self._kept_clear(other, near, lam, error)
             second = (other.tasks[0].squared_error, *columns)
@@ -276,7 +272,9 @@ class Simulation:
     def _kept_clear(
         self, group: AvoidanceGroup, near: Proximity, lam: float, error: float
     ) -> tuple[Array, float, float, float, int, int, float]:
-        """Return q̇ (n,) of arms that keep clear together [rad/s]; then u, w, w along the law's row, authority, joint and lever."""
+        """q̇ (n,) of arms that keep clear together [rad/s]; then u, w, w along the law's row, authority,
+        joint and lever.
+        """
         situation = group.situation(self.law, near, error, self.settings.law.knows_w)
         row, w_law = situation.row, group.approach(near.row)
         w = w_law if near.row is near.pair_row else group.approach(near.pair_row)
@@ -294,7 +292,7 @@ class Simulation:
         return velocities, situation.pull, w, w_law, int(authority), joint, s
 
     def _decide_by_sensors(self, target: Target | None) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
-        """Decide as `_decide`, by what the sensors show: a person's arm moves by what is, the arms that avoid by what is seen."""
+        """`_decide` with sensors: a person's arm uses the true state, the arms that avoid the measured one."""
         settings, world, actual = self.settings, self.world, self.positions.copy()
         try:
             world.update()
@@ -315,9 +313,9 @@ class Simulation:
             self.detector.detect()
 
     def _actuate(self, before: Array) -> None:
-        """Give the arms that avoid the velocities that their joints reach, in place of the commanded ones.
+        """Replace the commanded velocities of the arms that avoid by the reached ones.
 
-        Commands keep the bounds of the joints as they are seen; here the true ones do.
+        Commands keep the bounds of the measured joints; here the true ones do.
         """
         dt, model = self.settings.dt, self.room.model
         reached = self._actuation.reached(self.settings.hardware, self.velocities, before, self.time, dt)
@@ -330,7 +328,7 @@ class Simulation:
         self._actuation.stop(stopped)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
-        """Return the velocities within the bounds that come nearest to what the law wants; s is the lever."""
+        """Velocities within the bounds nearest to the law's; s is the lever."""
         if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
@@ -341,7 +339,6 @@ class Simulation:
         return bounded
 
     def snapshot(self) -> Snapshot:
-        """Return the present state."""
         memories = tuple(task.memory() for task in self.roles.tasks)
         hardware = self.settings.hardware
         robot: Memory = ()
@@ -367,7 +364,6 @@ class Simulation:
         self._hardware = None
 
     def sample(self) -> Sample:
-        """Return the newest step, or a measurement of the present state if there is none."""
         if self.history.count:
             return self.history.last()
         self.kinematics.update(self.positions)

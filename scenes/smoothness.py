@@ -1,6 +1,7 @@
-"""Is a law smooth? The same inputs at dt, dt/2, dt/4, dt/8: a smooth motion's largest step of q̇ halves each time, a jump stays.
+"""Smoothness of a law: the same inputs at dt, dt/2, dt/4, dt/8. A smooth motion's largest step of q̇ halves
+each time, a jump stays.
 
-And the single steps about an instant, beside the same inputs in finer steps.
+Also the steps around an instant, beside the same inputs in finer steps.
 """
 
 from dataclasses import dataclass
@@ -16,21 +17,21 @@ from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
 SUBSTEPS: Final = (1, 2, 4, 8)
-"""Into how many parts dt is divided."""
 
 SMOOTH: Final = 0.65
-"""If halving dt leaves at most this share of the largest step, the last time and on average, q̇ is smooth."""
+"""q̇ is smooth if halving dt leaves at most this share of the largest step, the last time and on average."""
 
 JUMP: Final = 0.85
-"""If the last halving leaves at least this share, q̇ jumps. The share is 1/2 where q̇ has a bounded derivative, and 1 at a jump. Over
-45 runs of all laws and scenes it was 0.48 … 0.50 or 0.98 … 1.02 at last; a jump that is smaller than the smooth motion of a step, or
-many small ones, lie between."""
+"""q̇ jumps if the last halving leaves at least this share: 1/2 for a bounded derivative of q̇, 1 at a jump.
+45 runs of all laws and scenes gave 0.48 … 0.50 or 0.98 … 1.02; a jump smaller than the smooth motion of a
+step, or many small ones, are between.
+"""
 
 STILL: Final = 1e-9
 """A largest step below this is rounding [rad/s]."""
 
 ECHO: Final = 20
-"""Steps after a jump of the inputs that do not count: an arm that follows another one jumps one step later, and so on."""
+"""Ignored steps after a jump of the inputs: an arm that follows another one jumps one step later, and so on."""
 
 StepTrend = Literal["measuring", "still", "smooth", "jump", "between"]
 
@@ -41,10 +42,10 @@ class StepStudy:
 
     Attributes:
         settings: in force all the time.
-        seconds: how much of a run was made again [s].
+        seconds: length of the recomputed run [s].
         dts: time steps [s].
-        largest: of each, the largest change of the velocity of any joint that keeps clear, from one step to the next [rad/s]; None
-            while it is being computed.
+        largest: for each, the largest change between two steps of the velocity of any joint that keeps clear
+            [rad/s]; None while it is being computed.
     """
 
     settings: RunSettings
@@ -54,7 +55,6 @@ class StepStudy:
 
     @property
     def verdict(self) -> StepTrend:
-        """What the numbers say."""
         if any(step is None for step in self.largest):
             return "measuring"
         first, *_, coarser, finest = (step or 0.0 for step in self.largest)
@@ -68,23 +68,22 @@ class StepStudy:
 
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
-    """Return the measures of a recorded piece of a run, with some settings."""
+    """Study of a recorded piece of a run with some settings, without results."""
     dt = recorded.stretches[-1].settings.dt
     return StepStudy(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
 
 def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int) -> float:
-    """Return the largest change of a joint's velocity from one step to the next [rad/s], see `StepStudy`.
+    """Largest change of a joint's velocity between two steps [rad/s], see `StepStudy`.
 
-    What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
-    expected.
+    Steps right after the beginning, or after another kind of target (the user grasped something), are left
+    out: a jump is expected there.
 
     Args:
-        recorded, substeps: as in `scenes.rerun.rerun`.
         settings: in force all the time; the time step is that of the recorded run.
 
     Raises:
-        Stopped: see there.
+        Stopped: see `scenes.rerun.rerun`.
     """
     asked = {key: value for key, value in values(settings).items() if key not in FIXED}
     again = rerun(recorded, asked, substeps)
@@ -100,16 +99,14 @@ def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: i
 
 
 AROUND: Final = 20
-"""Steps shown on either side of the instant."""
 
 FINER: Final = 2
-"""Into how many a step is divided in the run beside it."""
 
 
 def time_of_largest_jump(times: Array, velocities: Array, dt: float) -> float:
-    """Return when the velocity of any joint changes most from one step to the next [s]: the time of the later step.
+    """Time of the largest change of any joint's velocity between two steps [s]: that of the later step.
 
-    What follows immediately upon the beginning of a run is left out: there a jump is expected.
+    Steps right after the beginning of a run are left out: a jump is expected there.
 
     Args:
         times: (steps,) at least one [s].
@@ -121,21 +118,21 @@ def time_of_largest_jump(times: Array, velocities: Array, dt: float) -> float:
 
 
 def rows_around(times: Array, time: float, dt: float) -> slice:
-    """Return which rows lie within `AROUND` steps of an instant [s]."""
+    """Rows within `AROUND` steps of an instant [s]."""
     reach = (AROUND + 0.25) * dt
     return slice(int(np.searchsorted(times, time - reach)), int(np.searchsorted(times, time + reach)))
 
 
 def avoiding_rates(simulation: Simulation, table: Array) -> Array:
-    """Return q̇ of the avoiding arm (rows, joints) of a table."""
     return simulation.history.velocities(table)[:, simulation.avoiding.joints]
 
 
 def finer_rows(recorded: Recorded, time: float, dt: float) -> Array:
-    """Return the steps about an instant [s] of a recorded piece that is made again in finer steps (rows, columns of `scenes.history`).
+    """Steps around an instant [s] of a recorded piece, recomputed in finer steps (rows, columns of
+    `scenes.history`).
 
     Args:
-        dt: of the steps that are shown beside them [s].
+        dt: of the original steps [s].
 
     Raises:
         Stopped: see `scenes.rerun.rerun`.

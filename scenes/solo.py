@@ -1,5 +1,6 @@
-"""One arm alone (eqs 1–8): a hand that keeps its place or draws a circle, an elbow that is free to move, and the motions that leave the
-hand where it is, to be gone along one by one."""
+"""One arm alone (eqs 1–8): a hand that keeps its position or draws a circle, a free elbow, and the null-space
+motions one by one.
+"""
 
 from collections.abc import Callable
 from functools import cache
@@ -23,17 +24,17 @@ RADIUS: Final = 0.10
 """Radius of the circle [m]."""
 
 LAP: Final = 8.0
-"""Time of a lap [s]."""
+"""Time per lap [s]."""
 
 POINTS: Final = 96
-"""Number of points of the circle as it is drawn."""
 
 ALONE_NAME: Final = "arm"
-"""Name of an arm that stands alone."""
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
-    """Desired place (3,) [m] and velocity (3,) [m/s] of the hand on an upright circle that begins at home (3,)."""
+    """Desired position (3,) [m] and velocity (3,) [m/s] of the hand on an upright circle that begins at home
+    (3,).
+    """
     phase, rate = 2.0 * np.pi * time / LAP, 2.0 * np.pi / LAP
     s, c = np.sin(phase), np.cos(phase)
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
@@ -41,14 +42,13 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
 
 @cache
 def build_alone(robot_name: str = "lwr") -> Room:
-    """Return the room of one arm and nothing that it could meet, built once."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     return Room(ALONE, (made,), model, geometry, (arm,), alone_start(robot_name))
 
 
 def alone_start(robot_name: str) -> Array:
-    """Return q (n,) [rad] in which an arm of a make begins that stands alone."""
+    """q (n,) [rad] in which a single arm of a make starts."""
     if robot_name == "lwr":
         return ALONE.starts[0].copy()
     return found_postures(robot(robot_name), ALONE.bases[0], ALONE.bases[0], "left", "table")[0]
@@ -75,10 +75,11 @@ class Solo(Scenario):
 
 
 def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
-    """Target that turns the elbow by an angle [rad] about the line from shoulder to wrist, while the hand stays where it is.
+    """Target that turns the elbow by an angle [rad] about the line from shoulder to wrist, with the hand at
+    rest.
 
     Args:
-        kinematics: of the posture from which the angle counts.
+        kinematics: at the posture of angle 0.
     """
     pose = kinematics.hand_pose(arm)
     hand, rotation = pose.translation.copy(), pose.rotation.copy()
@@ -88,11 +89,10 @@ def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
 
 
 def elbow_sway(world: World, seed: int) -> Scripted:
-    """Scripted target that swings the elbow to and fro, while the hand stays.
+    """Scripted target that swings the elbow to and fro with the hand at rest.
 
     Args:
-        world: a room with one arm, as it stands now.
-        seed: which person.
+        world: a room with one arm in its present state.
     """
     turned, random = swing(world.kinematics, world.room.arms[0]), np.random.default_rng(seed)
     period, angle = float(random.uniform(6.0, 9.0)), float(random.uniform(0.5, 0.8))
@@ -106,7 +106,7 @@ STEP: Final = 0.01
 """Length of a step along a motion [rad]; the hand is put back after each."""
 
 PUT_BACK: Final = 1e-3
-"""Damping with which the hand is put back [m/rad]: next to a singular posture it may not make a leap."""
+"""Damping with which the hand is put back [m/rad], to avoid a leap near a singular posture."""
 
 
 def has_null_motions(arm: Arm) -> bool:
@@ -115,17 +115,15 @@ def has_null_motions(arm: Arm) -> bool:
 
 
 class NullMotions:
-    """Goes along the four null-space motions of an arm of seven joints from a posture on.
+    """Moves an arm of seven joints along its four null-space motions.
 
     The basis is carried along from step to step, so that going back along a motion undoes it.
 
     Args:
-        room: with the arm.
-        arm: which.
-        positions: q (nv,) to begin at [rad].
+        positions: q (nv,) at the beginning [rad].
 
     Attributes:
-        gone: how far it has gone along each motion (4,) [rad]; the length of the way in joint space.
+        gone: distance along each motion (4,) [rad]; length of the path in joint space.
     """
 
     def __init__(self, room: Room, arm: Arm, positions: Array) -> None:
@@ -139,20 +137,19 @@ class NullMotions:
 
     @property
     def joints(self) -> Array:
-        """Return q of the arm (7,) [rad]."""
+        """q of the arm (7,) [rad]."""
         return self._positions[self._arm.joints].copy()
 
     def go(self, motion: int, way: float) -> Array:
-        """Go along a motion, from 0, to a way from where everything began [rad]; return q of the arm (7,) [rad].
-
-        It ends earlier where a joint comes to its limit.
+        """Move along a motion, from 0, to a distance from the beginning [rad], or to a joint's limit; return
+        q of the arm (7,) [rad].
         """
         while abs(left := way - self.gone[motion]) > 1e-9 and self._step(motion, min(max(left, -STEP), STEP)):
             pass
         return self.joints
 
     def _step(self, motion: int, way: float) -> bool:
-        """Make a step; return False, and make none, where a joint would pass its limit."""
+        """Make a step; False, without a step, if a joint would pass its limit."""
         kinematics, arm, before = self._kinematics, self._arm, self.joints
         self._put(before + self.basis[:, motion] * way)
         error = self._hand - kinematics.hand_pose(arm).translation

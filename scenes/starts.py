@@ -1,4 +1,4 @@
-"""Postures that a run can begin in, beside the room's own: built in, or from a file."""
+"""Start postures besides the room's own: built in, or from a file."""
 
 import math
 from pathlib import Path
@@ -16,24 +16,26 @@ from scenes.settings import RunSettings
 BETWEEN: Final = np.array(
     [0.90, 1.48, -1.67, -1.26, 0.07, -1.01, -0.22, -0.70, 1.11, 1.18, -1.88, 0.65, -0.42, -0.35],
 )
-"""Posture of two LWRs on the torso (14,) [rad]: where the guided arm keeps clear and the autopilot of seed 396 moves it at v = 0.05 m/s, it
-slides along the tie of two pairs and, with the closest pair, loses 121 mm of 150 mm against an obstacle at rest, with full authority.
-Found by a search over random postures, rounded to 0.01 rad."""
+"""Posture of two LWRs on the torso (14,) [rad]: if the guided arm keeps clear and the autopilot of seed 396
+moves it at v = 0.05 m/s, it slides along the tie of two pairs and, with the closest pair, loses 121 mm of 150
+mm against an obstacle at rest, with full authority. Found by a search over random postures, rounded to 0.01
+rad.
+"""
 
 
 def start_of(settings: RunSettings, room: Room) -> Array:
-    """Return q (nv,) [rad, m] in which a run begins: the room's own, unless the settings name another that fits the room."""
+    """q (nv,) [rad, m] in which a run begins: the room's own, unless the settings name another that fits the
+    room.
+    """
     return BETWEEN if settings.start == "between" and settings.fits_between else room.start
 
 
 MOST_BYTES: Final = 100_000
-"""Largest file of a start posture."""
 
 
 def read_start(path: Path, room: Room) -> Array:
-    """Return q (nv,) [rad, m] of a file: numbers in one line or one column, or one row below a header that names the columns of q.
-
-    It may have any of the forms that `scenes.csv_reading` knows.
+    """q (nv,) [rad, m] of a file: numbers in one line or column, or one row below a header with the columns
+    of q, in any form that `scenes.csv_reading` knows.
 
     Raises:
         BadInputFile: no such file, not such a file, or a posture that the room's joints cannot have.
@@ -58,7 +60,7 @@ def read_start(path: Path, room: Room) -> Array:
 
 
 def _without_empty_end(cells: tuple[str, ...]) -> list[str]:
-    """Return the cells of a line without empty ones at its end, which a separator there makes."""
+    """Cells of a line without empty ones at its end, from a final separator."""
     kept = list(cells)
     while kept and not kept[-1]:
         kept.pop()
@@ -66,7 +68,7 @@ def _without_empty_end(cells: tuple[str, ...]) -> list[str]:
 
 
 def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
-    """Return the cells of a header's only row, in the order of the names; other columns are left out."""
+    """Cells of a header's only row, in the order of the names; other columns are left out."""
     header, *rows = lines
     if missing := [name for name in names if name not in header]:
         raise BadInputFile(f"{path}: the header has no column {', '.join(missing)}; it needs {', '.join(names)}.")

@@ -1,4 +1,4 @@
-"""Smooth surfaces with true normals, made from numbers: revolved profiles, and skins of implicit forms. Lengths in metres."""
+"""Smooth surfaces with true normals: revolved profiles, and skins of implicit forms. Lengths in metres."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Form = Callable[[Array], Array]
 """Signed function of points (…, 3): negative inside, metre-like near its zero level; (…,)."""
 
 CREASE: Final = float(np.radians(32))
-"""A profile that turns by more keeps a sharp edge."""
+"""Turn of a profile from which an edge stays sharp [rad]."""
 
 NORMAL_STEP: Final = 2e-4
 """Half step of the central differences behind the normals of a skin [m]."""
@@ -31,7 +31,9 @@ def mesh(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.T
 
 
 def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
-    """Faces of a grid of vertices, row-major; counter-clockwise seen with rows going up and columns to the right; (m, 3)."""
+    """Faces (m, 3) of a row-major grid of vertices; counter-clockwise seen with rows going up and columns to
+    the right.
+    """
     row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns if closed else columns - 1), indexing="ij")
     right = (column + 1) % columns
     a, b = row * columns + column, row * columns + right
@@ -40,14 +42,14 @@ def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
 
 
 def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
-    """A mesh in which vertices with one place and one normal are one vertex, and faces that collapse to lines are gone.
+    """A mesh in which equal vertices with equal normals are one, without degenerate faces.
 
-    viser 1.1.1 throws the normals of a GLB away and computes its own from the faces that share a vertex: two copies of a vertex
-    show as a crease, one vertex as a smooth surface.
+    viser 1.1.1 replaces the normals of a GLB by its own from the faces that share a vertex: two copies of a
+    vertex show as a crease, one vertex as a smooth surface.
 
     Args:
         vertices: (k, 3) [m].
-        faces: (l, 3), places in `vertices`.
+        faces: (l, 3), indices of `vertices`.
         normals: (k, 3), unit.
     """
     same = np.round(np.hstack([vertices * 1e6, normals * 1e3])).astype(np.int64)
@@ -60,7 +62,9 @@ def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh
 
 
 def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
-    """A polyline (n, 2) with its inner corners replaced by arcs of this radius, or as large as the sides allow; (m, 2)."""
+    """A polyline (n, 2) with inner corners replaced by arcs of this radius, or as large as the sides allow;
+    (m, 2).
+    """
     corner = np.asarray(points, float)
     out = [corner[0]]
     for before, here, after in zip(corner, corner[1:], corner[2:], strict=False):
@@ -82,11 +86,13 @@ def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
 
 
 def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float] = (0.0, 0.0)) -> trimesh.Trimesh:
-    """Turn a profile (n, 2) of (radius, height) about the z axis; going up along it, the outside is on its right.
+    """Revolve a profile (n, 2) of (radius, height) about the z axis; going up along it, the outside is on its
+    right.
 
     Args:
         sections: around the axis; a multiple of 4 when stretched.
-        stretch: pull the four quarters apart by ± this much in x and y [m]: a disc becomes a slab with round corners.
+        stretch: pull the four quarters apart by ± this in x and y [m]: a disc becomes a slab with round
+            corners.
     """
     line = np.asarray(profile, float)
     line = line[np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-9]]
@@ -127,7 +133,6 @@ def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float]
 
 
 def _lid(height: float, half: tuple[float, float], up: float) -> trimesh.Trimesh:
-    """The rectangle that a stretched profile leaves open where it meets the axis."""
     x, y = half
     vertices = np.array([(-x, -y, height), (x, -y, height), (x, y, height), (-x, y, height)])
     faces = np.array([(0, 1, 2), (0, 2, 3)])
@@ -135,7 +140,7 @@ def _lid(height: float, half: tuple[float, float], up: float) -> trimesh.Trimesh
 
 
 def _first_way_out(form: Form, origins: Array, directions: Array, reach: float) -> Array:
-    """Where rays (…, 3) leave a form, by bisection; (…, 3)."""
+    """Points (…, 3) where rays leave a form, by bisection."""
     near, far = np.zeros(directions.shape[:-1]), np.full(directions.shape[:-1], reach)
     for _ in range(24):
         middle = (near + far) / 2
@@ -151,7 +156,7 @@ def _fan(angle: Array, lift: Array) -> Array:
 
 
 def _crowded(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float) -> Array:
-    """Angles (rows, columns) of the rays of every ring: by length of the outline, closer where it turns."""
+    """Angles (rows, columns) of the rays of every ring: by length of the outline, denser where it turns."""
     fine = first + np.linspace(0, 2 * np.pi, 361)
     outline = _first_way_out(form, spine[:, None], _fan(np.broadcast_to(fine, (len(spine), 361)), lift), reach)
     side = np.diff(outline, axis=1)
@@ -175,7 +180,8 @@ def skin(
 ) -> trimesh.Trimesh:
     """Skin a form from inside: a ring of rays from every point of a curve, to the first way out.
 
-    The rays of a ring crowd where the outline turns, so that rounded edges run along the columns of the mesh, not across.
+    The rays of a ring are denser where the outline turns, so that rounded edges run along the columns of the
+    mesh.
 
     Args:
         form: negative on the spine, positive at `reach` along every ray.
@@ -183,9 +189,11 @@ def skin(
         lift: angle of every ring of rays from the horizontal (rows,), growing [rad].
         columns: rays of a ring, an even number.
         reach: length of the rays [m].
-        first: angle of the first column, on a plane of symmetry of the form: the crowding is made symmetric about it [rad].
-        dome: close the last ring, a horizontal one, with this number of strips: its first half (from `first` = the +y axis) turned about
-            the y axis until it lies on its second half. An edge about the y axis then runs on along one column, without a pole.
+        first: angle of the first column, on a plane of symmetry of the form: the crowding is made symmetric
+            about it [rad].
+        dome: close the last ring, a horizontal one, with this number of strips: its first half (from `first`
+            = the +y axis) turned about the y axis until it lies on its second half. An edge about the y axis
+            then runs on along one column, without a pole.
     """
     angle = _crowded(form, spine, lift, columns, reach, first)
     vertices = _first_way_out(form, spine[:, None], _fan(angle, lift), reach).reshape(-1, 3)
@@ -205,7 +213,6 @@ def skin(
 
 
 def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
-    """One mesh of several, vertices and normals untouched."""
     parts = list(meshes)
     shift = np.cumsum([0, *(len(part.vertices) for part in parts)])
     return mesh(
@@ -218,7 +225,7 @@ def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
 def moved(
     part: trimesh.Trimesh, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: Sequence[float] = (0, 0, 0)
 ) -> trimesh.Trimesh:
-    """The mesh turned by a rotation matrix (3, 3) and then shifted (3,)."""
+    """The mesh rotated by a matrix (3, 3), then shifted (3,)."""
     R = np.asarray(rotation, float)
     return mesh(part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T)
 
@@ -234,14 +241,16 @@ def smooth_min(a: Array, b: Array, width: float) -> Array:
 
 
 def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
-    """The mesh with its surface moved out along the normals [m]; shrunk when negative."""
+    """The mesh with its surface moved out along the normals [m]; shrunk if negative."""
     return mesh(part.vertices + by * part.vertex_normals, np.array(part.faces), np.array(part.vertex_normals))
 
 
 def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
-    """A mesh with only a share of the triangles, but no fewer than 64, kept where the shape needs them (quadric error metric).
+    """A mesh with a share of the triangles, at least 64, kept where the shape needs them (quadric error
+    metric).
 
-    Every vertex is one of the original's: what was inside a capsule stays inside, and light falls on it as on the original.
+    Every vertex is one of the original's: what was inside a capsule stays inside, and light falls on it as on
+    the original.
     """
     import fast_simplification
     import trimesh
@@ -252,7 +261,7 @@ def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     originals, normals = np.asarray(part.vertices), np.asarray(part.vertex_normals)
     tree = KDTree(originals)
     bare = trimesh.Trimesh(originals[tree.query(vertices)[1]], faces, process=False)
-    # At a crease several of the original's vertices share a place; a face takes the one that looks its way.
+    # At a crease several of the original's vertices share a place; a face takes the one nearest to its own normal.
     here = tree.query_ball_point(bare.vertices, 1e-6)
     chosen = [
         here[corner][int(np.argmax(normals[here[corner]] @ facing))]

@@ -1,4 +1,6 @@
-"""A grid of settings, read from text, and run over a scene on all cores: the same figures whatever the number of workers."""
+"""A grid of settings, read from text, and run over a scene on all cores: the same figures for any number of
+workers.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,12 +19,11 @@ MOST_POINTS: Final = 20_000
 """Largest grid; a point takes about a second."""
 
 Point = tuple[Any, ...]
-"""One value for each axis, in the axes' order."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A setting and the values it takes, checked, in the order given."""
+    """A setting and its checked values, in the given order."""
 
     key: str
     values: tuple[Any, ...]
@@ -33,8 +34,7 @@ class Grid:
     """Every combination of the axes' values; the last axis varies fastest.
 
     Attributes:
-        settings: all that is not swept.
-        axes: at least one, each with a key of its own.
+        axes: at least one, with different keys.
         seconds: simulated time of a point.
     """
 
@@ -44,36 +44,33 @@ class Grid:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each axis has."""
         return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def size(self) -> int:
-        """How many points there are."""
         return math.prod(self.shape)
 
     def points(self) -> list[Point]:
-        """Return every point, in the order of the table."""
         return list(product(*(axis.values for axis in self.axes)))
 
     def at(self, point: Point) -> RunSettings:
-        """Return the settings of a point."""
         settings = self.settings
         for axis, value in zip(self.axes, point, strict=True):
             settings = changed(settings, axis.key, value)
         return settings
 
     def fixed(self) -> dict[str, Any]:
-        """Return key → value of every setting that is the same at all points, in order."""
+        """Key → value of every setting that is the same at all points, in order."""
         swept = {axis.key for axis in self.axes}
         return {key: value for key, value in named_values(self.settings).items() if key not in swept}
 
 
 def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Grid:
-    """Return the grid that texts such as `n=1:20` describe; every point of it can be run.
+    """Grid of texts such as `n=1:20`; every point of it can be run.
 
     Raises:
-        BadSetting: a text cannot be read, a value or a combination of values is not possible, or the grid or a run is too large.
+        BadSetting: a text cannot be read, a value or a combination is not possible, or the grid or a run is
+            too large.
     """
     if not over:
         raise BadSetting(f"A sweep needs a setting to sweep: give --over at least once; {FORMS}.")
@@ -90,7 +87,9 @@ def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Gri
 
 
 def _rehearse(grid: Grid) -> None:
-    """Check every point, and make one step with each combination of choices: what cannot be run is said before anything is."""
+    """Check every point, and make one step with each combination of choices, so that errors come before any
+    work.
+    """
     numbers = {axis.key for axis in grid.axes if is_scale(axis)}
     seen: set[Point] = set()
     for point in grid.points():
@@ -103,17 +102,15 @@ def _rehearse(grid: Grid) -> None:
 
 
 def is_scale(axis: Axis) -> bool:
-    """True if the axis is a scale, rather than a few choices."""
     return not isinstance(axis.values[0], (str, bool))
 
 
 def read_axis(text: str, settings: RunSettings) -> Axis:
-    """Return the axis that a text describes.
+    """Axis of a text.
 
     Args:
-        text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends among them; `key=x,y,z` for a list.
-            Choices and flags can only be listed, curves with `;` between them.
-        settings: that have these keys.
+        text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends included;
+            `key=x,y,z` for a list. Choices and flags can only be listed, curves with `;` between them.
 
     Raises:
         BadSetting: the text cannot be read, or a value is not possible.
@@ -168,14 +165,12 @@ def _range(text: str, parts: list[str]) -> list[float]:
 
 
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
-"""What is kept of a run, as named in `scenes.headless.Summary`. No wall-clock times."""
+"""Kept figures of a run, as in `scenes.headless.Summary`, without wall-clock times."""
 
 SweepFigures = tuple[float, ...]
-"""In the order of `FIGURES`."""
 
 
 def sweep_figures(settings: RunSettings, seconds: float) -> SweepFigures:
-    """Return the figures of a run of the scene with its own autopilot."""
     summary = run(settings, seconds).summary
     return tuple(getattr(summary, name) for name in FIGURES)
 
@@ -183,12 +178,11 @@ def sweep_figures(settings: RunSettings, seconds: float) -> SweepFigures:
 def run_points(
     grid: Grid, todo: Sequence[int], compute: ComputeMany[SweepFigures] = computed
 ) -> Iterator[tuple[int, SweepFigures]]:
-    """Yield (index, figures) of some points of a grid, each as soon as it is done: the figures of a point are always the same, the
-    order is not, unless they are computed by one process.
+    """Yield (index, figures) of some points of a grid, each as soon as it is done, in order only with one
+    process.
 
     Args:
-        todo: indices of points.
-        compute: where; by default in this process.
+        compute: runs them; by default in this process.
 
     Raises:
         DuetError: a worker was ended from outside, or as `compute` does.
@@ -199,7 +193,7 @@ def run_points(
 
 
 class TradeOff(NamedTuple):
-    """What the avoiding arm gets and what it pays, at one n and v.
+    """Distance and error of the avoiding arm at one n and v.
 
     Attributes:
         order, nominal_velocity: n, and v [m/s].
@@ -219,12 +213,10 @@ TRADE_OFF_VELOCITIES: Final = (0.1, 0.2, 0.3, 0.45, 0.7)
 
 
 def trade_off(settings: RunSettings, seconds: float, order: float) -> Iterator[TradeOff]:
-    """Yield distance against error at one n and every v of the map, a point a run.
+    """Distance against error at one n and every v of the map, one run per point.
 
     Args:
-        settings: everything but n and v.
         seconds: simulated time of a point.
-        order: n.
     """
     settings = changed(settings, "n", order)
     for velocity in TRADE_OFF_VELOCITIES:

@@ -1,5 +1,6 @@
-"""What a person, the autopilot or a recording wants at one moment: one kind of wish for each thing that can be taken hold of; and
-a person who goes straight from one waypoint to the next, whatever it is that is moved."""
+"""Targets of a person, the autopilot or a recording at one moment, one type for each thing that can be held;
+and a person who moves straight between waypoints.
+"""
 
 from typing import Final, NamedTuple
 
@@ -10,12 +11,12 @@ from scenes.experiments import Moved
 
 
 class HandTarget(NamedTuple):
-    """Where the person wants the arm that they hold.
+    """Target of the held arm's hand.
 
     Attributes:
         position: of the hand (3,), world [m].
-        rotation: of the hand (3, 3), or None if the person does not care.
-        elbow: where the person pulls the elbow (3,), world [m], or None.
+        rotation: of the hand (3, 3), or None if it is free.
+        elbow: point to which the elbow is pulled (3,), world [m], or None.
     """
 
     position: Array
@@ -24,18 +25,18 @@ class HandTarget(NamedTuple):
 
 
 class JointTarget(NamedTuple):
-    """Where the person wants the joints of the arm that they hold: positions (n,) [rad]."""
+    """Target of the held arm's joints: positions (n,) [rad]."""
 
     positions: Array
 
 
 class LinkTarget(NamedTuple):
-    """Where the person pulls a point of a link of the arm that they hold.
+    """Target of a point of a link of the held arm.
 
     Attributes:
-        joint: that the link turns with, counted from 1 along the arm.
+        joint: joint of the link, counted from 1 along the arm.
         offset: of the point in the joint's frame (3,) [m].
-        position: where the point is pulled to (3,), world [m].
+        position: to which it is pulled (3,), world [m].
     """
 
     joint: int
@@ -44,7 +45,7 @@ class LinkTarget(NamedTuple):
 
 
 class BallTarget(NamedTuple):
-    """Where the person wants the ball: its middle (3,), world [m]."""
+    """Target of the ball's middle (3,), world [m]."""
 
     position: Array
 
@@ -62,7 +63,7 @@ class WallTarget(NamedTuple):
 
 
 class AnglesTarget(NamedTuple):
-    """How a person holds their own arms.
+    """Posture of a person's own arms.
 
     Attributes:
         angles: (2, 4), left arm first [rad], see `scenes.person.angles`; None while no person is seen.
@@ -72,15 +73,14 @@ class AnglesTarget(NamedTuple):
 
 
 HeldTarget = HandTarget | LinkTarget
-"""What either of two people may want of the arm that they hold."""
 
 
 class PairTarget(NamedTuple):
-    """Where two people want one arm each.
+    """Targets of two people with one arm each.
 
     Attributes:
-        first: of the one who has the guided arm; None while they hold nothing.
-        second: of the one who has the arm that keeps its place.
+        first: for the guided arm, or None.
+        second: for the arm that keeps its place.
     """
 
     first: HeldTarget | None
@@ -91,12 +91,12 @@ Target = HandTarget | JointTarget | LinkTarget | BallTarget | WallTarget | Angle
 
 
 def quintic(s: float) -> tuple[float, float]:
-    """Return the share of a way from rest to rest that is done at s in [0, 1] of its time, and its derivative by s."""
+    """Share of a way from rest to rest at s in [0, 1] of its time, and its derivative by s."""
     return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
 
 
 def between(times: Array, time: float) -> tuple[int, int, float]:
-    """Return the samples before and after a time, and the share of the way from one to the other; beyond either end there is no way.
+    """Samples before and after a time, and the share of the way between them; 0 beyond either end.
 
     Args:
         times: (k,) [s], strictly increasing.
@@ -107,18 +107,19 @@ def between(times: Array, time: float) -> tuple[int, int, float]:
 
 
 SIZES: Final[dict[Moved, int]] = {"arm": 3, "ball": 3, "person": 8}
-"""What is moved → how many numbers a waypoint has: a place [m], or the angles of both of a person's arms [rad]."""
+"""Moved thing → number of coordinates of a waypoint: a position [m], or the angles of both arms of a person
+[rad].
+"""
 
 SHORTEST: Final = 0.05
-"""Time from one waypoint to the next at least [s]."""
+"""Least time between two waypoints [s]."""
 
 
 class Waypoints:
     """A `TargetSource` through waypoints at a steady speed; at rest at the last one.
 
     Args:
-        moves: what is moved.
-        points: (k, size), from where it is at time 0; see `SIZES`.
+        points: (k, size), from its place at time 0; see `SIZES`.
         speed: [m/s or rad/s].
     """
 
@@ -128,7 +129,6 @@ class Waypoints:
         self._moves, self._points = moves, points
 
     def target(self, time: float) -> Target:
-        """Target at a time [s]."""
         i, j, share = between(self._times, time)
         point = self._points[i] + (self._points[j] - self._points[i]) * share
         if self._moves == "person":

@@ -1,4 +1,6 @@
-"""Two arms, of which a person moves one at random: the other keeps its hand in place (Fig. 5), or follows it joint by joint (Fig. 6)."""
+"""Two arms, one moved at random by a person: the other keeps its hand in place (Fig. 5), or follows it joint
+by joint (Fig. 6).
+"""
 
 from typing import Final
 
@@ -17,8 +19,6 @@ from scenes.targets import HandTarget, quintic
 
 
 class Hold(Scenario):
-    """The other arm keeps its hand in place and gets out of the way."""
-
     def room(self, settings: RunSettings) -> Room:
         return build_room(settings.rig, settings.robot)
 
@@ -30,12 +30,13 @@ class Hold(Scenario):
         return Roles((held, keeper), guided, avoiding, keeper, held, (keeper,))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        """Return the autopilot of the arm that the person moves, starting where its hand is."""
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
         return Autopilot(world.room, settings.guided, settings.seed, start)
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
-        """The scripted approach to the elbow and the push after it, then the autopilot; None for other arms and tasks."""
+        """The scripted approach to the elbow and the push after it, then the autopilot; None for other arms
+        and tasks.
+        """
         if not begins_with_opening(settings):
             return None
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
@@ -57,11 +58,11 @@ class MasterSlave(Hold):
 
 
 def mirror_signs(axes: Array) -> Array:
-    """Return (n,) +1 for every joint that keeps its sign in a mirror between left and right, −1 for the others.
+    """(n,) +1 for every joint that keeps its sign in a mirror between left and right, −1 for the others.
 
     Args:
-        axes: (3, n) of the joints at q = 0 in the base's frame, where y points to the left. A mirror turns the sense of a rotation
-            about an axis that lies in it.
+        axes: (3, n) of the joints at q = 0 in the base's frame, with y to the left. A mirror reverses a
+            rotation about an axis in its plane.
     """
     return np.where(abs(axes[1]) < 0.5, -1.0, 1.0)
 
@@ -74,13 +75,11 @@ PAUSE_RANGE: Final = (0.4, 1.2)
 
 
 class Autopilot:
-    """The wanted position of the guided hand at any time, a pure function of the seed: quintics from rest to rest, by turns to a random
-    place on the other arm, as it stood at the start, and to one near home.
+    """Desired position of the guided hand as a pure function of time and seed: quintics from rest to rest,
+    alternately to a random place on the other arm, as at the start, and to one near home.
 
     Args:
-        guided: the arm that the person holds.
-        seed: which person.
-        start: where the hand is at time 0 (3,) [m]; None for its place in the rig's start posture.
+        start: the hand at time 0 (3,) [m]; None for its place in the rig's start posture.
     """
 
     def __init__(self, room: Room, guided: ArmName, seed: int, start: Array | None = None) -> None:
@@ -98,7 +97,6 @@ class Autopilot:
         self._end = 0.0
 
     def target(self, time: float) -> HandTarget:
-        """Desired place of the hand at a time ≥ 0 [s]. Times may be asked for in any order."""
         while self._end <= time:
             self._plan_move()
         move = self._moves[-1]

@@ -1,4 +1,4 @@
-"""A computation that may be given up: whether it is still wanted is said where it begins, and asked wherever it takes long."""
+"""Computations that can be stopped: `until` sets the condition, `check_wanted` tests it."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -16,7 +16,7 @@ class Stopped(Exception):
 
 @contextmanager
 def until(stopped: Callable[[], bool]) -> Iterator[None]:
-    """While open, what this thread computes asks now and then, and ends with `Stopped` as soon as `stopped()` is true."""
+    """While open, `check_wanted` in this thread raises `Stopped` as soon as `stopped()` is true."""
     token = _STOPPED.set(stopped)
     try:
         yield
@@ -25,13 +25,11 @@ def until(stopped: Callable[[], bool]) -> Iterator[None]:
 
 
 def check_wanted() -> None:
-    """Raise `Stopped` if the result is no longer wanted."""
     if _STOPPED.get()():
         raise Stopped
 
 
 def while_wanted(items: Iterable[T], every: int = 1) -> Iterator[T]:
-    """Yield the items; `check_wanted` before each, or before every `every`-th."""
     for number, item in enumerate(items):
         if number % every == 0:
             check_wanted()

@@ -1,4 +1,4 @@
-"""The help of `lwr-duet`, three groups with a line for each command, and of each command."""
+"""Help of `lwr-duet`, three groups with a line per command, and of each command."""
 
 import io
 import re
@@ -13,10 +13,8 @@ import tyro
 from app.feature import GROUPS, Command, Group
 
 HELP: Final = ("-h", "--help")
-"""Options that ask for help."""
 
 HELP_ALL: Final = "--help-all"
-"""Option that asks for the help of every option of a command."""
 
 _TOP: Final = """\
 usage: lwr-duet [COMMAND] [OPTIONS]
@@ -33,7 +31,7 @@ _HEADINGS: Final[Mapping[Group, str]] = {
 
 
 def top_help(commands: Mapping[str, Command]) -> str:
-    """Help that names every command in its group; a group without a command is left out."""
+    """Help with every command in its group; empty groups are left out."""
     width = max(map(len, commands))
     lines = [_TOP]
     for group in GROUPS:
@@ -47,7 +45,6 @@ def top_help(commands: Mapping[str, Command]) -> str:
 
 
 def summary(command: Command) -> str:
-    """First line of the command's help."""
     return (getdoc(command.options) or "").partition("\n")[0]
 
 
@@ -72,7 +69,7 @@ def print_help(commands: Mapping[str, Command], name: str, is_all: bool) -> None
 
 
 def read_arguments(commands: Mapping[str, Command], arguments: Sequence[str]) -> Any:
-    """Options that the arguments of the command line give; an error names the help that has every option.
+    """Options from the arguments of the command line; an error names the help that has every option.
 
     Raises:
         SystemExit: an error was printed on stderr.
@@ -87,20 +84,19 @@ def read_arguments(commands: Mapping[str, Command], arguments: Sequence[str]) ->
 
 
 def _naming_full_help(error: str, names: Sequence[str]) -> str:
-    """The error with `--help-all` in place of `--help` of these commands; in a terminal each word has its colour."""
+    """The error with `--help-all` instead of `--help` of these commands; in a terminal each word has its
+    colour.
+    """
     added, colour = HELP_ALL.removeprefix(HELP[-1]), r"(?:\x1b\[[\d;]*m)*"
     for name in names:
-        # Blanks go for what is added, so that the frame around the text stays straight.
+        # Remove as many blanks as were added, so that the frame stays straight.
         pattern = rf"(lwr-duet{colour} {re.escape(name)}{colour} {HELP[-1]})({colour}) {{{len(added)}}}"
         error = re.sub(pattern, rf"\1{added}\2", error)
     return error
 
 
 def parse(options: Mapping[str, type], arguments: Sequence[str]) -> Any:
-    """Options that the arguments of the command line give.
-
-    Args:
-        options: command → dataclass of its options.
+    """Options from the arguments of the command line.
 
     Raises:
         SystemExit: help was printed, or an error on stderr.

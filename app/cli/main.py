@@ -1,4 +1,4 @@
-"""The command line: reads the arguments and calls the command that they name; `serve` without one."""
+"""The command line: reads the arguments and calls the command; `serve` without one."""
 
 import sys
 from collections.abc import Sequence
@@ -25,11 +25,10 @@ def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
 
 
 def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
-    """Run the command line and return its exit code: 0, or 2 after one line on stderr that says what is wrong.
+    """Run the command line and return its exit code: 0, or 2 after one line on stderr with the error.
 
     Args:
         arguments: without the program's name; None for those of this process.
-        features: add their commands to those of the core.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in HELP):
@@ -41,7 +40,7 @@ def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
     if asked := {*HELP, HELP_ALL}.intersection(arguments):
         if arguments[0] in commands:
             print_help(commands, arguments[0], is_all=HELP_ALL in asked)
-        # The help of a command that does not exist is an error that names those that do.
+        # Help of an unknown command is an error that names the known ones.
         arguments = [one for one in arguments if one not in asked]
     given = read_arguments(commands, arguments)
     write_log()

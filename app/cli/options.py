@@ -26,14 +26,14 @@ PLACES: Final[dict[str, tuple[str, str]]] = {
     "base_left": ("X,Y,Z,YAW", "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0."),
     "base_right": ("X,Y,Z,YAW", "Where the right arm stands instead of on a rig [m, degrees]."),
 }
-"""Options beside the settings, which become values of the settings `robot` and `rig`."""
 
 
 def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType({})) -> type:
-    """Return a dataclass with a text option for every setting of a tree: a bad text gets the line that names the choices, as in a link.
+    """A dataclass with a text option for every setting of a tree; a bad text gets the error that names the
+    choices, as in a link.
 
     Args:
-        files: key of a setting that may be a file instead → what it holds.
+        files: key of a setting that may be a file instead → its content.
     """
     fields: list[tuple[str, Any, Any]] = []
     for key, spec in specs(tree).items():
@@ -85,12 +85,11 @@ StartOptions = _options(
 
 
 def all_options() -> type:
-    """Options of all settings, of the run and of the page, with the choices that features offer."""
     return _options(Settings, "AllOptions")
 
 
 def settings_of_options(options: object, start: Any) -> Any:
-    """Return the settings that the options ask for.
+    """Settings of the options.
 
     Raises:
         BadSetting, BadInputFile: an option's value is not possible, or a robot's file cannot be used.
@@ -107,17 +106,17 @@ def settings_of_options(options: object, start: Any) -> Any:
     if base_left or base_right or any(name not in get_args(RobotName) for name in makes(given["robot"])):
         from scenes.roles import room_of
 
-        # What cannot be built is said now, not to the first visitor.
+        # Report what cannot be built now, not to the first visitor.
         room_of(start.run if isinstance(start, Settings) else start)
         _say_guesses(given["robot"])
     return start
 
 
 def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
-    """Return the value of the setting `robot`; files are read and become possible values.
+    """Value of the setting `robot`; files are read and become possible values.
 
     Args:
-        sides: what the options of the left and of the right arm say, or "".
+        sides: options of the left and of the right arm, or "".
         hands: names of their hands' links, or "".
 
     Raises:
@@ -139,22 +138,19 @@ def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
 
 
 def _say_guesses(robot: str) -> None:
-    """Say in a line each what was taken by guess in the files of the arms."""
     for line in dict.fromkeys(GIVEN[name].remark for name in makes(robot) if name in GIVEN):
         print(line, file=sys.stderr)
 
 
 def _is_file(text: str) -> bool:
-    """True if an option names a file, not a robot."""
     return reads_robots() and ("/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml")))
 
 
 Flat = tyro.conf.OmitArgPrefixes
-"""Type of a command's field: its options have no prefix."""
 
 
 def shown_alone(options: type, names: Collection[str]) -> type:
-    """Dataclass of options with a help that shows these fields alone.
+    """Dataclass of options with a help that shows only these fields.
 
     Raises:
         ValueError: it has no field of one of the names.

@@ -51,7 +51,6 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
 
     Args:
         command: an object of `run_with` the features.
-        features: beside the core.
 
     Raises:
         BadSetting, BadInputFile: an option or a file is not possible, or a law fails in the run.
@@ -86,7 +85,7 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
         bar = stack.enter_context(progress(steps, "step", delay=1.0))
         done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:
-            # From there on the arm stood still, so that the rest is no result.
+            # The arm stood still from there on, so the rest is not a result.
             raise BadInputFile(law.problem.text)
     if command.csv is not None:
         header = {
@@ -99,14 +98,14 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
         }
         with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
             write_table(out, done.simulation, done.table, header)
-    # JSON knows no infinity, which is the distance where nothing can be met.
+    # JSON has no infinity, the distance in a room without obstacles.
     figures = {key: None if value == math.inf else value for key, value in asdict(done.summary).items()}
     print(json.dumps(figures, indent=2))
     return 0
 
 
 def _start_file(command: RunCommand) -> Path | None:
-    """Return the file that the arms' start posture is in; None if it is one of the settings' own."""
+    """File of the arms' start posture; None if it is one of the settings' own."""
     name: str = command.settings.start
     choices = specs()["start"].choices
     if name in choices:
@@ -119,7 +118,7 @@ def _start_file(command: RunCommand) -> Path | None:
 
 
 def _given_sources(command: RunCommand, of_features: Sequence[RunSource]) -> dict[str, Path]:
-    """Option → file of the source that is named; empty if it is the experiment's own.
+    """Option → file of the named source; empty for the experiment's own.
 
     Raises:
         BadSetting: several are named.
@@ -133,7 +132,6 @@ def _given_sources(command: RunCommand, of_features: Sequence[RunSource]) -> dic
 
 
 def _target_source(command: RunCommand, of_features: Sequence[RunSource], settings: RunSettings) -> "TargetSource | None":
-    """Source of the targets; None for the experiment's own."""
     from scenes.inputs_file import read_person
     from scenes.recording import Recording
     from scenes.sample_check import check_samples

@@ -27,7 +27,7 @@ from scenes.files import readable
 from scenes.given_robots import GIVEN
 
 PROOF_VARIABLE: Final = "DUET_PROOF"
-"""Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""
+"""Environment variable with the secret of a notebook server's tile, see `app.web.origin_policy.PROOF`."""
 
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
@@ -39,7 +39,7 @@ SETTINGS_IN_BRIEF: Final = ("scene", "robot", "law", "profile", "lang")
 """Settings that `serve --help` shows."""
 
 USUAL_PORT: Final = 8080
-"""Port of a server that is not told one, unless another program has it."""
+"""Default port, unless another program has it."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def serve_with(features: Sequence[Feature]) -> type[Serve]:
 
 
 def brief_serve_with(features: Sequence[Feature]) -> type:
-    """Options that `serve --help` shows, in one list: those of the server, settings, and what features declare."""
+    """Options of `serve --help` in one list: those of the server, settings, and those declared by features."""
     parts = {"settings": shown_alone(all_options(), SETTINGS_IN_BRIEF)}
     for one in features:
         if one.options is not None and (names := one.options().in_brief):
@@ -96,7 +96,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
 
     Args:
         command: an object of `serve_with` the features.
-        features: beside the core.
 
     Raises:
         BadSetting, BadInputFile, PortInUse: before anything is served.
@@ -144,7 +143,7 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
 
 
 def _draw_given_robots() -> None:
-    """Build what is drawn of given robots, so that a fault in a file is said now and not on a visitor's page.
+    """Build the drawings of given robots, so that a fault in a file appears now and not on a visitor's page.
 
     Raises:
         BadInputFile: one of them cannot be drawn.
@@ -160,7 +159,6 @@ def _draw_given_robots() -> None:
 def _serve_here(
     options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
 ) -> None:
-    """Serve the page in this process until Ctrl+C."""
     with ending_at_once():
         from app.start import start_app
 
@@ -176,7 +174,7 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     key, port = options.key, options.port
     made = (command.key or os.environ.get(KEY_VARIABLE)) == AUTO
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
-    # The output of a service is its log: it has no key but the one that only it can tell.
+    # The output of a service is its log: print the key only if it was made here.
     lines = [f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}"]
     if command.port == "auto" and port != USUAL_PORT:
         lines.append(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.")
@@ -191,11 +189,11 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
 
 
 def _is_for_others(options: ServeOptions) -> bool:
-    """True if more people than the one who starts the server are expected to open the page."""
+    """True if other people than the one who starts the server are expected."""
     reached = not is_loopback(options.host) or options.allowed_origins or options.embed_origins
     return bool(reached or options.key or options.shared)
 
 
 def _what_to_try(settings: Settings) -> str:
-    """What the page says first of its experiment."""
+    """First text of the page on its experiment."""
     return EXPERIMENT_TEXTS[settings.run.scene](settings.run, settings.page.autopilot).tip

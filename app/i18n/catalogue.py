@@ -1,6 +1,7 @@
-"""The catalogues of a language: English text → translation. A missing text stays English; a broken catalogue is logged.
+"""Catalogues of a language: English text → translation. A missing text stays English; a broken catalogue is
+logged.
 
-The core has one in this folder. A feature has its own, which `app.features` adds when it is imported.
+The core's is in this folder; `app.features` adds those of features.
 """
 
 import logging
@@ -19,19 +20,22 @@ from controllers.errors import LazyText, NumberText
 log = logging.getLogger("duet.languages")
 
 FOLDER: Final = Path(__file__).parent
-"""Holds one TOML file a language: English text = translation."""
+"""Folder with one TOML file per language: English text = translation."""
 
 _FOLDERS: Final = [FOLDER]
-"""Folders with catalogues: of the core, and those that were added."""
 
 CONTEXT: Final = "\x04"
-"""Separates a context from the text, where English has one word for two things: "lesson" + CONTEXT + "Run", as in gettext."""
+"""Separates a context from the text, if English has one word for two things: "lesson" + CONTEXT + "Run", as
+in gettext.
+"""
 
 DECIMAL_SIGN: Final = f"decimal sign{CONTEXT}."
 
 
 class Count(int):
-    """A whole number that chooses its word in a text: {pairs:pair|pairs}, or in Slovene for one, two, three or four, and more."""
+    """A whole number that chooses its word in a text: {pairs:pair|pairs}, or in Slovene for one, two, three
+    or four, and more.
+    """
 
     def __format__(self, spec: str) -> str:
         forms = spec.split("|")
@@ -42,8 +46,6 @@ class Count(int):
 
 
 class _Number(float):
-    """A number that is written with a decimal sign."""
-
     sign: str
 
     def __new__(cls, value: float, sign: str) -> "_Number":
@@ -62,7 +64,7 @@ class Words:
     Attributes:
         language: its code, as in a link.
         texts: English text → translation.
-        otherwise: translates a text that is not among them.
+        otherwise: translates missing texts.
     """
 
     language: Language
@@ -70,7 +72,7 @@ class Words:
     otherwise: Callable[[str], str] = str
 
     def __call__(self, text: str, /, **parts: object) -> str:
-        """Return an English text in this language, with its {names} filled in; a `LazyText` brings its own parts."""
+        """An English text in this language, with its {names} filled in; a `LazyText` has its own parts."""
         if isinstance(text, NumberText):
             return text.replace(".", self(DECIMAL_SIGN))
         if isinstance(text, LazyText):
@@ -94,20 +96,18 @@ class Words:
 
 
 def add_catalogues(folders: Iterable[Path]) -> None:
-    """Also translate by the catalogues in these folders; one that lacks a language leaves its texts in English."""
+    """Add the catalogues in these folders; without a catalogue of a language their texts stay English."""
     _FOLDERS.extend(folder for folder in folders if folder not in _FOLDERS)
     words_of.cache_clear()
 
 
 def catalogues(language: Language) -> tuple[Path, ...]:
-    """Return the files with the texts of a language, that of the core first."""
     paths = (folder / f"{language}.toml" for folder in _FOLDERS)
     return tuple(path for path in paths if path.parent == FOLDER or path.exists())
 
 
 @cache
 def words_of(language: Language) -> Words:
-    """Return the texts of a language; English for "auto", and for the texts of a catalogue that cannot be read."""
     if language == "pseudo":
         return Words("pseudo", otherwise=pseudo)
     if language in ("auto", "en"):
@@ -122,11 +122,11 @@ def words_of(language: Language) -> Words:
 
 
 def read_texts(path: Path) -> dict[str, str]:
-    """Return English text → translation of one catalogue.
+    """English text → translation of one catalogue.
 
     Raises:
         OSError: the file cannot be read.
-        ValueError: it is not TOML, has a key twice, or a value that is not a text.
+        ValueError: not TOML, a key twice, or a value that is not a text.
     """
     with path.open("rb") as file:
         texts = tomllib.load(file)
@@ -151,7 +151,7 @@ _UNCHANGED: Final = re.compile(r"(<[^>]*>|\{[^{}]*\}|&#?\w+;|https?://\S+|--\w[\
 
 @lru_cache(maxsize=4096)
 def pseudo(text: str) -> str:
-    """Return a text in pseudo-language; tags, entities, {names} and options of the command line stay unchanged."""
+    """A text in pseudo-language; tags, entities, {names} and options of the command line stay unchanged."""
     if not re.search(r"[A-Za-z]", text) or text.startswith(FIRST):
         return text
     pieces = _UNCHANGED.split(text)
@@ -162,7 +162,7 @@ def pseudo(text: str) -> str:
 
 
 def _fill(letters: int) -> str:
-    """Return the filling for a text of some letters, in words of up to five so that lines can break."""
+    """Filling for a text of some letters, in words of up to five, so that lines can break."""
     count = max(round(GROWTH * letters) - 2, 0)
     words = [FILL * min(5, count - begin) for begin in range(0, count, 6)]
     return "".join(f" {word}" if letters > 12 else word for word in words if word)

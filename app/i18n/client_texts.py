@@ -1,6 +1,7 @@
-"""Texts that the browser shows by itself, of viser's client and of our scripts: the server may just be what is gone.
+"""Texts that the browser shows without the server, of viser's client and of our scripts.
 
-The page has all of them in every language. Its script `translation.js` translates a text of this list wherever it appears on the page.
+The page has all of them in every language; its script `translation.js` translates a text of this list
+wherever it appears.
 """
 
 from typing import Final
@@ -12,11 +13,9 @@ from app.settings import TRANSLATIONS
 LOST: Final = N_("Connection lost – trying again…")
 """Shown by `connection.js` when the server is gone."""
 SILENT: Final = N_("The server does not answer – waiting…")
-"""Shown when the server is silent."""
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
 """Shown when the server refuses the page's address."""
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
-"""Shown when one tab was duplicated too often."""
 OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to go on in this one.")
 """Shown when a student has opened another tab."""
 
@@ -25,16 +24,13 @@ WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; 
 WHAT_TO_SWITCH_ON: Final = N_(
     "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
 )
-"""Shown by `without_webgl.js`."""
 
 PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Reload this page to see the arms again.")
 """Shown by `lost_picture.js` until the browser gives the picture back."""
 
 LOADING: Final = N_("Loading …")
-"""Shown until the page is there."""
 
 SOFTWARE: Final = N_("Drawn without a graphics card; it may stutter.")
-"""Shown by `software_rendering.js` for some seconds."""
 
 ICON_NAMES: Final = {
     "search": N_("every command by name"),
@@ -42,7 +38,9 @@ ICON_NAMES: Final = {
     "adjustments": N_("connection and camera"),
     "arrow": N_("back to the controls"),
 }
-"""viser's buttons that show nothing but an icon: a part of the icon's name → the button's name, see `accessible_names.js`."""
+"""viser's buttons with only an icon: a part of the icon's name → the button's name, see
+`accessible_names.js`.
+"""
 
 PART_NAMES: Final = {
     "scene": N_("The arms in 3-D. The key I describes what is to be seen."),
@@ -82,7 +80,6 @@ OURS: Final = (
     "pageup",
     "pagedown",
 )
-"""Shown by our scripts."""
 
 VISERS: Final = (
     *("Connected", "Connecting...", "Inactive", "Connection rejected"),
@@ -111,11 +108,11 @@ VISERS: Final = (
     *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),
     "Unsupported browser",
 )
-"""Shown by viser's client; for {name} anything may stand."""
+"""Shown by viser's client; {name} matches anything."""
 
 ALL: Final = (*OURS, *VISERS)
 
 
 def translations() -> dict[str, dict[str, str]]:
-    """Return language → English text → text of everything on the list, for the page's script `translation.js`."""
+    """Language → English text → text of everything on the list, for the page's script `translation.js`."""
     return {name: {english: words_of(name)(english) for english in ALL} for name in (*TRANSLATIONS, "pseudo")}

@@ -1,4 +1,4 @@
-"""The language of a visitor: chosen by link or on the page, or the one that the browser prefers."""
+"""Language of a visitor: chosen by link or on the page, or preferred by the browser."""
 
 from collections.abc import Mapping
 
@@ -7,7 +7,8 @@ from app.settings import LANGUAGES, LOOKS, Language, Look, Settings, from_query
 
 
 def preferred(accept: str) -> Language:
-    """Return the known language that a browser prefers, by its header `Accept-Language` (RFC 9110, 12.5.4): English if none.
+    """Known language that a browser prefers, by its header `Accept-Language` (RFC 9110, 12.5.4): English if
+    none.
 
     The region is ignored: de-AT is German. Among equal qualities the first one counts.
     """
@@ -23,7 +24,7 @@ def preferred(accept: str) -> Language:
 
 
 def _quality(text: str) -> float:
-    """Return the number after `q=`: 1 without one, 0 if it is not valid."""
+    """Number after `q=`: 1 without one, 0 if it is not valid."""
     name, mark, number = text.strip().partition("=")
     if not name and not mark:
         return 1.0
@@ -35,7 +36,6 @@ def _quality(text: str) -> float:
 
 
 def language_of(settings: Settings, browser: Language) -> Language:
-    """Return the language of a page: the one chosen by link or on the page, or `browser`, the one that the browser prefers."""
     return browser if settings.page.language == "auto" else settings.page.language
 
 
@@ -43,19 +43,18 @@ def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Loo
     """Look of a tab that watches a shared session.
 
     Args:
-        query: of its link; values that are not possible are left out.
-        browser: the language that its browser prefers.
-        start: settings for what the link leaves open.
+        query: of its link; impossible values are ignored.
+        browser: the browser's language.
+        start: settings that the link leaves open.
     """
     settings = from_query({key: query[key] for key in LOOKS if key in query}, start)[0]
     return Look(settings.page.theme, settings.page.profile, settings.page.picture, language_of(settings, browser))
 
 
 def language_asked(query: Mapping[str, str], accept: str) -> Language:
-    """Return the language of a page without a session: the one that its link asks for, or that the browser prefers.
+    """Language of a page without a session: that of its link, or the browser's.
 
     Args:
-        query: of the link.
         accept: header `Accept-Language` of the request.
     """
     asked = query.get("lang", "")
@@ -63,6 +62,6 @@ def language_asked(query: Mapping[str, str], accept: str) -> Language:
 
 
 def mark_html(words: Words) -> str:
-    """Return hidden HTML with the page's language, which the script `page_language.js` reads."""
+    """Hidden HTML with the page's language, for the script `page_language.js`."""
     named = "en" if words.language == "pseudo" else words.language
     return f'<i class="duet-language" data-language="{named}" data-words="{words.language}"></i>'

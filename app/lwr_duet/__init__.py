@@ -31,7 +31,6 @@ def _find_packages() -> None:
 _find_packages()
 
 _PACKAGES: Final = ("scenes", "controllers")
-"""Packages with public names, which are names of this one, too."""
 
 
 def __getattr__(name: str) -> Any:

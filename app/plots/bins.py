@@ -1,4 +1,4 @@
-"""Signals over time in bins that keep what is seen of them: the extremes, the largest single step, and the newest value."""
+"""Signals over time in bins that keep the extremes, the largest single step and the newest value."""
 
 from itertools import pairwise
 from typing import Final
@@ -12,14 +12,14 @@ WINDOW: Final = 20.0
 """Length of the time axis [s]."""
 
 BIN: Final = 4.0 * PERIOD
-"""Length of a bin [s]; of a replay four rows are kept in each."""
+"""Length of a bin [s]; four rows of a replay."""
 
 POINTS: Final = round(WINDOW / BIN)
-"""Bins of the time axis."""
 
 LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
-"""What a bin keeps of a signal: its newest value, the extremes, the values on both sides of the largest step, when they were [s], and the
-number of values."""
+"""Statistics of a signal in a bin: newest value, extremes, values before and after the largest step, their
+times [s], number of values.
+"""
 
 _VALUES: Final = slice(LOW, TO + 1)
 _TIMES: Final = slice(AT_LOW, AFTER + 1)
@@ -27,21 +27,15 @@ _EXTREMES: Final = slice(LOW, HIGH + 1)
 _SIGNS: Final = np.array([[1.0], [-1.0]])
 
 STEEP: Final = 3.0
-"""A difference is a jump, not a motion, if it is larger than this many average differences."""
+"""A difference larger than this many average differences is a jump, not a motion."""
 
 _SPANS: Final = (1, 2, 4)
-"""Half of how many bins a straight piece may lie over, in the order in which it grows."""
+"""Half-lengths of the straight pieces that are tried, in bins."""
 
 
 class Bins:
-    """The last 20 s of some signals.
-
-    Args:
-        columns: number of signals.
-    """
-
     def __init__(self, columns: int) -> None:
-        # A signal's bins lie side by side: what is drawn of a few signals is computed for all bins at once.
+        # A signal's bins are adjacent: a few signals are computed for all bins at once.
         self._stats = np.full((COUNT + 1, columns, POINTS), np.nan)
         self._ends = np.full(POINTS, np.nan)
         self._row: tuple[float, Array] | None = None
@@ -50,11 +44,11 @@ class Bins:
         """Number of the newest bin, counted from time 0; −1 if there is none."""
 
     def take(self, times: Array, values: Array) -> None:
-        """Take in what comes next.
+        """Add rows.
 
         Args:
             times: (rows,) ascending [s].
-            values: (rows, columns), nan where there is nothing.
+            values: (rows, columns), nan for missing values.
         """
         time, row = self._row or (float(times[0]), values[0])
         before_times, before = np.concatenate([[time], times[:-1]]), np.concatenate([row[None], values[:-1]])
@@ -94,19 +88,18 @@ class Bins:
 
     @property
     def numbers(self) -> np.ndarray:
-        """Numbers of the bins that hold something, oldest first."""
         numbers = np.arange(max(self.newest - POINTS + 1, 0), self.newest + 1)
         return numbers[~np.isnan(self._ends[numbers % POINTS])]
 
     def ends(self, numbers: np.ndarray) -> Array:
-        """Return the time of the newest value of each bin [s]."""
+        """Time of the newest value of each bin [s]."""
         return self._ends[numbers % POINTS]
 
     def at(self, numbers: np.ndarray, columns: list[int], leader: Array | None = None) -> Array:
-        """Statistics of some signals in bins (statistics, signals, bins); nan where a bin is empty.
+        """Statistics of some signals in bins (statistics, signals, bins); nan in an empty bin.
 
         Args:
-            leader: what stands before the first bin, of the same shape; None for nan.
+            leader: values before the first bin, of the same shape; None for nan.
         """
         found = self._stats[:, columns][:, :, numbers % POINTS]
         own = self.numbers
@@ -119,26 +112,26 @@ class Bins:
 
 
 def bin_numbers(times: Array) -> np.ndarray:
-    """Return the number of the bin of each time [s]."""
+    """Number of the bin of each time [s]."""
     return (times * (POINTS / WINDOW)).astype(int)
 
 
 def begin_of(number: int) -> float:
-    """Return when a bin begins [s]."""
+    """Time at which a bin begins [s]."""
     return number * (WINDOW / POINTS)
 
 
 def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -> tuple[Array, Array]:
-    """Return the corners of the lines that show signals: few where they are straight, and all that is seen where they are not.
+    """Corners of the lines that show signals: few on straight pieces, all visible detail elsewhere.
 
-    No value of a bin lies farther beyond the line than the tolerance, and no step that is larger is drawn as a slope. Where several signals
-    step in one bin, all edges stand at the one that steps most.
+    No value of a bin is farther from the line than the tolerance, and a larger step is drawn as an edge. If
+    several signals step in one bin, all edges are at the largest step.
 
     Args:
         numbers: (k,) of the bins, ascending.
         ends: (k,) time of the newest value of each bin [s].
-        stats: (what is kept, signals, k), see `Bins.at`.
-        tolerance: what cannot be seen, in the unit of the signals.
+        stats: (statistics, signals, k), see `Bins.at`.
+        tolerance: largest invisible difference, in the unit of the signals.
 
     Returns:
         Times (m,), not descending, and values (signals, m).
@@ -146,7 +139,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
     last, low, high = stats[LAST], stats[LOW], stats[HIGH]
     before = np.concatenate([last[:, :1], last[:, :-1]], axis=1)
     before = np.where(np.isnan(before), last, before)
-    # Nothing is known of some signals, and infinity minus infinity is not 0.
+    # Some signals are unknown, and infinity minus infinity is not 0.
     with np.errstate(invalid="ignore"):
         outside = np.maximum(high - np.maximum(last, before), np.minimum(last, before) - low)
         steps = np.abs(stats[TO] - stats[FROM])
@@ -163,7 +156,7 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
             return ends[kept], last[:, kept]
         sizes = np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0)
         times, values = _corners(ends, stats[:, :, rows], before, shown, sizes, rows, tolerance)
-    # The corners of a bin stand before its end.
+    # The corners of a bin precede its end.
     places = np.concatenate([5 * np.flatnonzero(kept) + 4, (5 * rows[:, None] + np.arange(4)).ravel()])
     order = places.argsort(kind="stable")
     times = np.concatenate([ends[kept], times.T.ravel()])[order]
@@ -176,7 +169,9 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
 def _corners(
     ends: Array, stats: Array, before: Array, shown: np.ndarray, sizes: Array, rows: np.ndarray, tolerance: float
 ) -> tuple[Array, Array]:
-    """Return four times (4, bins) in each of the bins `rows`, and all signals at them (4, signals, bins). `stats`: of those bins only."""
+    """Four times (4, bins) in each of the bins `rows`, and all signals at them (4, signals, bins). `stats`:
+    of those bins only.
+    """
     times, values = stats[_TIMES], stats[_VALUES]
     low, high, begin, end = values
     whole = (np.minimum(begin, end) <= low + tolerance) & (np.maximum(begin, end) >= high - tolerance)
@@ -199,7 +194,9 @@ def _corners(
 
 
 def _straight(numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return which bins (k,) lie on a straight line between others. `last`: (signals, k); `calm`: bins (k,) that may."""
+    """Mask (k,) of the bins on a straight line between others. `last`: (signals, k); `calm`: bins (k,) that
+    may be.
+    """
     count, first = len(numbers), int(numbers[0])
     if int(numbers[-1]) - first + 1 != count:
         # Long steps have jumped over bins: those in between are there, and not calm.

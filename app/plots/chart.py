@@ -13,11 +13,9 @@ from app.text.templates import macros
 from controllers.kinematics import Array
 
 LEAST: Final = 1e-3
-"""Shortest axis, in the unit that is shown."""
 
 
 _SIDE = 1000
-"""Edge of the drawing's own square; three digits are finer than a pixel."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class ChartAxes:
 
     Attributes:
         x, y: first and last value.
-        x_ticks, y_ticks: where there is a line of the grid and a number, with the number as text.
+        x_ticks, y_ticks: position and text of each grid line.
     """
 
     x: tuple[float, float]
@@ -35,28 +33,24 @@ class ChartAxes:
     y_ticks: tuple[tuple[float, str], ...]
 
     def across(self, value: float) -> float:
-        """Place of an x, as a share of the width."""
         return (value - self.x[0]) / (self.x[1] - self.x[0])
 
     def down(self, value: float) -> float:
-        """Place of a y, as a share of the height, from the top."""
         return (self.y[1] - value) / (self.y[1] - self.y[0])
 
 
 @dataclass
 class Chart:
-    """A chart to which lines and marks are added."""
-
     frame: ChartAxes
     _lines: list[tuple[str, str, str, str]] = field(default_factory=list)
     _marks: list[tuple[str, str, str, str]] = field(default_factory=list)
 
     def line(self, xs: Array, ys: Array, kind: str, width: float, dash: str = "") -> None:
-        """Add a line; points that a straight line passes through are left out.
+        """Add a line; points on a straight line between their neighbours are left out.
 
         Args:
-            xs, ys: (points,), ascending xs; where y is nan, there is no point.
-            kind: class of CSS that gives the `color`.
+            xs, ys: (points,), ascending xs; nan in ys makes a gap.
+            kind: CSS class that gives the `color`.
             width: [px].
             dash: as in SVG, [px].
         """
@@ -65,14 +59,14 @@ class Chart:
             return
         xs, ys = xs[known], ys[known]
         (x0, x1), (y0, y1) = self.frame.x, self.frame.y
-        # Far outside the frame nothing can be seen, and large numbers cost bytes.
+        # Points far outside the frame are invisible, and large numbers cost bytes.
         y = np.minimum(np.maximum((y1 - ys) / (y1 - y0), -1.0), 2.0)
         points = _without_middles((np.column_stack([(xs - x0) / (x1 - x0), y]) * _SIDE).tolist())
         path = "M" + " ".join(f"{px:.0f} {py:.0f}" for px, py in points)
         self._lines.append((kind, path, f"{width:g}", dash))
 
     def dots(self, xs: Array, ys: Array, kind: str, width: float) -> None:
-        """Add a dot at every point (points,); `kind` is a class of CSS, `width` is in px."""
+        """Add a dot at every point (points,); `kind` is a CSS class, `width` in px."""
         places = [(self.frame.across(x), self.frame.down(y)) for x, y in zip(xs.tolist(), ys.tolist(), strict=True) if y == y]
         path = "".join(f"M{px * _SIDE:.0f} {py * _SIDE:.0f}h0" for px, py in places)
         self._lines.append((f"{kind} dots", path, f"{width:g}", ""))
@@ -81,13 +75,13 @@ class Chart:
         self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
 
     def mark(self, x: float, y: float, kind: str, text: str = "") -> None:
-        """Add a mark at a point, kept inside the frame; `kind` is a class of CSS."""
+        """Add a mark, kept inside the frame; `kind` is a CSS class."""
         left, top = self.frame.across(x), self.frame.down(y)
         left, top = min(max(left, 0.0), 1.0), min(max(top, 0.0), 1.0)
         self._marks.append((kind, f"{100 * left:.1f}", f"{100 * top:.1f}", text))
 
     def html(self, height: int) -> Markup:
-        """Return the chart at a height [CSS px]; it is as wide as its place."""
+        """The chart at a height [CSS px]; its width follows the page."""
         frame = self.frame
         grid = "".join(f"M{frame.across(x) * _SIDE:.0f} 0v{_SIDE}" for x, _ in frame.x_ticks)
         grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
@@ -97,7 +91,7 @@ class Chart:
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:
-    """Return the points without those on the straight line between their neighbours, within a third of a thousandth."""
+    """The points without those on the straight line between their neighbours, within a third of a thousandth."""
     kept = points[:1]
     for (x, y), (x2, y2) in pairwise(points[1:]):
         x1, y1 = kept[-1]
@@ -108,7 +102,6 @@ def _without_middles(points: list[list[float]]) -> list[list[float]]:
 
 
 def ticks_of(low: float, high: float) -> tuple[tuple[float, str], ...]:
-    """Return two to six round numbers of an axis."""
     size = max(high - low, LEAST)
     step = 10.0 ** math.floor(math.log10(size / 2.0))
     step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)

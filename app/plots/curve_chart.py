@@ -1,4 +1,4 @@
-"""Curves by columns over one pair of axes, as an SVG of shapes and text: what was drawn by hand, and what came out."""
+"""Curves by columns over one pair of axes, as an SVG of shapes and text."""
 
 import math
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ from app.i18n.speaking import decimal
 from app.text.templates import macros
 
 COLUMNS: Final = 48
-"""Columns of a curve; its points stand in their middles."""
+"""Columns of a curve; its points are in their middles."""
 
 Curve = tuple[float | None, ...]
-"""A value for each column, None for a gap; () where there is no curve."""
+"""A value for each column, None for a gap; () without a curve."""
 
 WIDTH: Final = 320
 HEIGHT: Final = 196
@@ -23,10 +23,10 @@ _LEFT: Final = 42
 _TOP: Final = 26
 _ACROSS: Final = 264
 _DOWN: Final = 134
-"""The chart, and the place of its area [px]."""
+"""Size of the chart and place of its area [px]."""
 
 _LETTER: Final = 6.7
-"""Width of a letter of the legend, about [px]; m and w count twice."""
+"""Approximate width of a letter of the legend [px]; m and w count twice."""
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,9 @@ class CurveAxis:
     """An axis.
 
     Attributes:
-        symbol: of the quantity.
-        unit: that is shown; "" for none.
+        unit: displayed unit; "" without one.
         factor: from SI to that unit.
-        colour: class of CSS that gives the symbol's colour; "" for that of the text.
+        colour: CSS class of the symbol's colour; "" for the colour of the text.
         low, high: its ends, SI.
         critical: d_m [m] on an axis of distances, else None.
     """
@@ -55,16 +54,15 @@ class CurveAxis:
         return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
 
     def fraction(self, value: float) -> float:
-        """Place of a value: 0 at the lower end, 1 at the upper one."""
+        """Position of a value: 0 at the lower end, 1 at the upper one."""
         return (value - self.low) / (self.high - self.low)
 
     def value(self, fraction: float) -> float:
-        """Return the value at a place, SI."""
         return self.low + fraction * (self.high - self.low)
 
     @property
     def ticks(self) -> tuple[tuple[float, str], ...]:
-        """Places and texts of three to six round numbers."""
+        """Positions and texts of three to six round numbers."""
         low, high = self.low * self.factor, self.high * self.factor
         power = 10.0 ** math.floor(math.log10((high - low) / 5.0))
         step = next(power * s for s in (1.0, 2.0, 2.5, 5.0, 10.0) if power * s >= (high - low) / 5.0 * 0.999)
@@ -74,11 +72,11 @@ class CurveAxis:
 
 @dataclass(frozen=True)
 class Line:
-    """A curve as it is drawn.
+    """A drawn curve.
 
     Attributes:
-        colour: class of CSS; "" for the colour of the text.
-        name: in the legend; "" for none.
+        colour: CSS class; "" for the colour of the text.
+        name: in the legend; "" for no entry.
         width: [px].
         dash: as in SVG, [px].
     """
@@ -93,11 +91,10 @@ class Line:
 
 @lru_cache(maxsize=64)
 def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> Markup:
-    """Return the chart as an <svg> element. Its colours are those of the page: `currentColor`, and classes for the symbols.
+    """The chart as an <svg> element in the page's colours: `currentColor`, and classes for the symbols.
 
     Args:
         lines: the first one at the bottom.
-        label: what a screen reader says.
     """
     strokes = [*_area(x, y), *((line, path_of(line.curve, y)) for line in lines)]
     made, area = macros("plots/curve_chart.html"), (_LEFT, _TOP, _ACROSS, _DOWN)
@@ -105,13 +102,15 @@ def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str)
 
 
 def path_of(curve: Curve, axis: CurveAxis) -> str:
-    """Return a curve as a path in an area of `COLUMNS` by 1, with its gaps; what leaves the axis runs along its end."""
+    """Path of a curve in an area of `COLUMNS` by 1, with gaps; values outside the axis are clipped to its
+    ends.
+    """
     parts: list[str] = []
     before = False
     for column, value in enumerate(curve):
         if value is not None:
             place = f"{column + 0.5:g} {1.0 - min(max(axis.fraction(value), 0.0), 1.0):.3f}"
-            # A column alone is a dot: a line without a length has none.
+            # A single column is a dot: a line needs a length.
             parts.append(f"L{place}" if before else f"M{place}h.01")
         before = value is not None
     return "".join(parts)
@@ -128,7 +127,7 @@ def _area(x: CurveAxis, y: CurveAxis) -> Iterator[tuple[Line, str]]:
 
 
 class _Text(NamedTuple):
-    """Words at a place [px]. `anchor`, `colour`: as SVG and the style sheet name them."""
+    """Text at a place [px]. `anchor`, `colour`: as in SVG and the style sheet."""
 
     words: str
     x: float
@@ -155,7 +154,6 @@ def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
 
 
 def _legend(lines: tuple[Line, ...]) -> Iterator[tuple[_Text, Line, str]]:
-    """Yield the name of every line that has one, and a sample of it."""
     right = float(_LEFT + _ACROSS)
     for line in reversed(lines):
         if line.name:

@@ -1,4 +1,4 @@
-"""Axes on which a curve is drawn, and what is read of the curve that a browser sends."""
+"""Axes on which a curve is drawn, and the reader of the curve that a browser sends."""
 
 import json
 import math
@@ -16,13 +16,12 @@ from controllers.errors import NumberText
 
 @dataclass(frozen=True)
 class AxisQuantity:
-    """What an axis can show.
+    """A quantity of an axis.
 
     Attributes:
         column: of the history; the error is the root of its column.
         symbol, unit, factor, colour: see `CurveAxis`.
-        digits: after the point, in that unit.
-        word: what a screen reader calls it.
+        digits: decimals in that unit.
     """
 
     column: str
@@ -43,7 +42,7 @@ AXES: Final = {
 }
 
 UNSEEN: Final = 0.01
-"""What the eye does not see of λ on the board."""
+"""Difference of λ that the eye cannot see on the board."""
 
 MOST_TEXT: Final = 2000
 """Longest text of a drawing from a browser [characters]."""
@@ -51,12 +50,12 @@ MOST_TEXT: Final = 2000
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn, and what it is compared with.
+    """A drawing and the curve that it is compared with.
 
     Attributes:
-        x_name, y_name: of the quantities, see `AXES`.
-        formula: whether the truth is eq. (31) for the settings of the run, and not the recorded run itself.
-        within: the largest mean distance from the truth, in the unit of `y`, SI, with which a drawing is right.
+        x_name, y_name: keys of `AXES`.
+        formula: compare with eq. (31) for the settings of the run, instead of the recorded run.
+        within: largest mean distance of a correct drawing from the true curve, in the unit of `y`, SI.
     """
 
     x_name: str
@@ -68,11 +67,10 @@ class Drawing:
 
     @property
     def columns(self) -> tuple[float, ...]:
-        """Return the middle of each column, SI."""
         return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
 
     def text(self, value: float) -> str:
-        """Return a difference along `y` as it is read, rounded up: what is beyond `within` is not read as within it."""
+        """Text of a difference along `y`, rounded up, so that one beyond `within` does not read as within it."""
         quantity = AXES[self.y_name]
         power = 10.0**quantity.digits
         return NumberText(
@@ -81,13 +79,13 @@ class Drawing:
 
 
 def activation_axes(critical: float, ends: tuple[float, float]) -> Drawing:
-    """Return axes on which a λ(d) is drawn that nothing is compared with. `critical`: d_m [m]; `ends`: of the axis of d [m]."""
+    """Axes for a λ(d) that is compared with nothing. `critical`: d_m [m]; `ends`: of the axis of d [m]."""
     x, y = axis_of("distance", ends, critical), axis_of("activation", (0.0, 1.0), critical)
     return Drawing("distance", "activation", x, y, True, 1.0)
 
 
 def axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
-    """Axis of a quantity. `name`: see `AXES`; `ends`: SI; `d_m`: which an axis of d marks [m]."""
+    """Axis of a quantity. `name`: a key of `AXES`; `ends`: SI; `d_m`: marked on an axis of d [m]."""
     quantity, (low, high) = AXES[name], ends
     shows_critical = name == "distance" and low < d_m < high
     return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
@@ -98,7 +96,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
-    """Return the curve that a browser sent as a JSON list of fractions of the height, null for a gap; None if it is not one."""
+    """Curve from the browser's JSON list of fractions of the height, null for a gap; None if it is not one."""
     if not isinstance(text, str) or len(text) > MOST_TEXT:
         return None
     try:
@@ -111,7 +109,7 @@ def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
 
 
 def checked_curve(drawing: Drawing, values: object) -> Curve | None:
-    """Return values by column as a curve, () if none is drawn; None if they do not fit the axes."""
+    """Values by column as a curve, () if none is drawn; None if they do not fit the axes."""
     if not isinstance(values, (list, tuple)) or len(values) not in (0, COLUMNS):
         return None
     slack, known = 1e-6 * (drawing.y.high - drawing.y.low), [v for v in values if v is not None]
@@ -121,7 +119,9 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
 
 
 def law_curve(drawing: Drawing, drawn: Curve) -> str:
-    """Text of the law that follows a drawn λ(d), with the columns that its curve needs to stay within `UNSEEN` of the drawing."""
+    """Text of the law that follows a drawn λ(d), with the columns that keep its curve within `UNSEEN` of the
+    drawing.
+    """
     points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
     if len(points) == 1:
         points.append((drawing.x.high, points[0][1]))
@@ -137,10 +137,9 @@ def law_curve(drawing: Drawing, drawn: Curve) -> str:
 
 
 def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
-    """Return the axes to draw on, as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
+    """The axes as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
     return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
 
 
 def axes_text(drawing: Drawing) -> str:
-    """Return in words what is drawn over what."""
     return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))

@@ -1,4 +1,4 @@
-"""Lap over lap of a circle: the hand's way or that of two joints, and the place where the laps begin and end, magnified."""
+"""Laps of a circle, of the hand or two joints, and a magnified view of the place where laps begin and end."""
 
 import math
 
@@ -15,30 +15,28 @@ from scenes.simulation import Simulation
 from scenes.solo import LAP
 
 SHOWN = 2
-"""Whole laps that are drawn, the newest."""
 
 COARSE = 80
-"""Number of steps that are drawn of a lap."""
 
 NEAR = 0.15
 """Time around the end of a lap in which all steps are drawn [s]."""
 
 BESIDE = 30
-"""By so much a chart is higher than its axis is wide [CSS px]."""
+"""Height of a chart beyond the width of its axis [CSS px]."""
 
 LETTER = 6.5
-"""Width of a letter of its numbers, about [CSS px]."""
+"""Approximate width of a letter of its numbers [CSS px]."""
 
 LEAST = {"mm": 0.2, "°": 0.5}
-"""The magnified part reaches so far to either side at least, in the unit that is shown."""
+"""Least half-width of the magnified part, in the displayed unit."""
 
 
 def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, height: int) -> Markup:
-    """Return the whole way and its magnified ends.
+    """The whole path and its magnified ends as HTML.
 
     Args:
-        ghost: its ends are drawn dashed; None for no ghost.
-        joints: of the two joints that turn most; otherwise of the hand.
+        ghost: its ends are drawn dashed; None without a ghost.
+        joints: show the two joints that turn most instead of the hand.
         height: [CSS px].
     """
     if simulation.history.count < 2:
@@ -82,10 +80,10 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
 
 
 def _way(simulation: Simulation, first: int, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return times since the first lap began (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn.
+    """Times since the first lap began (k,) [s], places (k, axes) [mm or °] and axis names at the drawn steps.
 
     Args:
-        first: the end of a lap with which the way begins.
+        first: end of the lap at which the path begins.
     """
     arm, dt = simulation.avoiding, simulation.settings.dt
     kept = _times(simulation)
@@ -106,20 +104,22 @@ def _way(simulation: Simulation, first: int, joints: bool) -> tuple[Array, Array
 
 
 def _times(simulation: Simulation) -> Array:
-    """Return the times of the steps that are kept, since the first lap began (k,) [s]."""
+    """Times of the kept steps since the first lap began (k,) [s]."""
     task = simulation.roles.task
     return simulation.history.column("t") - (task.path_began if isinstance(task, HoldTask) else 0.0)
 
 
 def _laps(simulation: Simulation) -> tuple[int, int]:
-    """Return the first end of a lap from which on all is kept and drawn, and the last one that was come to; less where there is none."""
+    """The first end of a lap after which all is kept and drawn, and the last one reached; less if there is
+    none.
+    """
     times, dt = _times(simulation), simulation.settings.dt
     last = int((times[-1] + 0.25 * dt) // LAP)
     return max(last - SHOWN, 0, int(np.ceil((times[0] - 0.5 * dt) / LAP))), last
 
 
 def _pieces(times: Array, places: Array) -> list[Array]:
-    """Return the pieces (k, 2) of a way that lie about the ends of the laps."""
+    """Pieces (k, 2) of a path around the ends of the laps."""
     near = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0) < NEAR
     cuts = np.flatnonzero(np.diff(near.astype(int))) + 1
     return [piece for piece, shown in zip(np.split(places, cuts), np.split(near, cuts), strict=True) if shown.any()]

@@ -1,4 +1,6 @@
-"""Charts of laws over the distance: the activation λ(d) as in Fig. 2, and the rate that each law gives at the present pull."""
+"""Charts of laws over the distance: the activation λ(d) as in Fig. 2, and the rate of each law at the present
+pull.
+"""
 
 import math
 from collections.abc import Mapping
@@ -27,19 +29,18 @@ FAR: Final = 0.6
 """End of the axis of distances [m]."""
 
 DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
-"""Its ticks, every other one with a number."""
 
 ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
-"""Orders of the paper's Fig. 2 → the activation at which the curve has its name: so far apart that no name is beside another one."""
+"""Order in the paper's Fig. 2 → activation at which the curve has its name, so that names do not overlap."""
 
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
 def distances(settings: LawSettings, far: float = FAR) -> np.ndarray:
-    """Distances (k,) [m] to draw a law at: finer right above d_m and the influence distance, and on either side of both.
+    """Distances (k,) [m] at which a law is drawn: finer above d_m and the influence distance, and on both
+    sides of both.
 
     Args:
-        settings: with the two distances.
         far: the largest distance [m].
     """
     parts = [np.linspace(0.0, far, 49)]
@@ -51,11 +52,10 @@ def distances(settings: LawSettings, far: float = FAR) -> np.ndarray:
 
 
 def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample, height: int) -> Markup:
-    """Return the chart of λ(d).
+    """Chart of λ(d).
 
     Args:
-        simulation: with the law that is drawn.
-        ghost: its law is drawn dashed; None for no ghost.
+        ghost: its law is drawn dashed; None without a ghost.
         height: [CSS px].
     """
     law = simulation.settings.law
@@ -80,7 +80,7 @@ def _activations(law: Law, xs: np.ndarray) -> np.ndarray:
 
 
 _SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
-"""Ends that the axis of speeds may have [m/s]: few, so that it does not breathe with u."""
+"""Possible ends of the axis of speeds [m/s]: few, so that it does not jitter with u."""
 
 
 @lru_cache(maxsize=16)
@@ -89,20 +89,20 @@ def all_laws(settings: LawSettings) -> dict[str, Law]:
 
 
 DASHES: Final = ("2 4", "12 4 2 4", "")
-"""Dashes of the laws that are ticked, by their places; the running law is thick, and the ghost's is dashed."""
+"""Dashes of the ticked laws by their places; the running law is thick, and the ghost's is dashed."""
 
 
 def laws_html(
     simulation: Simulation, ghost: Simulation | None, now: Contact, height: int, ticked: Mapping[str, int] = MappingProxyType({})
 ) -> Markup:
-    """Chart of a few laws from 0 to 2 d_m; each line carries the number of its law.
+    """Chart of a few laws from 0 to 2 d_m; each line has the number of its law.
 
     Args:
         simulation: its law is drawn thick.
-        ghost: its law is drawn dashed; None for no ghost.
-        now: pull, approach and |J_d|² that all laws are asked with, and the present state.
+        ghost: its law is drawn dashed; None without a ghost.
+        now: pull, approach and |J_d|² for all laws, and the present state.
         height: [CSS px].
-        ticked: further laws that are drawn → their places in `DASHES`.
+        ticked: further laws → their places in `DASHES`.
     """
     settings = simulation.settings.law
     far = 2.0 * settings.critical_distance
@@ -148,10 +148,9 @@ def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
 
 
 def law_class(name: str) -> str:
-    """Return the class of CSS that gives a law its colour."""
     return f"law{list(LAWS).index(name) + 1}"
 
 
 def laws_legend(simulation: Simulation) -> tuple[tuple[str, str, str], ...]:
-    """Class, kind and name of the line of a law from a file, for the caption; all other lines carry a number."""
+    """Class, kind and name of the line of a custom law, for the caption; all other lines have a number."""
     return ((law_class(simulation.settings.law.law), "", simulation.law.file),) if isinstance(simulation.law, LawOfFile) else ()

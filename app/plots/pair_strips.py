@@ -1,4 +1,4 @@
-"""The closest pair of bodies over the last 20 s, a strip for each pair."""
+"""The closest pair of bodies over the last 20 s, one strip per pair."""
 
 from collections import Counter
 from typing import Final
@@ -13,11 +13,10 @@ from app.text.templates import macros
 from scenes.simulation import Simulation
 
 ROWS: Final = 7
-"""Pairs shown; of more than that, the ones that were closest the longest."""
 
 
 def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
-    """Return the strips, and how often another pair became the closest one."""
+    """The strips, and the number of changes of the closest pair, as HTML."""
     times, pairs, changes = buffer.newest([COLUMNS["pair"], COLUMNS["changes"]])
     held = Counter(int(pair) for pair in pairs.tolist() if pair >= 0.0)
     made = macros("plots/charts.html")
@@ -26,7 +25,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
     shown = sorted(pair for pair, _ in held.most_common(ROWS))
     rows = [(pair_name(simulation, pair), _runs(pairs, pair), pair == int(pairs[-1])) for pair in shown]
     if (often := np.diff(changes, prepend=changes[0])).max() > 1.0:
-        # Between two ends of bins the pairs change to and fro, which no strip shows.
+        # Changes to and fro within a bin are not shown.
         rows.append((tr("changes, up to {rate} a second", rate=f"{often.max() / BIN:.0f}"), _bars(often), False))
     count, others = int(changes[-1] - changes[0]), len(held) - len(shown)
     words = _words(simulation, count, len(held))
@@ -36,7 +35,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
 
 
 def pair_name(simulation: Simulation, pair: int) -> str:
-    """Return the name of a pair of bodies: "forearm (silver) · hand (orange)"."""
+    """Name of a pair of bodies: "forearm (silver) · hand (orange)"."""
     return " · ".join(
         body_name(name.removeprefix("control point at the ").removeprefix("arm "), simulation.guided.name)
         for name in simulation.detector.pair_names[pair]
@@ -44,12 +43,12 @@ def pair_name(simulation: Simulation, pair: int) -> str:
 
 
 def arm_colour(arm: str, yours: str) -> str:
-    """Name of an arm's colour, in the current language. `yours`: name of the arm that the visitor moves."""
+    """Name of an arm's colour in the current language. `yours`: the arm that the visitor moves."""
     return tr("orange") if arm == yours else tr("silver")
 
 
 def body_name(name: str, yours: str) -> str:
-    """Return the name of a body in the current language: "forearm (silver)", "link 3", "ball"."""
+    """Name of a body in the current language: "forearm (silver)", "link 3", "ball"."""
     arm, _, rest = name.partition(" ")
     if arm in ("left", "right"):
         return f"{body_name(rest, yours)} ({arm_colour(arm, yours)})"
@@ -58,14 +57,12 @@ def body_name(name: str, yours: str) -> str:
 
 
 def _runs(pairs: np.ndarray, pair: int) -> str:
-    """Return boxes of SVG over the bins in which a pair was closest."""
     marked = np.concatenate([[0], (pairs == pair).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(marked)).reshape(-1, 2)
     return "".join(f"M{a} 0h{b - a}v1h-{b - a}z" for a, b in edges.tolist())
 
 
 def _bars(counts: np.ndarray) -> str:
-    """Return a bar of SVG for each bin, as high as its share of the largest count."""
     shares = (counts / counts.max()).tolist()
     return "".join(f"M{i} 1v{-share:.2f}h1v{share:.2f}z" for i, share in enumerate(shares) if share)
 

@@ -1,4 +1,4 @@
-"""Which plots are shown: what can be chosen beside the first two, their order, and the columns they stand in."""
+"""Choice of plots: what can be added to the first two, their order and their columns."""
 
 from typing import Final
 
@@ -18,22 +18,20 @@ CHARTS: Final[dict[str, str]] = {
     "laps": "laps of the hand",
     "joint_laps": "laps of two joints",
 }
-"""Charts of the core that are not over time → title."""
 
 _ADDED: Final = ("safety", "microscope", "map")
-"""Choices of the setting that are offered where a feature draws them."""
+"""Choices of the setting that are offered only if a feature draws them."""
 
 _OVER_D: Final = element("b", "d", class_="d")
 _OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
 
 
 def is_chart(name: str) -> bool:
-    """True of a plot that is not over time."""
     return name in CHARTS or name in further_charts()
 
 
 def chart_title(name: str, run: RunSettings) -> Markup:
-    """Title of a chart for a run, as HTML: a chart over what the law acts on says so where that is not d."""
+    """Title of a chart for a run, as HTML; it names the law's variable if that is not d."""
     title = tr_html(CHARTS[name] if name in CHARTS else further_charts()[name].title)
     return Markup(str(title).replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
 
@@ -43,7 +41,6 @@ PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
-    """Return the plots that an experiment offers beside the first two."""
     details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
     if run.experiment.obstacle != "nothing":
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
@@ -59,26 +56,28 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
 
 
 def first_plots(run: RunSettings) -> tuple[str, str]:
-    """Return the two plots that an experiment always shows."""
     return ("hand", "elbow") if run.experiment.obstacle == "nothing" else ("distance", "error")
 
 
 _COMPUTED: Final = ("none", "map", "safety")
-"""Plots that no part of the page may choose: no further one, and those that are computed in the background."""
+"""Plots that no part of the page may choose: no further plot, and those computed in the background."""
 
 
 def possible_plots(run: RunSettings) -> tuple[str, ...]:
-    """Return the plots that a part of the page may choose: the page's own two, |e| of a hand, and of `app.settings.Details`."""
+    """Plots that a part of the page may choose: the page's own two, |e| of a hand, and those of
+    `app.settings.Details`.
+    """
     hand = ("hand",) if run.experiment.error_unit == "m²" else ()
     return tuple(dict.fromkeys((*first_plots(run), *hand, *(name for name in possible_details(run) if name not in _COMPUTED))))
 
 
 _ALONE: Final = {"error": "hand", "distance": "elbow"}
-"""What stands for the first two plots where there is nothing to keep clear of."""
 
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Return the names of what is shown, that which a projector shows alone first; `only`: instead of the first two, if one is possible."""
+    """Names of the shown plots; the one that a projector shows alone comes first. `only`: instead of the
+    first two, if possible.
+    """
     first: tuple[str, ...] = first_plots(run)
     shown = first
     if only:
@@ -92,12 +91,10 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
 
 
 def makes_room(shown: tuple[str, ...]) -> bool:
-    """True if the squared error is left out on a narrow screen."""
     return "error" in shown and (len(shown) > 3 or any(is_chart(name) for name in shown))
 
 
 def place_of(name: str) -> float:
-    """Place of a plot among its neighbours, whatever the order in which they are named."""
     if name in PLACES:
         return PLACES[name]
     order = specs(PageSettings)["plot"].choices
@@ -105,7 +102,7 @@ def place_of(name: str) -> float:
 
 
 def layout_html(shown: tuple[str, ...]) -> str:
-    """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
+    """Style that gives every plot a column; a chart with a legend of its own gets a wider one."""
     wide = {"safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
     columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in sorted(shown, key=place_of)]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns

@@ -1,4 +1,4 @@
-"""Section III at this moment, in words and numbers: does the paper's condition hold, and does the error shrink all the same?"""
+"""Section III at this moment in words and numbers: the paper's condition, and whether the error shrinks."""
 
 import math
 from typing import Final
@@ -19,26 +19,26 @@ from scenes.law_answers import LawOfFile
 from scenes.simulation import Simulation
 
 NO_ERROR: Final = 5e-4
-"""An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
+"""An error below this counts as zero [m or rad]: half a millimetre, or 0.03 degrees."""
 
 DIED_OUT: Final = 5e-3
-"""An error below this, that changes by less than this in a second, has died out [m or rad]."""
+"""An error below this that changes by less than this per second has died out [m or rad]."""
 
 AT_REST: Final = 1e-3
-"""An error that changes more slowly than this stays where it is [m/s or rad/s]."""
+"""An error with a smaller rate does not change [m/s or rad/s]."""
 
 STILL: Final = 0.5 * NO_ERROR**2
-"""V of no error; a rate of V below this counts as 0, too [m² or rad², or these a second]."""
+"""V of a zero error; a smaller rate of V counts as 0, too [m² or rad², or per second]."""
 
 
 def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> Markup:
-    """Return two sentences and the numbers behind them.
+    """Two sentences and the numbers behind them, as HTML.
 
     Args:
         analysis: of the avoiding arm.
-        error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and how fast it changes [m/s or rad/s].
-        V, V_rate: ½ eᵀ e and its rate.
-        W: the barrier function; None where there is none (a hand task).
+        error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and its rate [m/s or
+            rad/s].
+        W: the barrier function; None for a hand task, which has none.
     """
     eigenvalue, mode = (_fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3)))
     words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
@@ -55,7 +55,7 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
 
 
 def condition_text(analysis: Analysis) -> str:
-    """Return one sentence: whether the paper's sufficient condition, sym(M) > 0, holds now."""
+    """Sentence: does the paper's sufficient condition, sym(M) > 0, hold now?"""
     if analysis.activation == 0.0 and analysis.condition_holds:
         return tr_html("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
@@ -66,7 +66,7 @@ def condition_text(analysis: Analysis) -> str:
 
 
 def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
-    """Return one sentence: whether the task's error shrinks, condition or not."""
+    """Sentence: does the task's error shrink, with or without the condition?"""
     if not (math.isfinite(error_norm) and math.isfinite(error_rate)):
         return tr("The error is not known.")
     scale, unit = (180.0 / math.pi, "°") if analysis.joint_task else (1000.0, " mm")
@@ -89,7 +89,7 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
 
 
 def ranks_text(analysis: Analysis) -> str:
-    """Return eq. (14) or (15) with its numbers, and the angle by which independent tasks are so."""
+    """Eq. (14) or (15) with its numbers, and the angle between independent tasks."""
     a, b, stack = analysis.rank_a, analysis.rank_b, analysis.rank_stack
     if a == 0:
         return tr_html("{stack} = 0 + {b}, for J<sub>a</sub> = 0", stack=stack, b=b)
@@ -115,7 +115,9 @@ def _trend(rate: float) -> str:
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:
-    """Text of a number with `digits` digits and the language's decimal sign, without the minus of a rounded zero, and with a true minus."""
+    """A number with `digits` decimals and the language's decimal sign, with a true minus, but none before a
+    rounded zero.
+    """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞" if value > 0.0 else "−∞"
     text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
@@ -125,7 +127,7 @@ def _fixed(value: float, digits: int, sign: bool = False) -> str:
 
 
 def _small(value: float, sign: bool = False) -> str:
-    """Return a number with five digits, or, where these would hide it, with two significant ones and a power of ten."""
+    """A number with five digits or, if these would hide it, with two significant ones and a power of ten."""
     if not STILL <= abs(value) < 1e-3:
         return _fixed(value, 5, sign)
     number, _, exponent = f"{value:.1e}".partition("e")
@@ -133,11 +135,11 @@ def _small(value: float, sign: bool = False) -> str:
 
 
 SPAN: Final = 0.3
-"""The error's speed is measured over this time [s]."""
+"""Time over which the error's speed is measured [s]."""
 
 
 def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup:
-    """Return the panel, or one sentence on why there is none."""
+    """The panel, or a sentence why it does not apply."""
     run, law = simulation.settings, simulation.settings.law
     if not law.entry.of_section_iii or isinstance(simulation.law, LawOfFile):
         return _nothing("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it.")
@@ -157,19 +159,19 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
 
 
 def keeps_its_task_clear(simulation: Simulation) -> bool:
-    """True if the first arm that keeps clear is the one with the task that is shown."""
+    """True if the first arm that keeps clear has the task that is shown."""
     return simulation.roles.avoiders(simulation.settings.avoid)[0] is simulation.roles.task
 
 
 def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | None]:
-    """Return e_b (m,) of the task shown [m, rad] and its Jacobian J_b (m, n), None for joints."""
+    """e_b (m,) of the shown task [m, rad] and its Jacobian J_b (m, n), None for joints."""
     arm, keeper = simulation.avoiding, simulation.keeper
     if keeper is None:
         return sample.desired[arm.joints] - sample.positions[arm.joints], None
     pose = simulation.kinematics.hand_pose(arm)
     J = keeper.task_jacobian
     if J is None:
-        # Nothing was asked of the hand yet.
+        # The hand has no task yet.
         J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(simulation.settings)]]
     return position_error(pose, keeper.place) if len(J) == 3 else pose_error(pose, keeper.place, keeper.place_rotation), J
 

@@ -6,7 +6,6 @@ from app.session.parts import SessionPart
 from scenes.laws import LAWS
 
 MOST: Final = 3
-"""Laws that are ticked at a time."""
 
 
 class TickedLaws(SessionPart):
@@ -23,7 +22,6 @@ class TickedLaws(SessionPart):
         self.places = {}
 
     def tick(self, law: str) -> None:
-        """Tick a law, or take its tick away."""
         # A frame that is being drawn keeps the laws that it has read.
         places = dict(self.places)
         if places.pop(law, None) is None and law in LAWS:

@@ -1,7 +1,9 @@
-"""The table of time plots: columns, colours, dashes, names, units and ranges, for the page, the exports and the offline player.
+"""Table of the time plots: columns, colours, dashes, names, units and ranges, for the page, the exports and
+the offline player.
 
-A plot has the same lines in every experiment; those that mean nothing there stay empty. With other lines the page would replace it,
-and when its data change in the same moment viser keeps the old time axis in the wrong proportion.
+A plot has the same lines in every experiment; meaningless ones stay empty. Other lines would make the page
+replace the plot, and viser then keeps the old time axis in the wrong proportion if its data change at the
+same moment.
 """
 
 import math
@@ -22,26 +24,23 @@ from scenes.quantities import DISTANCE, Quantity
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
-"""Top of the distance axis, unless d is larger [m]: Fig. 5's."""
+"""Top of the distance axis, unless d is larger [m]: as in Fig. 5."""
 
 LEAST: Final = 0.01
-"""An axis that follows the data is no shorter than this, in the unit of the axis: noise is no hill."""
+"""Shortest axis that follows the data, in its unit, so that noise does not look like a signal."""
 
 ROWS: Final = 300.0
-"""Half pixels that a plot is high, about."""
 
 DEGREES: Final = 180.0 / math.pi
 
 _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
-"""Dashes of the first three joints, the next three, the last."""
+"""Dashes of joints 1–3, 4–6 and 7."""
 
 _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 _GHOST_JOINT: Final = (8.0, 2.5, 2.0, 2.5)
-"""Dashes of a ghost's joints; the joints themselves have the others."""
 
 _RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
-"""Run beside the visitor's own → its name in a legend."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +49,13 @@ class PlotLine:
 
     Attributes:
         column: of `RollingSeries`.
-        colour: class of CSS: of a symbol, see `app.theme.SYMBOL_COLOURS`, or "j1" … of a joint.
+        colour: CSS class: of a symbol, see `app.theme.SYMBOL_COLOURS`, or "j1" … of a joint.
         width: [px at a desk].
-        dash: [px]; none for a solid line.
+        dash: [px]; () for a solid line.
         run: "own", "ghost" or "what_if".
-        name: in the legend, in English with subscripts as <sub>; "" for none.
-        for_all: whether the name stands for all lines with this dash, of whatever colour.
-        held: whether an axis that follows the data holds this line, too.
+        name: in the legend, in English with subscripts as <sub>; "" for no entry.
+        for_all: the name describes all lines with this dash.
+        held: an axis that follows the data includes this line.
     """
 
     column: str
@@ -70,7 +69,7 @@ class PlotLine:
 
 
 LegendEntry = tuple[str, str, str]
-"""One entry of a legend: class of CSS that gives the colour, "" for none; "", "dash", "dot" or "mix"; name, in English."""
+"""Entry of a legend: CSS class of the colour or ""; "", "dash", "dot" or "mix"; name, in English."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +78,10 @@ class TimePlot:
 
     Attributes:
         title: as HTML.
-        unit: of the axis.
-        lines: in the order drawn.
         span: of the axis; None to follow the data, from 0 up if `positive`.
-        scale: values of the columns times this are shown.
-        positive: whether the axis begins at 0, unless the data go below.
-        top: an axis that follows the data goes up to this at least, in its unit.
+        scale: factor of the shown values.
+        positive: the axis begins at 0, unless the data go below.
+        top: least top of an axis that follows the data, in its unit.
     """
 
     title: str
@@ -96,10 +93,10 @@ class TimePlot:
     top: float = LEAST
 
     def visible(self, stats: Array) -> float:
-        """Return the smallest change of a signal that can be seen: about half a pixel, in the unit of the signals.
+        """Smallest visible change of a signal: about half a pixel, in the unit of the signals.
 
         Args:
-            stats: (what is kept, signals, bins) of all lines, see `app.plots.bins`.
+            stats: (statistics, signals, bins) of all lines, see `app.plots.bins`.
         """
         if self.span is not None:
             return (self.span[1] - self.span[0]) / self.scale / ROWS
@@ -109,10 +106,9 @@ class TimePlot:
         return max(high - (min(low, 0.0) if self.positive else low), self.top / self.scale) / ROWS
 
     def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
-        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if").
+        """The legend: the named lines, then the other runs that have lines ("ghost", "what_if").
 
         Args:
-            others: those runs.
             names: of the own run and of the ghost; None for the usual ones.
         """
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
@@ -132,12 +128,10 @@ def _entry(line: PlotLine, name: str, for_all: bool) -> LegendEntry:
 
 
 def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
-    """Return the lines of the ghost and of the what-if run, in the same colour."""
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
 def _with_ghost(column: str, colour: str) -> tuple[PlotLine, ...]:
-    """Return the lines of the own run and of the ghost."""
     return PlotLine(column, colour, 2.2), _shadows(column, colour)[0]
 
 
@@ -192,11 +186,10 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
         positive=False,
     ),
 }
-"""Those that are the same in every run; see `time_plot_of`."""
 
 
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
-    """Return the plot of a name ("distance", "error", …) for a run."""
+    """The plot `name` ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
     avoiding, other = (arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided))
     count = min(joints.stop - joints.start, JOINTS)
@@ -223,7 +216,6 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
 
 
 def colour_of(line: PlotLine, palette: Palette) -> str:
-    """Return the colour of a line as CSS."""
     if line.colour not in SYMBOL_COLOURS:
         return palette.joints[int(line.colour[1:]) - 1]
     colour: str = getattr(palette, SYMBOL_COLOURS[line.colour])

@@ -1,4 +1,4 @@
-"""The rolling time series of the live plots: the last 20 s of a run in bins, and the elbow's angle, which is one of them."""
+"""The last 20 s of a run in bins for the live plots, including the elbow's angle."""
 
 import math
 from typing import Final
@@ -17,21 +17,14 @@ from scenes.simulation import Simulation
 
 
 class Swivel:
-    """Measures the angle of one arm's elbow, at any posture.
-
-    Args:
-        room: with the arm.
-        arm: which.
-    """
-
     def __init__(self, room: Room, arm: Arm) -> None:
         self._model, self._data, self._arm = room.model, room.model.createData(), arm
         self._last = math.nan
 
     def angle(self, positions: Array) -> float:
-        """Return the angle at q (nv,) [rad], 0 where the elbow points straight up; without jumps from one call to the next.
+        """Elbow angle at q (nv,) [rad], 0 if the elbow points straight up; continuous from call to call.
 
-        nan while the arm is straight, or reaches straight up: the elbow then points nowhere, or there is no "up" across the line.
+        nan while the arm is straight or points straight up, because the angle is undefined there.
         """
         pin.forwardKinematics(self._model, self._data, positions)
         shoulder, elbow, wrist = (
@@ -54,10 +47,10 @@ class Swivel:
 
 
 JOINTS: Final = 7
-"""Columns for the joints of an arm; one with fewer leaves the last of them empty."""
+"""Number of joint columns; an arm with fewer joints leaves the last ones empty."""
 
 DRIVEN: Final = 4
-"""Joints of an arm that are shown beside those they follow, as in Figs 6 and 7."""
+"""Number of joints that are shown with their desired positions, as in Figs 6 and 7."""
 
 
 def _names(stem: str, count: int) -> tuple[str, ...]:
@@ -73,8 +66,9 @@ NAMES: Final = (
     *_names("other_q", DRIVEN),
     *_names("other_qd", DRIVEN),
 )
-"""Columns: time, then what is written beside `scenes.history.SCALARS`; q and q̇ of the avoiding arm, its elbow's angle [rad], what it
-follows; and the same of the other arm. `changes`: how often another pair has become the closest one so far."""
+"""Columns: time; signals of `scenes.history.SCALARS`; q and q̇ of the avoiding arm, its elbow angle [rad],
+what it follows; the same of the other arm. `changes`: number of changes of the closest pair so far.
+"""
 
 COLUMNS: Final = {name: i for i, name in enumerate(NAMES)}
 
@@ -83,15 +77,14 @@ _SAME_COLUMNS: Final = [COLUMNS[name] for name in _SAME]
 _SAME_SCALARS: Final = [COLUMN[name] for name in _SAME]
 
 FARTHEST: Final = 0.8
-"""A resting distance beyond this is none: nothing pulls, and its line leaves the axis at the top [m]."""
+"""A resting distance beyond this counts as none: nothing pulls, and its line leaves the axis at the top [m]."""
 
 
 TURNS: Final = 0.25
-"""Pairs that take turns as the closest one do so within this time [s]."""
+"""Pairs that alternate as the closest one do so within this time [s]."""
 
 
 def rows_of_turns(settings: RunSettings) -> int:
-    """Return the number of steps within `TURNS`."""
     return max(1, round(TURNS / settings.dt))
 
 
@@ -99,19 +92,21 @@ _REST: Final = [COLUMN[name] for name in ("d", "law_d", "u", "w_law", "lever", "
 
 
 def resting_rows(settings: RunSettings, table: Array) -> list[float]:
-    """Return the true distance d [m] at which the arm would rest in every row of a history (rows, columns).
+    """True distance d [m] at which the arm would rest, for every row of a history (rows, columns).
 
-    The law rests at d* of its own distance d_law. While d − d_law stays as it is, the true distance then is d* + (d − d_law); so the
-    number is that of the other distances that a person sees, and the same as theirs once the arm rests. It is inf if nothing pulls,
-    nan if the present law has no rest in closed form or d falls for ever.
+    The law rests at d* of its own distance d_law. With the present d − d_law the true distance is d* + (d −
+    d_law), so the number is comparable with the other distances on the page. It is inf if nothing pulls, nan
+    if the law has no rest in closed form or d falls for ever.
     """
     return [_resting(settings, *row) for row in table[:, _REST].tolist()]
 
 
 def resting_at_end(settings: RunSettings, table: Array) -> float:
-    """Return the true distance d [m] at which the arm rests if all goes on as in the last row of a history (rows, columns).
+    """True distance d [m] at which the arm rests if everything continues as in the last row of a history
+    (rows, columns).
 
-    Where two pairs take turns as the closest one, each has a d* of its own; the arm then rests at their mean over time.
+    If two pairs alternate as the closest one, each has its own d*; the arm then rests at their mean over
+    time.
     """
     # In a replay rows may be further apart.
     turns = table[table[:, COLUMN["t"]] > table[-1, COLUMN["t"]] - TURNS]
@@ -120,7 +115,7 @@ def resting_at_end(settings: RunSettings, table: Array) -> float:
 
 
 def resting_now(simulation: Simulation, sample: Sample) -> float:
-    """Return `resting_at_end` of a simulation [m]. `sample`: its newest step, or what it measures before the first."""
+    """`resting_at_end` of a simulation [m]. `sample`: its newest step, or the measurement before the first."""
     settings, history = simulation.settings, simulation.history
     if history.count:
         return resting_at_end(settings, history.table(rows_of_turns(settings)))
@@ -149,9 +144,10 @@ def _resting(
 
 
 def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
-    """Return the columns of `NAMES` (rows, columns) of rows of a history in which these settings were in force; nan where there is nothing.
+    """The columns of `NAMES` (rows, columns) for rows of a history under these settings; nan for missing
+    values.
 
-    The elbow's angle and the changes of the pair stay nan: they depend on the rows before.
+    The elbow angle and the changes of the pair stay nan: they depend on the rows before.
     """
     history, c, s = simulation.history, COLUMNS, COLUMN
     found = np.full((len(table), len(NAMES)), np.nan)
@@ -182,7 +178,6 @@ class RollingSeries:
         self._last_pair, self._changes = -1.0, 0.0
 
     def feed(self, simulation: Simulation) -> None:
-        """Take in every step made since the last call."""
         history = simulation.history
         if history is not self._history:
             self._history, self.bins = history, Bins(len(NAMES))
@@ -197,34 +192,32 @@ class RollingSeries:
         self.bins.take(table[:, COLUMN["t"]], self._signals(simulation, table))
 
     def _signals(self, simulation: Simulation, table: Array) -> Array:
-        """All columns (rows, columns) of a table of samples."""
         found, c = signals(simulation, simulation.settings, table), COLUMNS
         pairs = found[:, c["pair"]]
         before = np.concatenate([[self._last_pair if self._last_pair >= 0.0 else pairs[0]], pairs[:-1]])
         found[:, c["changes"]] = self._changes + np.cumsum(pairs != before)
         self._changes, self._last_pair = float(found[-1, c["changes"]]), float(pairs[-1])
         if self._swivel is not None:
-            # It takes a look at the whole arm, and moves as smoothly as the arm: once a bin is enough.
+            # It needs the whole arm and is as smooth as the arm: once per bin is enough.
             positions = simulation.history.positions(table)
             for row in np.flatnonzero(np.diff(bin_numbers(table[:, COLUMN["t"]]), append=-1)).tolist():
                 found[row, c["elbow"]] = self._swivel.angle(np.ascontiguousarray(positions[row]))
         return found
 
     def newest(self, columns: list[int]) -> tuple[Array, ...]:
-        """Return time and the newest values of the columns, bin by bin, oldest first."""
+        """Time and newest values of the columns, bin by bin, oldest first."""
         numbers = self.bins.numbers
         return self.bins.ends(numbers), *self.bins.at(numbers, columns)[LAST]
 
 
 def drawable(line: Array, follows: bool) -> Array:
-    """Return a line as the page can draw it: an empty one if there is nothing on it.
+    """A line as the page can draw it: empty if it has no values.
 
-    The page finds no range for an axis that follows the data, and then draws none of the plot's lines, if the first value of one of
-    them is missing; so such a line stays level up to its first value.
+    If the first value of one line is missing, the page finds no range for an axis that follows the data and
+    draws no line of the plot; so such a line is level up to its first value.
 
     Args:
-        line: (k,), nan where there is nothing.
-        follows: whether the axis follows the data.
+        line: (k,), nan for missing values.
     """
     known = np.isfinite(line) if follows else ~np.isnan(line)
     if not known.any():

@@ -1,4 +1,4 @@
-"""A law of a file, as `lwr-duet run` uses it instead of the settings' law."""
+"""A custom law, as `lwr-duet run` uses it instead of the settings' law."""
 
 from typing import Protocol, Self
 
@@ -6,16 +6,12 @@ from controllers.laws.situation import Law
 
 
 class HeadlessProblem(Protocol):
-    """Why a law is not in force."""
-
     @property
-    def text(self) -> str:
-        """One line for the law's author."""
-        ...
+    def text(self) -> str: ...
 
 
 class HeadlessLaw(Law, Protocol):
-    """A law of a file, open while it runs.
+    """A custom law, open while it runs.
 
     Attributes:
         file: name of the file.
@@ -27,7 +23,7 @@ class HeadlessLaw(Law, Protocol):
 
     @property
     def problem(self) -> HeadlessProblem | None:
-        """Why the law is not in force any more; None while it is."""
+        """Reason why the law is not in force; None while it is."""
         ...
 
     def __enter__(self) -> Self: ...

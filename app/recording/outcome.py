@@ -1,4 +1,6 @@
-"""The outcome of a run, for comparison with a later run of the same inputs: a hash of every step, and some whole steps."""
+"""Outcome of a run, for comparison with a later run of the same inputs: a hash of every step, and some whole
+steps.
+"""
 
 import hashlib
 import json
@@ -16,27 +18,27 @@ from scenes.packing import planes_of, rows_of
 from scenes.simulation import Simulation
 
 MOST_ROWS: Final = 6_000
-"""Whole steps stored at most, evenly spread in a longer run; 30 s at the usual time step are stored completely."""
+"""Largest number of stored whole steps, evenly spread in a longer run; 30 s at the usual time step are
+complete.
+"""
 
 CLOSE: Final = 1e-9
-"""Another machine or another library may give other last bits; up to this it counts as the same run (SI units)."""
+"""Difference up to which runs count as the same (SI units): another machine or library may give other last
+bits.
+"""
 
 KINDS: Final = frozenset({"pair", "authority", "joint", "authority_b", "joint_b"})
-"""Columns that are no quantities but numbers of things."""
 
 ARRAYS: Final = ("outcome_about", "outcome_hashes", "outcome_places", "outcome_rows")
-"""Parts of a file."""
 
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """What came out.
+    """Outcome of a run.
 
     Attributes:
-        columns: names, see `columns_of`.
-        digest: SHA-256 of all steps.
         hashes: (steps,) of each step.
-        places: (k,) steps stored whole, ascending; the first and the last are among them.
+        places: (k,) steps stored whole, ascending, with the first and the last.
         rows: (k, columns).
     """
 
@@ -53,13 +55,13 @@ class RunOutcome:
 
 @dataclass(frozen=True)
 class Difference:
-    """One number that is not as it was.
+    """One number that has changed.
 
     Attributes:
         step: from 0.
         time: simulated [s].
-        then, now: the number; nan for one that is not there.
-        by: how much [unit of the column], inf if one of the two is not there.
+        then, now: the number; nan if missing.
+        by: difference [unit of the column], inf if one of the two is missing.
     """
 
     step: int
@@ -70,7 +72,6 @@ class Difference:
     by: float
 
     def words(self, error_unit: str) -> LazyText:
-        """Return the column, the step and the difference as text."""
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
             what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
@@ -84,11 +85,10 @@ class Comparison:
     """Two outcomes of the same inputs.
 
     Attributes:
-        exact: whether every step is the same, to the last bit.
-        first_step: the first one that is not, from 0; None if unknown, or if none is.
-        first: the number that differs most in the first stored step that differs; None if none does.
+        exact: every step is the same, bit for bit.
+        first_step: the first different one, from 0; None if unknown or equal.
+        first: the number that differs most in the first stored different step, or None.
         largest: the number that differs most in all stored steps.
-        steps_then, steps_now: how many there are.
     """
 
     exact: bool
@@ -100,18 +100,20 @@ class Comparison:
 
     @property
     def close(self) -> bool:
-        """Whether no stored number differs by more than `CLOSE`."""
+        """True if no stored number differs by more than `CLOSE`."""
         return self.steps_then == self.steps_now and (self.largest is None or self.largest.by <= CLOSE)
 
 
 def history_columns(simulation: Simulation) -> tuple[str, ...]:
-    """Return the names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …, "left_qd1" …"""
+    """Names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …,
+    "left_qd1" …
+    """
     names = simulation.room.columns
     return (*SCALARS, *(name.format(kind) for kind in ("q", "dq", "qd") for name in names))
 
 
 def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
-    """Return the outcome of a run.
+    """Outcome of a run.
 
     Args:
         table: (steps ≥ 1, columns), a history table.
@@ -161,7 +163,7 @@ def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> 
 
 
 def _plain(table: Array) -> Array:
-    """Return a table with one kind of nan only: which bits stand for it depends on the processor."""
+    """A table with one kind of nan only: its bits depend on the processor."""
     table = np.ascontiguousarray(table, "<f8").copy()
     table[np.isnan(table)] = np.nan
     return table
@@ -175,18 +177,17 @@ def _hashes(table: Array) -> np.ndarray:
 
 
 def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
-    """Return the outcome as parts of a file, by name."""
     about = json.dumps({"columns": outcome.columns, "digest": outcome.digest}).encode()
     parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), planes_of(outcome.rows))
     return dict(zip(ARRAYS, parts, strict=True))
 
 
 def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
-    """Return the outcome in the parts of a file.
+    """Outcome from the parts of a file.
 
     Args:
         arrays: with the names of `ARRAYS`.
-        steps: how many the recorded inputs have.
+        steps: number of steps of the recorded inputs.
 
     Raises:
         BadInputFile: they are damaged; the message is a part of a sentence.

@@ -1,7 +1,8 @@
-"""Run files: inputs, settings, provenance and outcome in one compressed file; loading one computes the run again and compares.
+"""Run files: inputs, settings, provenance and outcome in one compressed file; loading one recomputes the run
+and compares.
 
-It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read it. The provenance names
-program, libraries and machine, on which the last bits of a run may depend.
+It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read
+it. The provenance names program, libraries and machine, on which the last bits of a run may depend.
 """
 
 import json
@@ -21,10 +22,8 @@ from scenes.rerun import rerun
 from scenes.simulation import Simulation
 
 LONGEST_ENTRY: Final = 40
-"""Characters of one entry of a provenance at most."""
 
 SHOWN_DIGITS: Final = 12
-"""Digits of a file's hash that are shown."""
 
 NAMES: Final[dict[str, str]] = {
     "duet": "Duet",
@@ -34,13 +33,12 @@ NAMES: Final[dict[str, str]] = {
     "system": LazyText("system"),
     "machine": LazyText("processor"),
 }
-"""Key → what a person calls it."""
 
 _UNKNOWN: Final = LazyText("unknown")
 
 
 def made_here() -> dict[str, str]:
-    """Return key of `NAMES` → version or name, of this very program."""
+    """Key of `NAMES` → version or name, of this program."""
     return {
         "duet": duet_version(),
         "python": platform.python_version(),
@@ -52,7 +50,7 @@ def made_here() -> dict[str, str]:
 
 
 def made_with(file: str, sha256: str) -> LazyText:
-    """Return with which law of a file a run was made, and that it is not computed again."""
+    """Name of a run's custom law, and that the law is not computed again."""
     return LazyText(
         "The run was made with {file} (SHA-256 {hash}…) and is replayed, not computed again.",
         file=file,
@@ -61,14 +59,14 @@ def made_with(file: str, sha256: str) -> LazyText:
 
 
 def made_from(data: object) -> dict[str, str]:
-    """Return the provenance that a file states, unknown entries left out; never raises."""
+    """Provenance in a file, without unknown entries; never raises."""
     if not isinstance(data, dict):
         return {}
     return {key: str(data[key])[:LONGEST_ENTRY] for key in NAMES if isinstance(data.get(key), str)}
 
 
 def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
-    """Return "numpy 2.3.1 then, 2.4.0 now" for everything that is not the same."""
+    """ "numpy 2.3.1 then, 2.4.0 now" for everything that differs."""
     return tuple(
         LazyText("{name} {then} then, {now} now", name=name, then=then.get(key, _UNKNOWN), now=now.get(key, _UNKNOWN))
         for key, name in NAMES.items()
@@ -77,25 +75,17 @@ def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyTex
 
 
 SUFFIX: Final = ".duet.npz"
-"""Ending of a file's name."""
 
 LONGEST: Final = 660.0
 """Longest run in a file [s]: a little more than a session keeps."""
 
 MADE: Final = "made"
-"""Name of the part that says what made the file."""
 
 Agreement = Literal["exact", "close", "differs"]
 
 
 @dataclass(frozen=True)
 class SavedRun:
-    """The content of a run file.
-
-    Attributes:
-        made: with what, see `app.recording.run_file`.
-    """
-
     recorded: Recorded
     outcome: outcomes.RunOutcome
     made: dict[str, str]
@@ -103,12 +93,11 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class Loaded:
-    """The inputs of a run file, and how a new run of them compares with its outcome.
+    """Inputs of a run file, and the comparison of a new run with its outcome.
 
     Attributes:
-        verdict: the same to the last bit, the same within `CLOSE`, or not.
-        words: what a person should know, in plain sentences; a `LazyText`.
-        comparison: in numbers.
+        verdict: equal bit for bit, equal within `CLOSE`, or different.
+        words: the same in plain sentences; a `LazyText`.
     """
 
     recorded: Recorded
@@ -118,14 +107,13 @@ class Loaded:
 
 
 def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
-    """Return the content of a file; the same inputs, on the same machine, give the same bytes.
+    """Content of a file; equal inputs on the same machine give equal bytes.
 
     Args:
-        recorded: what is to be saved. It is made again for its outcome.
-        last: bytes of the newest row of the history that it was recorded beside; None to take the outcome unseen.
+        last: bytes of the newest row of the original history; None to skip the check.
 
     Raises:
-        BadSetting: made again, the run ends elsewhere: what is saved would not be what was seen.
+        BadSetting: the recomputed run ends elsewhere, so the file would not show what was seen.
     """
     table = rerun(recorded).table
     if last is not None and table[-1].tobytes() != last:
@@ -136,10 +124,10 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
-    """Return the content of a run file.
+    """Content of a run file.
 
     Raises:
-        BadInputFile: it is not a file of a run, is damaged, or is of something impossible.
+        BadInputFile: not a file of a run, damaged or impossible.
     """
     recorded, parts = parts_from(data, name)
     if recorded.seconds > LONGEST:
@@ -166,10 +154,10 @@ def saved_from(data: bytes, name: str) -> SavedRun:
 
 
 def verify(saved: SavedRun) -> Loaded:
-    """Compute the run again and compare.
+    """Recompute the run and compare.
 
     Raises:
-        BadSetting: it cannot be made here, such as for want of a robot's package.
+        BadSetting: impossible here, for example without a robot's package.
         Stopped: see `scenes.wanted`.
     """
     simulation = Simulation(saved.recorded.settings, 1)
@@ -188,7 +176,7 @@ def load_run(data: bytes, name: str) -> Loaded:
     """Read a file and verify it.
 
     Raises:
-        BadInputFile: see `saved_from`; also if the run cannot be made here.
+        BadInputFile: see `saved_from`; also if the run is impossible here.
         Stopped: see `scenes.wanted`.
     """
     saved = saved_from(data, name)

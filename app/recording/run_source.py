@@ -1,4 +1,4 @@
-"""Further sources of targets and laws of `lwr-duet run`, as options that features add. Imports nothing slow."""
+"""Further sources of targets and laws of `lwr-duet run`, as options of features. Imports nothing slow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,24 +17,23 @@ class RunSource:
 
     @property
     def given(self) -> Mapping[str, Path]:
-        """Option → file, for each source that is named."""
         raise NotImplementedError
 
     @property
     def read(self) -> tuple[Path, ...]:
-        """All files that the run reads for these options."""
         return tuple(self.given.values())
 
     def source(self, settings: "RunSettings") -> "TargetSource":
-        """The named source; exactly one is given.
+        """The only named source.
 
         Raises:
-            BadSetting, BadInputFile, MissingPackage: the source does not fit the experiment, or cannot be read.
+            BadSetting, BadInputFile, MissingPackage: the source does not fit the experiment, or cannot be
+                read.
         """
         raise NotImplementedError
 
     def law(self) -> "HeadlessLaw | None":
-        """Law that runs instead of the settings' law; None if none is named.
+        """Law that replaces the settings' law, or None.
 
         Raises:
             BadInputFile: its file cannot be read.

@@ -1,4 +1,6 @@
-"""Jobs that take longer than a frame run in a few worker processes for all visitors; a visitor's newest request replaces older ones."""
+"""Jobs longer than a frame run in a few worker processes for all visitors; a visitor's newest request
+replaces older ones.
+"""
 
 import itertools
 import logging
@@ -22,10 +24,9 @@ from scenes.wanted import check_wanted, until
 log = logging.getLogger("duet.background")
 
 MOST_WAITING: Final = 256
-"""Jobs that may wait; one more is refused with a message."""
+"""Largest number of waiting jobs; further ones are refused with a message."""
 
 NICENESS: Final = 3
-"""How much lower the priority of the workers is (nice)."""
 
 ENDED: Final = LazyText("The computation was ended from outside; ask for it again.")
 BUSY: Final = LazyText("Too many computations are waiting; ask again in a moment.")
@@ -40,9 +41,9 @@ class Job:
 
     Attributes:
         owner, kind, function, arguments, urgent, wake: see `Jobs.submit`.
-        state: "dropped" if the result is no longer wanted; "waiting" also while its worker is about to put it back.
-        result: of the function, once it is done.
-        message: why it failed, for the visitor.
+        state: "dropped" if the result is no longer wanted; "waiting" also while its worker is about to
+            requeue it.
+        message: reason of a failure, for the visitor.
     """
 
     ticket: int
@@ -58,7 +59,7 @@ class Job:
 
 
 class Jobs(ABC):
-    """Runs jobs in the background, in a pool of this process or in one that several processes share; from any thread."""
+    """Runs jobs in the background, in a pool of this process or of several processes; from any thread."""
 
     def __init__(self) -> None:
         self._tickets = itertools.count(1)
@@ -75,12 +76,13 @@ class Jobs(ABC):
         """Queue a call of `function(*arguments)`; an older job of the same owner and kind is dropped.
 
         Args:
-            owner: with which it can be cancelled.
-            kind: of which an owner has one job at a time.
-            function: at a module's top level. It ends early where it asks `scenes.wanted` and the result is no longer wanted.
+            owner: key for `cancel`.
+            kind: an owner has one job of each kind at a time.
+            function: at a module's top level. `scenes.wanted` ends it early if the result is no longer
+                wanted.
             arguments: must be picklable.
-            urgent: goes before others; a running job that is not urgent is put back for it.
-            wake: called when the state has changed, from another thread.
+            urgent: goes before others; a running job that is not urgent is requeued for it.
+            wake: called after a change of state, from another thread.
         """
         job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
         self._queue(job)
@@ -88,7 +90,7 @@ class Jobs(ABC):
 
     @abstractmethod
     def _queue(self, job: Job) -> None:
-        """Take in a job, or let it fail at once."""
+        """Queue a job, or fail it at once."""
 
     @abstractmethod
     def cancel(self, owner: object, kind: str | None = None) -> None:
@@ -96,33 +98,31 @@ class Jobs(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Drop all jobs, and let go of what runs them; later jobs fail."""
+        """Drop all jobs, and release what runs them; later jobs fail."""
 
 
 class JobWatch:
-    """The jobs of one owner, each with what is done with its result. All methods belong to the owner's thread.
+    """The jobs of one owner with their handlers. All methods belong to the owner's thread.
 
     Args:
-        background: runs the jobs; with None there are none, and what is submitted is left out.
-        wake: called, from any thread, when the state of a job has changed.
+        background: runs the jobs; None ignores what is submitted.
+        wake: called from any thread when the state of a job changes.
         failed: called by `collect` with a job that has failed.
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
         self._background, self._wake, self._failed = background, wake, failed
         self.computes = background is not None
-        """Whether there is what runs the jobs."""
         self._jobs: dict[Job, Callable[[Any], None]] = {}
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of the jobs under way, oldest first."""
         return tuple(job.kind for job in self._jobs)
 
     def submit(
         self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
     ) -> None:
-        """Submit a job in the place of an older one of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
+        """Replace an older job of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
         self.drop(kind)
         if self._background is not None:
             self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
@@ -149,7 +149,7 @@ class JobWatch:
 
 
 class JobPool(Jobs):
-    """A queue in front of a pool of processes, which start with the first job; see `Jobs`.
+    """A queue and a pool of processes, which start with the first job; see `Jobs`.
 
     Args:
         workers: processes; None for all cores but one, at most four.
@@ -194,7 +194,6 @@ class JobPool(Jobs):
             pool.shutdown(wait=True, cancel_futures=True)
 
     def _drop(self, job: Job) -> int:
-        """Drop a job; return its place in the queue, or the queue's end."""
         job.state = "dropped"
         if job in self._waiting:
             place = self._waiting.index(job)

@@ -1,4 +1,4 @@
-"""What a command that computes shows on a terminal, and how many processes it may start."""
+"""Progress of a command on a terminal, and its number of processes."""
 
 import os
 from typing import Any
@@ -7,10 +7,9 @@ from tqdm import tqdm
 
 
 def progress(total: int | None, unit: str, **more: Any) -> "tqdm[Any]":
-    """Return a bar that is drawn on a terminal only, and gone at the end. `more`: for tqdm."""
+    """A bar that appears only on a terminal, and is removed at the end. `more`: for tqdm."""
     return tqdm(total=total, unit=unit, disable=None, leave=False, **more)
 
 
 def cores() -> int:
-    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

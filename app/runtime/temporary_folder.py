@@ -1,4 +1,4 @@
-"""Folders in the system's temporary folder that go with their process; where that was killed, with the next start."""
+"""Temporary folders that are removed with their process or, if it was killed, at the next start."""
 
 import fcntl
 import os
@@ -10,17 +10,16 @@ from types import TracebackType
 from typing import Final, Self
 
 PREFIX: Final = "duet-"
-"""First letters of the folders' names."""
 
 LOCK: Final = "owner.lock"
-"""File in each folder that its process holds locked while it lives (flock): a folder with a lock that is free has no owner."""
+"""File in each folder that its living process holds locked (flock): a free lock means that the folder has no
+owner.
+"""
 
 
 class TemporaryFolder:
-    """A new folder for this user alone. It is removed by `remove`, at the end of a `with`, and at the end of this process.
-
-    Args:
-        purpose: word in its name.
+    """A new folder for this user only, removed by `remove`, at the end of a `with`, and at the end of this
+    process.
 
     Attributes:
         path: the folder; the lock is outside of it.
@@ -50,7 +49,6 @@ def _remove(folder: Path, lock: int) -> None:
 
 
 def remove_abandoned() -> None:
-    """Remove this user's folders of processes that were killed."""
     for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
         try:
             if lock.parent.is_symlink() or lock.parent.stat().st_uid != os.geteuid():

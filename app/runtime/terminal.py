@@ -1,4 +1,6 @@
-"""A command in a terminal: Ctrl+C and SIGTERM, a closed or full output, an encoding without λ, lines of the log. Imports nothing slow."""
+"""A command in a terminal: Ctrl+C and SIGTERM, a closed or full output, an encoding without λ, the log.
+Imports nothing slow.
+"""
 
 import codecs
 import contextlib
@@ -18,13 +20,11 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer as Buffer
 
 INTERRUPTED: Final = 130
-"""Exit code after Ctrl+C, as in a shell."""
 
 TERMINATED: Final = 143
-"""Exit code after SIGTERM, with which systemd or a container ends a service."""
 
 _PATIENCE: Final = 3.0
-"""How long an interrupted command may clean up before another Ctrl+C ends it at once [s]."""
+"""Time for the clean-up of an interrupted command before another Ctrl+C ends it at once [s]."""
 
 _at_once = False
 _interrupted: float | None = None
@@ -32,14 +32,15 @@ _code = INTERRUPTED
 
 
 def terminated() -> bool:
-    """True if SIGTERM ends this process: then it may be started again and go on."""
+    """True if SIGTERM ends this process, which may be started again and continue."""
     return _code == TERMINATED
 
 
 @contextlib.contextmanager
 def ending_at_once() -> Iterator[None]:
-    """Let Ctrl+C end the process at once, while there is nothing to clean up: a library that is being imported may lose a
-    KeyboardInterrupt, or print it."""
+    """Let Ctrl+C end the process at once, while there is nothing to clean up: a library that is being
+    imported may lose a KeyboardInterrupt, or print it.
+    """
     global _at_once
     before, _at_once = _at_once, True
     try:
@@ -49,8 +50,9 @@ def ending_at_once() -> Iterator[None]:
 
 
 def run_in_terminal(command: Callable[[], int]) -> int:
-    """Run a process's command and return the exit code: 130 after Ctrl+C, 143 after SIGTERM, 0 if the reader of its output has gone, 1
-    after a line on stderr if the output cannot be written."""
+    """Run a process's command and return the exit code: 130 after Ctrl+C, 143 after SIGTERM, 0 if the reader
+    of its output has gone, 1 after a line on stderr if the output cannot be written.
+    """
     global _at_once
     _at_once = True
     # A shell makes background processes ignore Ctrl+C.
@@ -97,16 +99,14 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-class OutputLost(OSError):
-    """The standard output cannot be written any more."""
+class OutputLost(OSError): ...
 
 
 class _Raw(io.RawIOBase):
     """A stream that drops everything after a failed write.
 
     Args:
-        text: Python's stream.
-        raises: whether the first failed write raises `OutputLost`.
+        raises: the first failed write raises `OutputLost`.
     """
 
     def __init__(self, text: Any, raises: bool) -> None:
@@ -135,7 +135,8 @@ class _Raw(io.RawIOBase):
 
 
 def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
-    """Return a standard stream that can write every text: in its own encoding, or in UTF-8 where that is ASCII, as in Python's UTF-8 mode.
+    """A standard stream that can write every text: in its own encoding, or in UTF-8 instead of ASCII, as in
+    Python's UTF-8 mode.
 
     Args:
         before: Python's stream; None if the shell has closed it.
@@ -163,13 +164,13 @@ codecs.register_error("duet-readable", _readable)
 
 
 def _fill_descriptors() -> None:
-    """Open the null device for those of the descriptors 0 to 2 that the shell has closed: the next file would get them."""
+    """Open the null device for closed descriptors 0 to 2, which the next file would get."""
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)
     os.close(number)
 
 
 def write_log() -> None:
-    """Write the log to the standard error, with the time where that is a file; a service's journal has times of its own."""
+    """Write the log to the standard error, with the time in a file; a service's journal adds its own."""
     time = "%(asctime)s " if stat.S_ISREG(os.fstat(2).st_mode) else ""
     logging.basicConfig(level=logging.INFO, format=f"{time}%(levelname)s %(name)s: %(message)s")

@@ -1,4 +1,4 @@
-"""A log of what may happen many times a second: in full at first, and then only how often."""
+"""A log of events that may happen many times a second: first in full, then only their number."""
 
 import logging
 from collections.abc import Callable
@@ -18,10 +18,10 @@ class _Known:
 
 
 class ThrottledLog:
-    """Logs an event when it is new, and then how often it has happened at intervals.
+    """Logs a new event, and then its count at intervals.
 
     Args:
-        intervals: shortest times from one line about the same event to the next [s]; the last one stays.
+        intervals: shortest times between lines on the same event [s]; the last one stays.
         clock: returns the time [s].
     """
 
@@ -32,18 +32,17 @@ class ThrottledLog:
         self._known: dict[tuple[object, ...], _Known] = {}
 
     def warning(self, kind: str, detail: str) -> None:
-        """Log a line of a kind, unless there was one of this kind lately."""
+        """Log a line of a kind, unless one of this kind is recent."""
         due = self._due((None, kind))
         if due is not None:
             more = f" ({due[0] - 1} more since the last line)" if due[0] > 1 else ""
             self._log.warning("%s: %s%s", kind, detail, more)
 
     def exception(self, what: str, error: BaseException, source: object = None) -> None:
-        """Log an exception with its traceback when it is new, later only its count.
+        """Log an exception, with its traceback if it is new, later only its count.
 
         Args:
-            what: the line; exceptions are the same if their line, source, class and the place that raised them are.
-            source: session or browser.
+            what: the line; exceptions are the same if their line, source, class and place of origin are.
         """
         due = self._due((source, what, type(error), *_place(error)))
         if due is None:
@@ -55,12 +54,13 @@ class ThrottledLog:
             self._log.error("%s: %d times more in %.0f s (%s)", what, events, seconds, type(error).__name__)
 
     def forget(self, source: object) -> None:
-        """Treat the next exception of a source as new."""
         for key in [key for key in self._known if key[0] == source]:
             del self._known[key]
 
     def _due(self, key: tuple[object, ...]) -> tuple[int, float] | None:
-        """Count an event; return the events since its last line and their time [s], (1, 0.0) for a new one, None if no line is due."""
+        """Count an event; number of events since its last line and their time [s], (1, 0.0) for a new one,
+        None if no line is due.
+        """
         now, known = self._clock(), self._known.get(key)
         if known is None:
             self._known[key] = _Known(now)
@@ -74,6 +74,6 @@ class ThrottledLog:
 
 
 def _place(error: BaseException) -> tuple[str, int]:
-    """Return file and line where an exception was raised; its message may differ in every frame."""
+    """File and line where an exception was raised; its message may differ in every frame."""
     places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
     return places[-1] if places else ("", 0)

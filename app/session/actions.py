@@ -1,4 +1,4 @@
-"""What a visitor can ask for with a key, a control or a handle, as typed values; and the queue in which they wait for their session."""
+"""Actions of a visitor as typed values, and the queue in which they wait for their session."""
 
 import itertools
 import logging
@@ -17,10 +17,12 @@ from scenes.experiments import EXPERIMENTS
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 class Action:
-    """What waits in a queue: every subclass is a frozen dataclass. An action of one room stands beside what does it.
+    """Base class of actions; every subclass is a frozen dataclass. Actions of a feature are in its own
+    folder.
 
     Attributes:
-        newest_by: names of fields; an action drops an older one of its class with the same values there. None where every one counts.
+        newest_by: fields; an action replaces a waiting one of its class with the same values there. None:
+            every action counts.
     """
 
     newest_by: ClassVar[tuple[str, ...] | None]
@@ -31,37 +33,33 @@ class Action:
 
     @property
     def control(self) -> Hashable:
-        """The control on which it replaces an older one while both wait; None where every press counts."""
+        """Key under which it replaces a waiting action; None if every press counts."""
         return None if self.newest_by is None else (type(self), *(getattr(self, name) for name in self.newest_by))
 
 
 class Pause(Action, newest_by=None):
-    """Pause, or go on."""
+    """Pause or resume."""
 
 
 class SingleStep(Action, newest_by=None):
-    """Pause, and make one step."""
+    """Pause and make one step."""
 
 
 class Reset(Action):
-    """Start the run from its beginning."""
+    """Restart the run."""
 
 
 class ChangeSpeed(Action, newest_by=None):
-    """Take the next slower (−1) or faster (+1) speed."""
-
     by: Literal[-1, 1]
 
 
 class SetSetting(Action, newest_by=("key",)):
-    """Set one setting, named by its key."""
-
     key: str
     value: object
 
 
 class Digit(Action):
-    """A digit, from 1: the experiment of that number in the picker; an answer of that number where one is asked for."""
+    """A digit, from 1: chooses an experiment, or the answer to a question."""
 
     number: int
 
@@ -71,26 +69,25 @@ class Digit(Action):
 
     @property
     def scene(self) -> str:
-        """Name of the experiment."""
         return tuple(EXPERIMENTS)[self.number - 1]
 
 
 class MoveJoint(Action, newest_by=("joint",)):
-    """Hold the guided arm with one joint, counted from 0, at an angle [rad]."""
+    """Hold one joint of the guided arm, counted from 0, at an angle [rad]."""
 
     joint: int
     angle: float
 
 
 class Drag(Action, newest_by=("handle", "phase"), eq=False):
-    """Pull at a handle of the stage.
+    """Drag a handle of the 3-D view.
 
     Attributes:
-        handle: its name, or that of the node of the stage.
+        handle: name of the handle or of the view's node.
         phase: "start", "update" or "end".
-        place: where it is pulled to (3,) [m].
-        turn: how it is turned (3, 3); None where it cannot be.
-        taken: where the mouse took hold of it (3,) [m]; None where that does not matter.
+        place: (3,) [m].
+        turn: (3, 3); None for handles that do not turn.
+        taken: point at which the mouse grasped it (3,) [m]; None if irrelevant.
     """
 
     handle: str
@@ -101,14 +98,10 @@ class Drag(Action, newest_by=("handle", "phase"), eq=False):
 
 
 class Toggle(Action, newest_by=None):
-    """Switch the autopilot, the avoidance, the ghost, the arrows or what the scene shows of λ on or off."""
-
     what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]
 
 
 class Hover(Action):
-    """Show the arrows on the hand or the ball while the pointer is there, or no more."""
-
     on: bool
 
 
@@ -121,51 +114,45 @@ class Nudge(Action, newest_by=None):
 
 
 class SwingElbow(Action, newest_by=None):
-    """Swing the elbow by one step to one side (+1) or the other (−1)."""
-
     sign: Literal[-1, 1]
 
 
 class FirstView(Action):
-    """Point the visitor's camera as at the start."""
+    """Reset the visitor's camera."""
 
 
 class Describe(Action):
-    """Say in a sentence what is to be seen."""
+    """Describe the scene in a sentence."""
 
 
 class ShowAll(Action):
-    """Show all settings in the panel, or few."""
+    """Show all settings in the panel, or only the usual ones."""
 
     whole: bool = True
 
 
 class RestoreSettings(Action):
-    """Set every setting that differs from these."""
-
     settings: Settings
 
 
 log = logging.getLogger("duet.session")
 
 BUDGET: Final = 0.010
-"""Wall time in one frame after which what still waits is left for the next one [s]."""
+"""Longest time for actions in one frame; the rest waits for the next one [s]."""
 
 MOST_REBUILDS: Final = 4
-"""How often in `PERIOD` a session's page is built again, however often its visitor asks for it."""
 
 PERIOD: Final = 1.0
 """[s]"""
 
 MOST_PRESSES: Final = 64
-"""Actions of no control that may wait; one more is left out."""
 
 
 class ActionQueue:
-    """Actions in the order in which they were asked for. `put` may be called from any thread, the rest from the session's only.
+    """Actions in the order of their requests. Any thread may call `put`; the rest belongs to the session's
+    thread.
 
     Args:
-        handle: does an action.
         clock: returns the time [s].
     """
 
@@ -181,19 +168,18 @@ class ActionQueue:
         return len(self._waiting)
 
     def put(self, action: Action) -> None:
-        """Queue an action; an older one of its control is dropped if it still waits."""
+        """Queue an action; it replaces a waiting one of the same control."""
         control = action.control
         with self._lock:
             if control is None:
                 if len(self._waiting) >= MOST_PRESSES:
                     return
                 control = ("press", next(self._presses))
-            # The newest goes to the end: what was asked for in between comes before it.
+            # The newest goes to the end, after all earlier requests.
             self._leave_out(control)
             self._waiting[control] = action, claim_entry()
 
     def rebuilt(self) -> None:
-        """Note that the action which is being done has the page built again."""
         self._rebuilding = True
 
     def drop(self) -> None:
@@ -207,9 +193,9 @@ class ActionQueue:
             end_entry()
 
     def do(self) -> None:
-        """Do what waits, in order, until `BUDGET` is spent or the page was built again too often for one more time."""
+        """Do the waiting actions in order, within `BUDGET` and the limit on rebuilt pages."""
         deadline = self._clock() + BUDGET
-        # Which action builds is known only once it is done, so that none goes on where none may build.
+        # Only after an action is it known whether it rebuilt the page, so stop at the limit.
         while self._may_rebuild() and (waited := self._next()) is not None:
             self._rebuilding = False
             action, end_entry = waited

@@ -1,4 +1,4 @@
-"""One frame of a session, from what the visitor asked for to what the page draws."""
+"""One frame of a session, from the visitor's actions to what the page draws."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,16 +16,16 @@ from scenes.targets import Target
 
 
 class Contact(NamedTuple):
-    """One moment of the arm that keeps clear, or of both arms if one row is shared by both.
+    """The avoidance row at one moment: of the arm that keeps clear, or of both arms if they share a row.
 
     Attributes:
         row: J_d (n,) [m/rad].
-        distance: that the law acts on [m].
+        distance: distance that the law acts on [m].
         pull, approach: u and w along that row [m/s].
         square: |J_d|² [m²/rad²].
-        second_square: that of the second arm, if it keeps clear by a row of its own; else 0.
-        rate: J_d q̇, what the arm really does along the row [m/s].
-        change: ḋ of the distance that the law acts on, of everything that moves [m/s].
+        second_square: |J_d|² of the second arm if it has a row of its own; else 0.
+        rate: J_d q̇, the speed along the row [m/s].
+        change: ḋ of the law's distance, from everything that moves [m/s].
         true_change: ḋ of the true distance of the closest pair [m/s].
     """
 
@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
 
 def contact(simulation: Simulation, sample: Sample) -> Contact:
-    """Return the contact in the simulation's newest step; `sample` is that step's. The positions are left as they are."""
+    """Contact in the simulation's newest step, `sample`; positions are not moved."""
     run = simulation.settings
     near = simulation.near or simulation.detector.detect(*run.law.proximity)
     own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]
@@ -73,17 +73,15 @@ LATEST: Final = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What every panel and every part of the stage draws at one moment.
+    """What every panel and every part of the 3-D view draws at one moment.
 
     Attributes:
         now: wall time [s].
         shown: the live session, or a moment of a replay.
-        live: the live session, which the controls are about during a replay too.
-        simulation, ghost: its run and the second one, for plots that need their histories.
-        sample: the newest step.
+        live: the live session, which the controls serve during a replay, too.
+        simulation, ghost: the run and the second one, with their histories.
         settings: of the run that is shown, and of the page.
-        pace: how fast it goes.
-        elapsed: wall time since the last frame [s]; 0 where there was none.
+        elapsed: wall time since the last frame [s]; 0 for the first one.
     """
 
     now: float
@@ -97,34 +95,32 @@ class Frame:
     elapsed: float = 0.0
 
     def after(self, period: float) -> float:
-        """Return when a panel is due again that is drawn once in a period [s].
-
-        Where frames come seldom it is later: then the time that there is goes into the picture.
+        """Time at which a panel with this period [s] is due again; later if frames are rare, so that the
+        picture gets the time.
         """
         return self.now + period * min(max(self.elapsed / FRAME, 1.0), LATEST)
 
     @property
     def replayed(self) -> bool:
-        """Whether this is no live run."""
         return self.shown.replay.time is not None
 
     @property
     def of_live(self) -> bool:
-        """Whether this is the live run, or a moment of it while it stands."""
+        """True for the live run and for a reviewed moment of it."""
         return self.shown.replay.reviewed or not self.replayed
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """The run and its ghost as plots over time draw them: a moment of the live run with all of it."""
+        """The run and its ghost for plots over time; a moment of the live run gives all of the run."""
         return self.live.traced if self.of_live else self.shown.traced
 
     def part(self, kind: type[P]) -> P | None:
-        """The live session's part of a class; None where there is no session, as in an export."""
+        """The live session's part of a class; None without a session, as in an export."""
         return None if self.live.parts is None else self.live.parts.of(kind)
 
     @cached_property
     def state(self) -> tuple[object, ...]:
-        """All that words and numbers are made of, to compare: two frames of the same state read the same."""
+        """State of all words and numbers: two frames with equal states read the same."""
         shown, simulation, ghost = self.shown, self.simulation, self.ghost
         steps = simulation.history.count, ghost is not None and ghost.history.count
         run = simulation, ghost, *steps, self.sample.positions.tobytes(), self.settings, self.pace
@@ -132,20 +128,17 @@ class Frame:
 
     @cached_property
     def contact(self) -> Contact:
-        """The line of contact, computed when the first panel asks for it."""
         return contact(self.simulation, self.sample)
 
     @cached_property
     def target(self) -> Target | None:
-        """The target of the source that is active, asked for once."""
         return self.shown.target()
 
 
 def make_frame(session: Session, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
-    """Advance a session by one frame, and return what the page draws.
+    """Advance a session by one frame and return what the page draws.
 
     Args:
-        session: what is advanced.
         now: wall time [s].
         elapsed: wall time since the last frame [s].
         budget: wall time after which no further step is made [s].
@@ -159,12 +152,12 @@ def make_frame(session: Session, now: float, elapsed: float, budget: float = BUD
 
 
 def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
-    """Return the present moment of a run as a frame.
+    """The present moment of a run as a frame.
 
     Args:
-        live: the session, or what stands for it where there is none.
+        live: the session, or its stand-in without a session.
         now: wall time [s].
-        shown: what is seen in its place; None for itself.
+        shown: what is shown instead; None for `live`.
         elapsed: wall time since the last frame [s].
     """
     shown = shown or live

@@ -1,4 +1,6 @@
-"""The ghost: a second run beside the session's, on the same inputs with another law or earlier settings, or with inputs of its own."""
+"""The ghost: a second run with the session's inputs and another law or earlier settings, or with inputs of
+its own.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,22 +15,20 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 KEEP: Final = 60.0
-"""How much of the ghost's run can be made again [s]."""
+"""Length of the ghost's run that can be recomputed [s]."""
 
 
 class GhostRun:
     """The ghost of one session.
 
     Args:
-        run: settings of the law, gain and hardware that a frozen ghost keeps.
-        law: gives the session's late law, which the ghost may use.
+        law: returns the session's late law, which the ghost may use.
 
     Attributes:
-        simulation: its history has the same times as the session's; None while there is no ghost.
-        inputs: what it was made with.
-        source: gives it inputs of its own; None while it has those of the session.
+        simulation: its history has the same times as the session's; None without a ghost.
+        source: source of its own inputs; None if it uses the session's inputs.
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
-        hidden: True while it may not be seen yet, as it plays against the visitor.
+        hidden: True while it must not be seen yet, because it plays against the visitor.
     """
 
     def __init__(self, run: RunSettings, law: Callable[[], LateLaw]) -> None:
@@ -44,7 +44,6 @@ class GhostRun:
         return None if self.simulation is None else self.inputs.window(seconds)
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
-        """Begin a ghost where the run is now, or drop it if none is chosen."""
         self.inputs.forget()
         self.simulation = self.source = None
         if settings.page.ghost != "off":
@@ -53,19 +52,18 @@ class GhostRun:
             self.simulation.resume(beside.snapshot())
 
     def begin_other(self, simulation: Simulation, source: TargetSource) -> None:
-        """Begin another run beside the session's, with settings and inputs of its own."""
         self.inputs.forget()
         self.simulation, self.source = simulation, source
 
     def catch_up(self, time: float) -> None:
-        """Simulate a run with inputs of its own up to a time [s]."""
+        """Simulate a run with its own inputs up to a time [s]."""
         simulation, source = self.simulation, self.source
         while simulation is not None and source is not None and simulation.time < time - 0.5 * simulation.settings.dt:
             self.inputs.record(simulation, target := source.target(simulation.time))
             simulation.step(target)
 
     def apply(self, settings: Settings) -> None:
-        """Take on changed settings of the run from the next step on; a run with inputs of its own keeps its settings."""
+        """Apply changed run settings from the next step on; a run with its own inputs keeps its settings."""
         if self.simulation is not None and self.source is None:
             self.simulation.apply(self._settings(settings))
 

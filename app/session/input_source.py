@@ -1,4 +1,4 @@
-"""Where a run's target comes from: the visitor's hand on the page, a chosen source, or the experiment's own one."""
+"""Source of a run's target: the visitor's hand on the page, a chosen source, or the experiment's own one."""
 
 from typing import Final
 
@@ -13,19 +13,20 @@ from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target
 
 LONGEST_REACH: Final = 0.3
-"""A key held down runs no further ahead of what it moves [m]."""
+"""Longest lead of a held key over what it moves [m]."""
 
 
 WAY_STEP: Final = 0.5
-"""Between two points of the way ahead [s]."""
+"""Time between two points of the coming path [s]."""
 
 
 class InputSource:
     """Gives a run its target, step by step.
 
     Attributes:
-        held: what the visitor holds, and where; None while they hold nothing. It goes before every source.
-        opens: True if a run that begins is moved by the experiment's opening, see `Scenario.opening`, instead of its own source.
+        held: what the visitor holds, and where; None while they hold nothing. It overrides every source.
+        opens: a new run is moved by the experiment's opening, see `Scenario.opening`, instead of its own
+            source.
     """
 
     def __init__(self) -> None:
@@ -40,7 +41,6 @@ class InputSource:
         self._chosen, self._active, self.held = source, None, None
 
     def restart(self) -> None:
-        """Start the source from its beginning at the next step."""
         self._active = None
 
     def let_go(self) -> None:
@@ -49,20 +49,16 @@ class InputSource:
 
     @property
     def began(self) -> tuple[float, Array] | None:
-        """When the active source began [s], and where q (nv,) was then; None while there is none."""
+        """Start time of the active source [s], and q (nv,) then; None without one."""
         return None if self._active is None else (self._begin, self._start)
 
     @property
     def opening(self) -> bool:
-        """True if the active source is the experiment's opening."""
         return isinstance(self._active, Opening)
 
     def resume(self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False) -> None:
-        """Go on with the source that began then. It may depend on where the run was, so that the simulation is reset to it.
-
-        Args:
-            began: see `began`.
-            opening: whether it was the experiment's opening.
+        """Continue with a source that began earlier; the simulation is reset to it, because the source may
+        depend on q.
         """
         if began is None:
             return
@@ -71,7 +67,7 @@ class InputSource:
         self._active = self._chosen or self._own(simulation, opening)
 
     def target(self, simulation: Simulation, autopilot: bool) -> Target | None:
-        """Return the active source's target, or None. `autopilot`: whether a source stands in for the visitor."""
+        """The active source's target, or None. `autopilot`: a source replaces the visitor."""
         if self.held is not None:
             return self.held
         if not autopilot:
@@ -85,13 +81,13 @@ class InputSource:
         return self.opens and simulation.steps == 0
 
     def _own(self, simulation: Simulation, opening: bool) -> TargetSource:
-        """The experiment's opening, if that is asked for and it has one; else its own source."""
         return (simulation.opening() if opening else None) or simulation.source()
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
-        """Coming places of the hand, or of the ball, in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
-        is the source, where the experiment's own one would; (0, 3) if that is not known."""
-        # A person's angles are not known in advance, and say nothing of a place.
+        """Coming places of the hand or the ball in the next seconds (k, 3) [m], by the source or, if the
+        visitor is the source, by the experiment's own one; (0, 3) if unknown.
+        """
+        # A person's angles are not known in advance, and are not positions.
         if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
         source = (autopilot and (self._active or self._chosen)) or self._own(simulation, self._begins_with_opening(simulation))
@@ -101,13 +97,10 @@ class InputSource:
 
 
 def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) -> Target | None:
-    """What the visitor holds after a nudge of the hand, or of the ball; None if the experiment has neither.
+    """What the visitor holds after a nudge of the hand or the ball; None if the experiment has neither.
 
     Args:
-        simulation: the run.
-        arm: that they hold.
-        held: what they hold now.
-        way: (3,) by how much [m], world.
+        way: displacement (3,) [m], world.
     """
     if simulation.settings.experiment.moves == "person":
         # A person's own arms cannot be nudged.
@@ -123,13 +116,12 @@ def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) ->
 
 
 def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: float) -> JointTarget | None:
-    """What the visitor holds after a move of one joint of the guided arm; None where no slave follows its joints.
+    """What the visitor holds after a move of one joint of the guided arm; None if no slave follows its
+    joints.
 
     Args:
-        simulation: the run.
-        held: what they hold now.
         joint: counted from 0.
-        angle: where to, within the joint's limits at most [rad].
+        angle: clipped to the joint's limits [rad].
     """
     model, columns = simulation.room.model, simulation.guided.joints
     if simulation.settings.experiment.follows != "arm" or joint >= columns.stop - columns.start:
@@ -140,12 +132,12 @@ def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: f
 
 
 def ahead(place: Array, way: Array, here: Array) -> Array:
-    """Return a place (3,) moved by a way (3,), but no further from here (3,) than `LONGEST_REACH` along each axis [m]."""
+    """A place (3,) moved by `way` (3,), at most `LONGEST_REACH` from `here` (3,) along each axis [m]."""
     return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
 
 
 def source_settings(run: RunSettings) -> tuple[object, ...]:
-    """Return the settings that the experiment's own source depends on: when one changes, the source starts again."""
+    """Settings on which the experiment's own source depends: a change restarts it."""
     return (
         run.scene,
         run.rig,

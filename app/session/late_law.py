@@ -1,4 +1,4 @@
-"""A law that may answer later: what a session knows of a law that it is given for its run or its ghost."""
+"""A law that may answer later, for the session's run or its ghost."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
@@ -8,21 +8,20 @@ from controllers.laws.situation import Law
 from scenes.settings import RunSettings
 
 GHOST: Final = "own"
-"""Value of the setting `ghost` by which the ghost uses the law, not the run."""
 
 
 class LateLawStatus(NamedTuple):
     """State of a late law, for the page.
 
     Attributes:
-        file: name of the file of the law that runs instead of the settings' law; None if the settings' law runs.
+        file: name of the file of the law that replaces the settings' law; None if the settings' law runs.
         ghost_file: the same of the ghost.
-        problem: why the law is not in force, and its arm stands still; "" if all is well, or no run uses it.
-        away: True if the file is gone; the last law that was read stays in force.
-        waits: True while the run waits for the law's answer.
-        slow: duration of a call, and what real time allows [s]; None unless the law slows down the run.
-        sha256: of the file, in hexadecimal digits.
-        line: of the file that `problem` is about, counted from 1; None if it is about no line.
+        problem: reason why the law is not in force and its arm stands still; "" if all is well, or no run
+            uses it.
+        away: the file is gone; the last law that was read stays in force.
+        waits: the run waits for the law's answer.
+        slow: duration of a call, and the limit for real time [s]; None unless the law slows down the run.
+        line: of the file that `problem` is about, counted from 1; None if no line.
     """
 
     file: str | None = None
@@ -36,56 +35,53 @@ class LateLawStatus(NamedTuple):
 
 
 class LateLaw:
-    """No law; a subclass has one. A law that has not answered yet raises `controllers.laws.situation.Unanswered`.
+    """No law; a subclass has one. A law without an answer raises `controllers.laws.situation.Unanswered`.
 
     All methods belong to the thread that advances the session.
 
     Attributes:
-        in_ghost: True if the ghost uses it, not the run.
+        in_ghost: the ghost uses it, not the run.
     """
 
     in_ghost = False
 
     @property
     def given(self) -> bool:
-        """True if there is a law, also while neither the run nor its ghost uses it."""
+        """True if there is a law, even if neither the run nor its ghost uses it."""
         return False
 
     @property
     def of_run(self) -> Law | None:
-        """The law, if the run uses it."""
         return None
 
     @property
     def of_ghost(self) -> Law | None:
-        """The law, if the ghost uses it."""
         return None
 
     @property
     def waits(self) -> bool:
-        """True while no step is made because the law has not answered yet."""
+        """True while no step is made because the law has not answered."""
         return False
 
     def status(self, late: bool) -> LateLawStatus:
-        """State of the law. `late`: whether the run cannot keep up with the speed asked for."""
+        """State of the law. `late`: the run cannot keep up with the chosen speed."""
         del late
         return LateLawStatus()
 
     def advance(self, elapsed: float, paused: bool) -> None:
-        """Let the law have its share of a frame. `elapsed`: wall time since the last one [s]."""
+        """Compute within a frame. `elapsed`: wall time since the last one [s]."""
 
     def step_made(self, run: RunSettings, speed: float) -> None:
-        """Note that a step of both runs was made. `speed`: simulated over wall time."""
+        """Called after a step of both runs. `speed`: simulated over wall time."""
 
     def close(self) -> None:
-        """Release what the law needs, such as a process."""
+        """Release resources, such as a process."""
 
 
 LateLawMaker = Callable[[Jobs | None, Callable[[], None]], LateLaw]
-"""Makes the law of a session from where it may compute in the background and what asks for a frame."""
+"""Makes the law of a session from its background jobs and its wake function."""
 
 
 def no_law(background: Jobs | None, wake: Callable[[], None]) -> LateLaw:
-    """The law of a session that is given none."""
     del background, wake
     return LateLaw()

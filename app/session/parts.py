@@ -1,4 +1,6 @@
-"""What features keep with a session: one object of each class, what it does as the session goes on, and its bytes in the record."""
+"""State that features keep with the session: one object of each class, its hooks, and its bytes in the
+record.
+"""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, TypeVar
@@ -14,10 +16,11 @@ class SessionPart:
     All methods belong to the thread that advances the session.
 
     Args:
-        session: the `app.session.session.Session` that it belongs to. Sessions import this file, so that it cannot import their class.
+        session: an `app.session.session.Session`; that file imports this one, so the type cannot be named
+            here.
 
     Attributes:
-        name: of its bytes in the record; unique among all parts.
+        name: name of its bytes in the record; unique among all parts.
     """
 
     name: ClassVar[str] = ""
@@ -30,74 +33,70 @@ class SessionPart:
         return b""
 
     def restore(self, saved: bytes) -> None:
-        """Restore what `saved` returned, in this process or in an earlier one; raises nothing."""
+        """Restore the bytes of `saved`, perhaps of an earlier process; raises nothing."""
 
     def recordings(self) -> Mapping[str, Recorded]:
-        """Name → recorded run of those that the record keeps for this part; each is written once."""
+        """Name → recorded run that the record keeps for this part; each is written once."""
         return {}
 
     def restore_recordings(self, recordings: Mapping[str, Recorded]) -> None:
-        """Restore what `recordings` returned, just before `restore`. `recordings`: also those of other parts."""
+        """Restore the runs of `recordings`, just before `restore`. `recordings`: also those of other parts."""
 
     @property
     def leads(self) -> bool:
-        """True while the part begins and stops the runs."""
         return False
 
     @property
     def hands_off(self) -> bool:
-        """True while the part moves what the visitor could move."""
         return False
 
     @property
     def history(self) -> float | None:
-        """Time before a restored run's newest step of which the part needs the curves [s]; None if the run must begin again."""
+        """Time before a restored run's newest step for which the part needs curves [s]; None if the run must
+        restart.
+        """
         return 0.0
 
     def run_restored(self) -> None:
-        """Take note that the session has gone on with the run of its record."""
+        """Called when the session continues the run of its record."""
 
     def link(self, query: dict[str, str]) -> dict[str, str]:
-        """Query of a link that shows the session as it is now. `query`: that of its settings."""
+        """Query of a link that shows the present session. `query`: that of its settings."""
         return query
 
     def advance(self, elapsed: float) -> None:
-        """Take in what was computed, before the actions of a frame. `elapsed`: wall time since the last frame [s]."""
+        """Collect finished computations, before the actions of a frame."""
 
     def decide(self) -> None:
-        """Begin, stop or measure the run, after the actions of a frame and before its steps."""
+        """Start, stop or measure the run, after the actions of a frame and before its steps."""
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Follow a change of the settings. `rebuilt`: whether the run is of another experiment now."""
+        """Called after a change of settings. `rebuilt`: True if the experiment changed."""
 
     def law_changed(self) -> None:
-        """Take note that the session was given a law besides the settings' law, or has lost it."""
+        """Called when the session gets or loses a custom law."""
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
-        """Do what the visitor's link asks for besides settings, when the run has begun; the messages about what is not possible."""
+        """Do what the visitor's link asks for besides settings, when the run has begun; messages about what
+        is not possible.
+        """
         return ()
 
     def curves(self) -> WhatIf | None:
-        """How the newest part of the run would have gone otherwise, for the plots over time; None without an answer."""
+        """Alternative course of the newest part of the run, for the plots over time; None without an answer."""
         return None
 
     def reset(self) -> None:
-        """Drop what is about the run before a reset."""
+        """Drop state of the run before a reset."""
 
     def close(self) -> None:
-        """Drop everything that is being computed."""
+        """Stop all computations."""
 
 
 P = TypeVar("P", bound=SessionPart)
 
 
 class SessionParts:
-    """The parts of one session, by their class.
-
-    Args:
-        session: of the parts.
-    """
-
     def __init__(self, session: Any) -> None:
         self._session = session
         self._made: dict[type[SessionPart], SessionPart] = {}
@@ -105,11 +104,10 @@ class SessionParts:
         self._recordings: dict[str, Recorded] = {}
 
     def __iter__(self) -> Iterator[SessionPart]:
-        """The parts that were made, in the order of the first requests; a part may ask for others meanwhile."""
+        """The existing parts in the order of their first requests; a part may create others meanwhile."""
         return iter(tuple(self._made.values()))
 
     def of(self, kind: type[P]) -> P:
-        """The session's part of a class."""
         part = self._made.get(kind)
         if part is None:
             part = self._made[kind] = kind(self._session)
@@ -118,17 +116,15 @@ class SessionParts:
         return part
 
     def saved(self) -> dict[str, bytes]:
-        """Name → bytes of every part that has something to restore, also of those that were not asked for."""
+        """Name → bytes of every part with something to restore, also of parts not yet requested."""
         made = {part.name: part.saved() for part in self}
         return {name: saved for name, saved in (self._waiting | made).items() if saved}
 
     def recordings(self) -> dict[str, Recorded]:
-        """Name → recorded run of all parts, also of those that were not asked for."""
         made = {name: recorded for part in self for name, recorded in part.recordings().items()}
         return (self._recordings if self._waiting else {}) | made
 
     def restore(self, saved: Mapping[str, bytes], recordings: Mapping[str, Recorded] | None = None) -> None:
-        """Restore the parts of a record; each as soon as it is asked for. `recordings`: what `recordings` returned."""
         self._waiting |= saved
         self._recordings |= recordings or {}
         for part in self:
@@ -141,10 +137,8 @@ class SessionParts:
 
     @property
     def lead(self) -> bool:
-        """True while a part begins and stops the runs."""
         return any(part.leads for part in self)
 
     @property
     def hands_off(self) -> bool:
-        """True while a part moves what the visitor could move."""
         return any(part.hands_off for part in self)

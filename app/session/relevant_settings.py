@@ -1,4 +1,4 @@
-"""Which settings matter in which experiment and under which law: the others are hidden, never removed."""
+"""Which settings matter in an experiment and under a law; the others are hidden, never removed."""
 
 from collections.abc import Callable
 from typing import Final
@@ -14,10 +14,8 @@ def _can_be_pulled(settings: Settings) -> bool:
 
 
 _OF_LAWS: Final = frozenset(specs(LawSettings)) - {"law"}
-"""Settings that matter only under laws that read them."""
 
 _OF_OBSTACLES: Final = _OF_LAWS | {"law", "fps", "dnoise", "ghost", "whatif"}
-"""Settings that matter only where there is something to keep clear of."""
 
 ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "avoid": lambda s: s.run.experiment.obstacle == "arm",
@@ -35,11 +33,9 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "load": lambda s: s.run.first in (TIP, ALL),
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
 }
-"""Key → what must hold, too, for it to matter."""
 
 
 def matters(key: str, settings: Settings) -> bool:
-    """True if a setting, named by its key, has any effect now."""
     run, experiment = settings.run, settings.run.experiment
     if key not in experiment.reads and any(key in other.reads for other in EXPERIMENTS.values()):
         return False
@@ -51,7 +47,7 @@ def matters(key: str, settings: Settings) -> bool:
 
 
 def built_of(settings: Settings) -> tuple[object, ...]:
-    """Settings of which room, arms, handles and page are made: a change of one builds something again."""
+    """Settings that determine room, arms, handles and page; a change of one rebuilds something."""
     run, page = settings.run, settings.page
     return (
         *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start, run.first, run.load, run.together),

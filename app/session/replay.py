@@ -1,7 +1,7 @@
-"""A player of a recorded run: any moment of it, to the last bit, computed from snapshots.
+"""Player of a recorded run: any moment of it, bit for bit, computed from snapshots.
 
-`make_film` simulates the run once and stores a snapshot every `SPACING` steps; call it in the background. `Replay` then seeks to any
-moment within a few milliseconds.
+`make_film` simulates the run once, in the background, and stores a snapshot every `SPACING` steps. `Replay`
+then seeks within a few milliseconds.
 """
 
 import itertools
@@ -24,38 +24,38 @@ from scenes.targets import Target
 from scenes.wanted import while_wanted
 
 SPACING: Final = 25
-"""Steps from one snapshot to the next."""
 
 MOST_STATES: Final = 4_000
-"""Largest number of snapshots; in a long run they are further apart."""
+"""Largest number of snapshots; a long run spaces them further apart."""
 
 PERIOD: Final = 1.0 / 32.0
-"""Simulated time of which one row is stored for the curves [s], the one with the smallest distance, so that no dip is lost. Four of them
-are one bin of the page's plots."""
+"""Simulated time per stored row of the curves [s]; the row with the smallest distance is kept, so that no dip
+is lost. Four rows make one bin of the page's plots.
+"""
 
 PAST: Final = 22.0
-"""How much of what came before a moment its history holds [s]: as much as the plots show."""
+"""Length of the history before a moment [s]: as long as the plots' axis."""
 
 BUDGET: Final = 0.02
-"""Wall time that playing may use in one frame [s]; beyond it the replay slows down."""
+"""Wall time for playing in one frame [s]; beyond it the replay slows down."""
 
 CAPACITY: Final = 8_000
-"""Rows of a replay's history."""
 
 AHEAD: Final = 10.0
-"""The axis of a long replay's plots goes on in pieces of this length, so that it stands still in between [s]; what is no longer than two
-of them is drawn as a whole."""
+"""Step by which the time axis of a long replay advances, so that it stands still in between [s]; a run up to
+two steps long is drawn whole.
+"""
 
 
 @dataclass(frozen=True)
 class RecordedFilm:
-    """A recorded piece of a run, with what is needed to stand anywhere in it.
+    """A recorded piece of a run with the snapshots that `Replay` needs.
 
     Attributes:
         spacing: steps from one snapshot to the next.
-        states: the snapshots, packed; the first is of the beginning.
-        rows: (k, columns of `scenes.history`) one every `PERIOD`.
-        row_steps: (k,) which step of the piece each row is, from 0.
+        states: packed snapshots; the first is the beginning.
+        rows: (k, columns of `scenes.history`), one every `PERIOD`.
+        row_steps: (k,) step of the piece for each row, from 0.
     """
 
     recorded: Recorded
@@ -66,10 +66,10 @@ class RecordedFilm:
 
 
 def make_film(recorded: Recorded) -> RecordedFilm:
-    """Make a recorded piece again, and keep what `Replay` needs.
+    """Recompute a recorded piece.
 
     Raises:
-        BadSetting: it cannot be made here.
+        BadSetting: it cannot be computed here.
     """
     steps = recorded.steps
     spacing = max(SPACING, -(-steps // MOST_STATES))
@@ -97,21 +97,16 @@ def make_film(recorded: Recorded) -> RecordedFilm:
 
 
 def make_films(recorded: Recorded, beside: Recorded | None) -> tuple[RecordedFilm, RecordedFilm | None]:
-    """Make a recorded piece again, and the ghost's, see `make_film`."""
     return make_film(recorded), None if beside is None else make_film(beside)
 
 
 class Replay:
-    """A player of a recorded run.
-
-    Args:
-        film: of it, see `make_film`.
+    """Player of a recorded run.
 
     Attributes:
-        simulation: as it was at this moment, with the history before it; read only.
-        playing: whether `advance` goes on.
+        simulation: state at this moment, with the history before it; read only.
         speed: simulated over wall time.
-        step: how many of the `steps` are made at this moment, from 1; read only.
+        step: number of the `steps` made at this moment, from 1; read only.
         target: of the newest step; read only.
     """
 
@@ -124,9 +119,8 @@ class Replay:
         for stretch in recorded.stretches:
             moments.append(moments[-1][-1] + np.arange(1, stretch.targets.steps + 1) * stretch.settings.dt)
         self._moments = np.concatenate(moments)
-        """Time after each number of steps, from 0 on [s]."""
+        """Time after each number of steps, from 0 [s]."""
         self._ends = list(itertools.accumulate(stretch.targets.steps for stretch in recorded.stretches))
-        """Number of steps to the end of each stretch."""
         self._person = RecordedPerson(recorded)
         self._debt = 0.0
         self.step = 0
@@ -137,12 +131,12 @@ class Replay:
 
     @property
     def begin(self) -> float:
-        """Earliest moment there is [s], on the clock of the run."""
+        """Earliest moment [s], on the clock of the run."""
         return self.moment(1)
 
     @property
     def end(self) -> float:
-        """Latest moment there is [s]."""
+        """Latest moment [s]."""
         return self.moment(self.steps)
 
     @property
@@ -155,7 +149,7 @@ class Replay:
 
     @property
     def traced(self) -> Simulation:
-        """The run up to the end of the axis on which plots over time draw this moment; only its history counts."""
+        """The run up to the end of the present time axis of the plots; only its history counts."""
         length = self.end - self.begin
         piece = AHEAD if length > 2.0 * AHEAD else length
         pieces = math.ceil((self.time - self.begin) / piece - 1e-9) if piece > 0.0 else 1
@@ -170,7 +164,7 @@ class Replay:
 
     @property
     def nearest_moment(self) -> float | None:
-        """When d is smallest [s]; None where there is nothing to keep clear of."""
+        """Time of the smallest d [s]; None without an obstacle."""
         d = self._film.rows[:, COLUMN["d"]]
         return self.moment(int(self._film.row_steps[d.argmin()]) + 1) if np.isfinite(d).all() else None
 
@@ -179,30 +173,28 @@ class Replay:
         return float(self._moments[step])
 
     def nearest(self, time: float) -> int:
-        """Return the number of steps after which it is nearest to a time [s]; nan is the beginning."""
+        """Number of steps at the moment nearest to a time [s]; nan gives the beginning."""
         if not time > self.begin:
             return 1
         step = min(int(np.searchsorted(self._moments, time)), self.steps)
         return step - 1 if time - self._moments[step - 1] < self._moments[step] - time else step
 
     def seek(self, time: float) -> None:
-        """Go to a time [s], or to the nearest moment there is."""
+        """Go to the moment nearest to a time [s]."""
         self.seek_step(self.nearest(time))
 
     def seek_step(self, step: int) -> None:
-        """Show the moment after `step` steps, or the nearest end."""
         self._debt = 0.0
         self._go(max(1, min(step, self.steps)))
 
     def toggle(self) -> None:
-        """Play or pause; at the end, play from the beginning."""
         self.playing = not self.playing
         self._debt = 0.0
         if self.playing and self.step >= self.steps:
             self._go(1)
 
     def advance(self, elapsed: float) -> None:
-        """Play `elapsed` seconds of wall time. Pauses at the end."""
+        """Play `elapsed` seconds of wall time; pause at the end."""
         if not self.playing:
             return
         self._debt += elapsed * self.speed
@@ -220,7 +212,6 @@ class Replay:
         self.playing = False
 
     def _settings_of(self, step: int) -> RunSettings:
-        """Return the settings of a step, from 0."""
         return self.recorded.stretches[bisect_right(self._ends, step)].settings
 
     def _go(self, step: int) -> None:
@@ -240,7 +231,6 @@ class Replay:
         self.step += 1
 
     def _jump(self, state: int) -> None:
-        """Go to a snapshot, with the history before it."""
         self.step = state * self._film.spacing
         settings = self._settings_of(self.step)
         self.simulation.apply(settings)
@@ -248,7 +238,6 @@ class Replay:
         self._fill(self.simulation, self.step)
 
     def _fill(self, simulation: Simulation, step: int) -> None:
-        """Give a simulation the history of `PAST` before a step of the film."""
         # Another one, so that its readers notice the jump.
         simulation.history = History(CAPACITY, len(simulation.positions))
         rows = self._film.rows[: np.searchsorted(self._film.row_steps, step)]

@@ -1,4 +1,4 @@
-"""The replay in a session: the last part of its run, or the run of a file, in the place of the live one."""
+"""Replay in a session: the last part of its run, or the run of a file, instead of the live one."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,19 +21,18 @@ from scenes.simulation import Simulation
 from scenes.targets import Target
 
 DRAFT: Final = 20.0
-"""The newest part of a long replay, which is there first [s]."""
+"""Length of the newest part of a long replay, which is computed first [s]."""
 
 REVIEWED: Final = DRAFT + 2.0
-"""How much of a run that stands can be looked back at [s]: at least as much as the plots over time show; further if an earlier moment is
-asked for."""
+"""Shortest part of a paused run that can be reviewed [s]: at least what the plots show."""
 
 
 class Mark(NamedTuple):
-    """A moment of a run that is worth a look.
+    """A notable moment of a run.
 
     Attributes:
         time: on the clock of the run [s].
-        name: what is then, in the visitor's language once it is read by `tr`.
+        name: what happens then, for `tr`.
     """
 
     time: float
@@ -41,14 +40,14 @@ class Mark(NamedTuple):
 
 
 class ReplayStatus(NamedTuple):
-    """Which replay is shown in the place of a live run.
+    """Which replay is shown instead of the live run.
 
     Attributes:
-        time: the moment that is replayed, on the clock of the run [s]; None while live.
-        file: name of the loaded file that is replayed; "" for the session's own run.
-        reviewed: True for a moment of the live run, which is paused meanwhile.
-        mark: the moment of the replay that is worth a look; None if there is no such moment.
-        coming: name of the run that is being loaded to be replayed; "" if no run is being loaded.
+        time: replayed moment on the clock of the run [s]; None while live.
+        file: name of the replayed file; "" for the session's own run.
+        reviewed: True for a moment of the live run, which is paused.
+        mark: notable moment of the replay, or None.
+        coming: name of the run that is being loaded; "" if none is loading.
     """
 
     time: float | None = None
@@ -59,32 +58,26 @@ class ReplayStatus(NamedTuple):
 
 
 class Live(Protocol):
-    """The live run, as what replays a part of it reads and stops it; see `Session`."""
-
     settings: Settings
     simulation: Simulation
     control: RunControl
     inputs: InputsLog
     ghost_run: GhostRun
 
-    def notify(self, title: str, text: str) -> None:
-        """Tell the visitor something."""
+    def notify(self, title: str, text: str) -> None: ...
 
 
 class Past:
-    """A replay as a page reads it in the place of a session: nothing is held there.
+    """A replay as a page reads it instead of a session; nothing is held in it.
 
     Args:
-        replay: where it stands.
-        settings: of the live session; the page stays as it is, the run is that of the replay.
-        file: name of the loaded file that is replayed; "" for the session's own run.
-        beside: of the ghost, at the same moment; None where there is none.
-        reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
-        mark: the moment that is worth a look; None if there is none.
+        file: name of the replayed file; "" for the session's own run.
+        beside: replay of the ghost, or None.
+        reviewed: True for a moment of the paused live run, so that all of the run is known.
+        mark: notable moment, or None.
 
     Attributes:
-        ghost: the second run beside it, at the same moment; None where there is none.
-        law_status: which file's law is replayed.
+        ghost: the second run at the same moment, or None.
     """
 
     # Of a live session, see `app.session.shown.Shown`.
@@ -111,13 +104,13 @@ class Past:
 
     @property
     def settings(self) -> Settings:
-        """Those of the run then, with those of the page now."""
+        """The run's settings at that moment, with the page's present ones."""
         page = self._settings.page if self._reviewed else replace(self._settings.page, ghost="off")
         return replace(self._settings, run=self._replay.simulation.settings, page=page)
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """The run as plots over time draw it, as far as their axis goes, and no ghost."""
+        """The run for the plots over time, up to the end of their axis, without a ghost."""
         return self._replay.traced, None
 
     @property
@@ -133,18 +126,16 @@ class Past:
 
 
 class ReplayPlayer:
-    """All methods belong to the thread that advances the session.
+    """Replays of one session. All methods belong to the thread that advances the session.
 
     Args:
-        background: computes the replay's film; with None there is never one.
-        wake: called, from any thread, when the state of a job has changed.
+        background: computes the film; None: no replay.
+        wake: called from any thread when the state of a job changes.
 
     Attributes:
-        jobs: the film, and the exports of what is shown.
         replay: None while live.
-        loaded: name of the file that is replayed, "" for the session's own run.
-        reviewing: whether it shows a moment of the live run, which stands, see `review`.
-        mark: the moment of the replay that is worth a look; None if there is none.
+        loaded: name of the replayed file; "" for the session's own run.
+        reviewing: True while a moment of the paused live run is shown, see `review`.
     """
 
     def __init__(self, session: Live, background: Jobs | None, wake: Callable[[], None]) -> None:
@@ -160,11 +151,10 @@ class ReplayPlayer:
 
     @property
     def coming(self) -> str:
-        """Name of the run that is being loaded to be replayed; "" for none."""
         return self.loaded if self.replay is None else ""
 
     def recorded(self, seconds: float) -> Recorded | None:
-        """Return the newest piece [s] of the run that is shown, live or replayed; None if there is none."""
+        """Newest piece [s] of the run that is shown, live or replayed; None if nothing was recorded."""
         if self.replay is not None and not self.reviewing:
             return self.replay.recorded
         # After a reset the log still has the run before, until the first step.
@@ -184,13 +174,12 @@ class ReplayPlayer:
         self._watch(recorded, name)
 
     def review(self, time: float, mark: Mark | None = None) -> None:
-        """Show a moment of the live run while it stands: the scene as it was then, plots over time of the whole run.
-
-        In a replay it is the moment of the replay. Nothing happens while the run goes on.
+        """Show a moment of the paused live run, with plots over time of the whole run, or of the replay.
+        Ignored while the run moves.
 
         Args:
             time: on the clock of the run [s].
-            mark: the moment of it that is worth a look; None for that of the smallest distance.
+            mark: the notable moment; None for that of the smallest distance.
         """
         if self.replay is not None or self._run is not None:
             self.seek(time)
@@ -201,7 +190,6 @@ class ReplayPlayer:
             self._watch(recorded, beside=self._session.ghost_run.recorded(reach))
 
     def _watch(self, recorded: Recorded, name: str = "", beside: Recorded | None = None, whole: Recorded | None = None) -> None:
-        """Let the live run stand, and have a piece filmed and shown, with that of the ghost; then all of it, where it is a draft."""
         if not self.jobs.computes:
             return
         self.loaded, self._run = name, self._session.settings.run
@@ -224,7 +212,6 @@ class ReplayPlayer:
             self.jobs.submit("film", partial(self._show, None), make_films, whole, None)
 
     def leave(self) -> None:
-        """Go back to live: a run that went on before goes on."""
         self.jobs.drop("film")
         self.replay, self.loaded, self._seek = None, "", None
         self.reviewing, self.mark, self._ghost, self._run = False, None, None, None
@@ -235,21 +222,20 @@ class ReplayPlayer:
         self._seek = time
 
     def toggle(self) -> None:
-        """Play the replay, or let it rest."""
         if self.replay is not None:
             self.replay.toggle()
 
     def pause(self, action: Pause) -> bool:
-        """Play the replay, or let it rest; False if this is the live run's."""
+        """Play or pause the replay; False if the action is for the live run."""
         del action
         if self.reviewing:
-            # The run goes on from where it is.
+            # The run continues from its present state.
             self.leave()
         self.toggle()
         return self._in_place_of_live
 
     def single_step(self, action: SingleStep) -> bool:
-        """Go one step on in the replay; False if this is the live run's."""
+        """Make one step in the replay; False if the action is for the live run."""
         del action
         if self.replay is not None:
             self.replay.playing = False
@@ -257,7 +243,6 @@ class ReplayPlayer:
         return self._in_place_of_live
 
     def reset(self, action: Reset) -> bool:
-        """Go back to live; False if the live run is to begin again."""
         del action
         done = self._in_place_of_live and not self.reviewing
         if done or self.reviewing:
@@ -266,7 +251,7 @@ class ReplayPlayer:
 
     @property
     def _in_place_of_live(self) -> bool:
-        """True while a replay is shown, or loaded: the live run would go on in the place of what is being loaded."""
+        """True while a replay is shown or loading; the live run must not move meanwhile."""
         return self.replay is not None or bool(self.coming)
 
     def _fail(self, job: Job) -> None:
@@ -277,13 +262,13 @@ class ReplayPlayer:
 
     @property
     def past(self) -> Past | None:
-        """What the page draws in place of the session; None while live."""
+        """What the page draws instead of the session; None while live."""
         if self.replay is None:
             return None
         return Past(self.replay, self._session.settings, self.loaded, self._ghost, self.reviewing, self.mark)
 
     def advance(self, elapsed: float) -> None:
-        """Collect finished jobs and play `elapsed` seconds [s] on."""
+        """Collect finished jobs and play `elapsed` seconds [s]."""
         self.jobs.collect()
         if self._run is not None and ("replay" not in self._session.control.halt or self._session.settings.run is not self._run):
             # After a change of the experiment the visitor wants to see the live run.

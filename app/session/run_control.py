@@ -10,28 +10,22 @@ from scenes.simulation import Simulation
 
 
 class Stepped(Protocol):
-    """What a `RunControl` needs of its session."""
-
     settings: Settings
     simulation: Simulation
     law: LateLaw
 
     def step_both(self) -> bool:
-        """Make a step of the run and its ghost; False if a law has not answered, so that no step was made."""
+        """Step the run and its ghost; False, without a step, while a law has not answered."""
         ...
 
 
 class RunControl:
     """The clock of one session, and what overrides it.
 
-    Args:
-        session: of the run.
-
     Attributes:
-        halt: why no step is made.
         stepping: wall time of the steps of the last frame [s].
-        frame_ends_at: time of the run at which a frame ends, so that what comes then can be decided before the next step [s]; 0 for
-            no such time.
+        frame_ends_at: time of the run at which a frame must end, so that a decision comes before the next
+            step [s]; 0 for no limit.
     """
 
     def __init__(self, session: Stepped) -> None:
@@ -43,7 +37,7 @@ class RunControl:
         self._steps_asked, self._hurries_to = 0, 0.0
 
     def toggle_pause(self) -> None:
-        """Pause or go on; nothing happens while the teacher has stopped the session."""
+        """Pause or resume; ignored while the teacher has stopped the session."""
         if "teacher" in self.halt:
             return
         if self.halt:
@@ -54,40 +48,36 @@ class RunControl:
         self._steps_asked = 0
 
     def single_step(self) -> None:
-        """Pause, and make one step in the next frame."""
         if not self.halt:
             self.halt.set("visitor")
         self._steps_asked += 1
 
     def hurry(self, until: float) -> None:
-        """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
+        """Simulate as fast as possible up to a time of the run [s]; a pause or a reset ends this."""
         self.halt.go_on()
         self._hurries_to = until
 
     def forget(self) -> None:
-        """Owe no step, as after a reset."""
         self._clock.forget()
         self._hurries_to = 0.0
 
     @property
     def pace(self) -> Pace:
-        """How the clock runs."""
         return self._clock.pace(bool(self.halt))
 
     @property
     def slowed(self) -> bool:
-        """True while the machine cannot keep up with the speed asked for."""
         return self._clock.pace(False).slowed
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Simulate `elapsed` [s] of wall time, with no further step after `budget` [s] of it; return the number of steps made."""
+        """Simulate `elapsed` [s] of wall time, within `budget` [s]; return the number of steps made."""
         self.stepping = 0.0
         if "teacher" in self.halt:
-            # What was asked for meanwhile is not made up for afterwards.
+            # Time missed meanwhile is not caught up.
             self._steps_asked, self._hurries_to = 0, 0.0
             return 0
         if "hidden" in self.halt:
-            # A hurry goes on when the tab is back in sight.
+            # A hurried run continues when the tab is visible again.
             return 0
         if self.halt:
             due, self._hurries_to = self._steps_asked, 0.0
@@ -109,7 +99,6 @@ class RunControl:
         return made
 
     def _make(self, due: int, budget: float) -> int:
-        """Make some steps, or as many as there is time for [s]; return how many were made."""
         begin, made = perf_counter(), 0
         now = begin
         while made < due and now <= begin + budget and self._session.step_both():

@@ -1,4 +1,4 @@
-"""One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
+"""One visitor's experiment: its run and its ghost, advanced with the wall clock."""
 
 from collections import deque
 from collections.abc import Callable
@@ -27,18 +27,17 @@ from scenes.simulation import Simulation
 from scenes.targets import Target
 
 MOST_NOTICES: Final = 16
-"""Notices that wait for a page; the oldest makes room."""
+"""Largest number of notices that wait for a page; the oldest is dropped."""
 
 
 class Session:
-    """A simulation that runs with the wall clock, and perhaps a second one, the ghost, on the same inputs.
+    """A simulation that runs with the wall clock, and perhaps a ghost with the same inputs.
 
-    All methods but `post` belong to the one thread that calls `advance`; `post` may be called from anywhere.
+    Any thread may call `post`; all other methods belong to the thread that calls `advance`.
 
     Args:
-        settings: of the run and of the page.
-        wake: called after every `post`, to ask for a frame at once.
-        background: where replays, and what features study, are computed; without one they are not.
+        wake: called after every `post` to request a frame.
+        background: computes replays and studies; None: none are computed.
         law: makes a law that may answer later, for the run or the ghost.
     """
 
@@ -52,71 +51,62 @@ class Session:
         self.settings, self.background = settings, background
         self._ask_for_frame = wake
         self.stirred = True
-        """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
+        """True if anything was posted or computed since the last actions."""
         self.simulation = Simulation(settings.run)
         self.inputs = InputsLog()
-        """What the run was made with."""
         self.law = law(background, self.wake)
-        """A law that may answer later, which the run or the ghost may use instead of the settings' law."""
         self.law.in_ghost = settings.page.ghost == GHOST
         self._law_given = self.law.given
         self.ghost_run = GhostRun(settings.run, lambda: self.law)
         self._wish: tuple[Target | None] | None = None
-        """The target of a step that its law has not answered yet."""
+        """Target of a step that its law has not answered yet."""
         self.player = ReplayPlayer(self, background, self.wake)
-        """Replays in the place of the live run."""
         self.handlers = ActionHandlers()
-        """Handlers of what is posted: the session's own, and over them those of the page that operates it."""
+        """Handlers of posted actions: the session's, covered by those of the operator's page."""
         self._add_handlers()
         self.posts = ActionQueue(self.handlers.do)
         self.control = RunControl(self)
-        """When steps are made, and why none is made."""
         self.hand = VisitorHand(self)
-        """What moves the run: the visitor, or a source."""
         self.parts = SessionParts(self)
-        """State of features."""
         self.notices: deque[tuple[str, str]] = deque(maxlen=MOST_NOTICES)
-        """Title and text of what `notify` was told; the page that shows them removes them."""
+        """Title and text of each notice; the page that shows them removes them."""
         self.simulation.use(self.law.of_run)
         self.ghost_run.begin(settings, self.simulation)
 
     def wake(self) -> None:
-        """Ask for a frame at once; from any thread."""
         self.stirred = True
         self._ask_for_frame()
 
     def notify(self, title: str, text: str) -> None:
-        """Tell the visitor something that no control shows. `title`, `text`: in English, for `tr`."""
         self.notices.append((title, text))
 
     def close(self) -> None:
-        """Drop everything that is being computed for this session, and close its law."""
         self.law.close()
         for part in self.parts:
             part.close()
 
     @property
     def ghost(self) -> Simulation | None:
-        """The second run; its history has the same times as the first one's; None if there is none."""
+        """The second run, with the same times in its history; None without one."""
         return self.ghost_run.simulation
 
     @property
     def ghost_hidden(self) -> bool:
-        """True while the ghost may not be seen yet."""
         return self.ghost_run.hidden
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """Both runs, with their histories; the second one only if it may be seen."""
+        """Both runs with their histories; the second one only if it may be seen."""
         return self.simulation, None if self.ghost_hidden else self.ghost
 
     @property
     def law_status(self) -> LateLawStatus:
-        """State of the law that may answer later."""
         return self.law.status(not self.paused and self.control.slowed)
 
     def assign_laws(self, reset: bool) -> None:
-        """Follow a change of `law`: assign it to the run or the ghost. `reset`: also reset them, as recorded inputs belong to one law."""
+        """Assign a changed `law` to the run or the ghost. `reset`: also reset them, because recorded inputs
+        belong to one law.
+        """
         if self.law.given is not self._law_given:
             self._law_given = self.law.given
             for part in self.parts:
@@ -128,13 +118,12 @@ class Session:
             self.reset()
 
     def post(self, action: actions.Action) -> None:
-        """Queue an action for the beginning of one of the next frames, on the session's own thread; see `ActionQueue.put`."""
         self.posts.put(action)
         self.wake()
 
     def _add_handlers(self) -> None:
         handlers, player = self.handlers, self.player
-        # In a replay they mean the replay.
+        # During a replay they act on the replay.
         handlers.add_first(actions.Pause, player.pause)
         handlers.add_first(actions.SingleStep, player.single_step)
         handlers.add_first(actions.Reset, player.reset)
@@ -164,12 +153,12 @@ class Session:
 
     @property
     def pace(self) -> Pace:
-        """How the clock runs now; where it waits for a law, the machine is not slow."""
+        """State of the clock; waiting for a law does not count as a slow machine."""
         pace, law = self.control.pace, self.law_status
         return replace(pace, slowed=False) if law.waits or law.slow or law.problem else pace
 
     def change(self, key: str, value: object) -> None:
-        """Set one setting, from the next step on.
+        """Set one setting from the next step on.
 
         Raises:
             BadSetting: impossible value; nothing is changed.
@@ -202,7 +191,6 @@ class Session:
             part.changed(before, after, rebuilt)
 
     def reset(self) -> None:
-        """Start the run from its beginning with the present settings."""
         self.simulation.reset()
         if self.ghost_run.source is not None:
             self.ghost_run.begin(self.settings, self.simulation)
@@ -216,24 +204,21 @@ class Session:
 
     @property
     def replay(self) -> ReplayStatus:
-        """The session is live; it says which replay is being loaded."""
         return ReplayStatus(coming=self.player.coming)
 
     @property
     def paused(self) -> bool:
-        """Whether the run stands still, for whatever reason."""
         return bool(self.control.halt)
 
     def target(self) -> Target | None:
-        """Target of the active source; None for no change."""
         return self.hand.target()
 
     def step_both(self) -> bool:
-        """Make a step of the run and its ghost; return False, and make none, as long as a law has not answered."""
+        """Step the run and its ghost; False, without a step, while a law has not answered."""
         target = self.hand.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
         if self.ghost is not None and self.ghost_run.source is None:
-            # The run that may have to wait for its law goes first.
+            # The run that may have to wait for its law is stepped first.
             runs.insert(0 if self.law.of_ghost is not None else 1, (self.ghost, self.ghost_run.inputs))
         for simulation, inputs in runs:
             inputs.record(simulation, target)
@@ -250,12 +235,14 @@ class Session:
         return True
 
     def advance(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Take the actions and make the steps of one frame without a page, see `take_actions` and `RunControl.step`."""
+        """Do the actions and make the steps of one frame without a page, see `take_actions` and
+        `RunControl.step`.
+        """
         self.take_actions(elapsed)
         return self.control.step(elapsed, budget)
 
     def take_actions(self, elapsed: float) -> None:
-        """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
+        """Do the posted actions and collect computed results. `elapsed`: wall time since the last frame [s]."""
         self.stirred = False
         self.law.advance(elapsed, self.paused)
         for part in self.parts:

@@ -1,4 +1,4 @@
-"""State of a session as plain data, from which another one can go on."""
+"""State of a session as plain data, from which another session can continue."""
 
 import itertools
 from collections.abc import Iterator
@@ -13,18 +13,17 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 
 LASTING: Final[tuple[Reason, ...]] = ("visitor", "lesson")
-"""Reasons for a halt that go on in another session; the others are set again by their authors."""
+"""Reasons for a halt that are restored; the others are set again by their owners."""
 
 PART: Final = 16
-"""Steps that are made again at a time."""
 
 
 @dataclass(frozen=True)
 class RunState:
-    """Where one run is.
+    """State of one run.
 
     Attributes:
-        pieces: what it was made with, in order; they lead to the snapshot.
+        pieces: its recorded inputs in order; they lead to the snapshot.
     """
 
     snapshot: Snapshot
@@ -33,13 +32,11 @@ class RunState:
 
 @dataclass(frozen=True)
 class SessionState:
-    """Where a session is, besides its settings.
+    """State of a session, except its settings.
 
     Attributes:
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
-        halted: why the run stands still, if it does.
-        source: when the source of targets began [s], and where q (nv,) was then; None without a source.
-        opening: whether it is the experiment's opening, see `scenes.opening`.
+        source: start time of the target source [s], and q (nv,) then; None without a source.
     """
 
     run: RunState
@@ -51,10 +48,10 @@ class SessionState:
 
 
 def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, ...], tuple[Recorded, ...]]:
-    """Return the newest pieces of the run and of its ghost that begin at the same time; two empty tuples if there are none.
+    """Newest pieces of the run and its ghost that begin at the same time; two empty tuples if there are none.
 
     Args:
-        seconds: how far back they reach at most [s].
+        seconds: greatest length [s].
     """
     earliest = state.run.snapshot.time - seconds - 1e-6
     run = tuple(piece for piece in state.run.pieces if piece.begin >= earliest)
@@ -67,7 +64,7 @@ def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, 
 
 
 def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...]) -> Iterator[None]:
-    """Bring a simulation to a state; with pieces its history is made again from their beginning. Yields every `PART` steps."""
+    """Restore a simulation; with pieces its history is recomputed, too. Yields every `PART` steps."""
     settings = simulation.settings
     if pieces:
         simulation.apply(pieces[0].settings)
@@ -82,7 +79,6 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
 
 
 def state_of(session: Session) -> SessionState:
-    """State of a session: its run, its ghost, and what moves it."""
     ghost, run = None, session.ghost_run
     if run.simulation is not None and run.source is None:
         ghost = RunState(*run.inputs.cut(run.simulation))
@@ -93,12 +89,10 @@ def state_of(session: Session) -> SessionState:
 
 
 def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> Iterator[None]:
-    """Go on from the state of a session with the same settings, its ghost too; yield every few steps that are made again for it.
+    """Continue from a saved state with the same settings, ghost included; yields every few recomputed steps.
 
     Args:
-        session: that goes on.
-        state: of the other one.
-        history: for how much of the time before that the curves are made again [s].
+        history: length of the recomputed curves before it [s].
     """
     ghost = session.ghost_run
     run, beside = common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())

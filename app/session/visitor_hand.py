@@ -1,4 +1,4 @@
-"""What moves a run from outside: the visitor's hand, a source in its place, and what is held of the other arm."""
+"""What moves a run from outside: the visitor's hand, a source, and what is held of the other arm."""
 
 from dataclasses import replace
 from typing import Protocol
@@ -14,30 +14,21 @@ from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Targe
 
 
 class Held(Protocol):
-    """What a `VisitorHand` needs of its session."""
-
     settings: Settings
     simulation: Simulation
 
-    def post(self, action: Action) -> None:
-        """Queue an action."""
-        ...
+    def post(self, action: Action) -> None: ...
 
-    def change(self, key: str, value: object) -> None:
-        """Set one setting."""
-        ...
+    def change(self, key: str, value: object) -> None: ...
 
 
 class VisitorHand:
     """The visitor as a holder of handles, see `app.page.handles.holder.Holder`.
 
-    Args:
-        session: of the run.
-
     Attributes:
-        source: gives the target of the next step.
         other: what is held of the arm that keeps its place; None while that arm is free.
-        on_grid: whether what is held is put on the grid of `scenes.run_text`, so that the run fits into a link.
+        on_grid: True if held points are rounded to the grid of `scenes.run_text`, so that the run fits into a
+            link.
     """
 
     def __init__(self, session: Held) -> None:
@@ -63,13 +54,15 @@ class VisitorHand:
         return self.source.held
 
     def hold(self, target: Target | None) -> None:
-        """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
+        """Take a target from the visitor's hand, or (None) release it; the autopilot stops at once."""
         if target is not None:
             self._let_autopilot(False)
         self.source.held = on_grid(target) if self.on_grid else target
 
     def nudge(self, way: Array) -> None:
-        """Move the place where the person holds the hand, or the ball. A person's own arms cannot be nudged."""
+        """Move the point at which the person holds the hand, or the ball. A person's own arms cannot be
+        nudged.
+        """
         held = nudged(self.simulation, self.arm, self.held, way)
         if held is not None:
             self.hold(held)
@@ -78,17 +71,15 @@ class VisitorHand:
         self._session.post(action)
 
     def set_source(self, source: TargetSource | None) -> None:
-        """Take the target from a source, such as a file, a camera or recorded inputs, from now on; None for the experiment's own."""
+        """Take the target from a source, such as a file or a camera; None for the experiment's own one."""
         self.source.set_source(source)
         if source is not None:
             self._let_autopilot(True)
 
     def choose_source(self, name: str) -> None:
-        """Set the setting `source`."""
         self._session.change("source", name)
 
     def let_go(self) -> None:
-        """Drop all that is held, and start the source from its beginning at the next step."""
         self.source.let_go()
         self.other = None
 
@@ -100,7 +91,9 @@ class VisitorHand:
         return PairTarget(target if isinstance(target, (HandTarget, LinkTarget)) else None, self.other)
 
     def way(self, seconds: float) -> Array:
-        """Places of the hand, or the ball, in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""
+        """Path of the hand, or the ball, in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if
+        unknown.
+        """
         return self.source.way(self.simulation, self.settings.page.autopilot, seconds)
 
     def _let_autopilot(self, on: bool) -> None:

@@ -20,7 +20,6 @@ SHAPE: Final = "shape"
 """Name of the mesh on the frame of a link."""
 
 WHOLE: Final = "whole"
-"""Name of the node at the end of an arm."""
 
 
 class ArmView:

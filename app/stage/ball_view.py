@@ -1,4 +1,4 @@
-"""The ball in the way, and the sphere about the point of the arm that keeps clear of it."""
+"""The ball, and the sphere around the point of the arm that keeps clear of it."""
 
 import pinocchio as pin
 import viser
@@ -13,12 +13,10 @@ from scenes.room import Room
 
 
 class BallView(StagePart):
-    """The ball has the colour of what is yours.
+    """The ball has the colour of what the visitor moves.
 
     Args:
-        scene: where to draw.
-        room: with a ball.
-        arm: as drawn; the sphere hangs on one of its links.
+        arm: the drawn arm; the sphere is attached to one of its links.
     """
 
     def __init__(self, scene: viser.SceneApi, room: Room, arm: ArmView) -> None:

@@ -1,4 +1,6 @@
-"""What of an experiment the camera has to show, from which side, and the nearest camera from which every ball of a set is seen."""
+"""What the camera must show of an experiment, from which side, and the nearest camera that sees every ball of
+a set.
+"""
 
 import math
 from dataclasses import replace
@@ -16,11 +18,11 @@ from scenes.robots.start_search import arm_reach
 from scenes.simulation import Simulation
 
 NEAREST: Final = 0.3
-"""No ball comes nearer to the eye than this [m]."""
+"""Least distance of a ball from the eye [m]."""
 
 
 class Pose(NamedTuple):
-    """Pose of an upright camera: eye and the point that it looks at (3,) [m], and the vertical angle of view [rad]."""
+    """Pose of an upright camera: eye and target point (3,) [m], and the vertical angle of view [rad]."""
 
     eye: Array
     look_at: Array
@@ -28,7 +30,7 @@ class Pose(NamedTuple):
 
 
 class Balls(NamedTuple):
-    """What is to be seen in one part of the picture.
+    """Balls to be seen in one part of the picture.
 
     Attributes:
         centres: (k, 3) [m].
@@ -42,7 +44,7 @@ class Balls(NamedTuple):
 
 
 def axes(toward: Array) -> tuple[Array, Array, Array]:
-    """Return which way is right, up and towards the eye, as unit vectors (3,). `toward`: any length, not upright."""
+    """Unit vectors (3,) to the right, up and towards the eye. `toward`: any length, not upright."""
     x, y, z = (float(part) for part in toward)
     length, across = math.sqrt(x * x + y * y + z * z), math.hypot(x, y)
     right, ahead = -y / across, x / across
@@ -51,13 +53,15 @@ def axes(toward: Array) -> tuple[Array, Array, Array]:
 
 
 def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Balls, ...]) -> Pose:
-    """Return the nearest camera that looks along −toward and has every ball inside its part; the rest of the room is shared evenly.
+    """Nearest camera that looks along −toward and has every ball inside its part; the remaining space is
+    shared evenly.
 
-    A camera that may only be shifted sees x at f (x − c_x) / (c_z − z) px from the middle: that this lies between two bounds is linear
-    in c, so that the least c_z for which all agree on a c_x, and on a c_y, is the largest over pairs of bounds.
+    A camera that is only shifted sees x at f (x − c_x) / (c_z − z) px from the middle. Bounds on that are
+    linear in c, so the least c_z for which all agree on a c_x, and on a c_y, is the largest over pairs of
+    bounds.
 
     Args:
-        toward: from what is seen to the eye (3,).
+        toward: from the scene to the eye (3,).
         fov: vertical angle of view [rad].
         size: width and height of the picture [px].
         groups: at least one with a ball.
@@ -85,14 +89,14 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
 
 
 def pose_of(camera: Camera, aspect: float) -> Pose:
-    """Return the pose from which a camera shows all that it must. `aspect`: width over height of the picture."""
+    """Pose from which a camera shows all that it must. `aspect`: width over height of the picture."""
     away = max(camera.height, camera.width / aspect) / (2.0 * math.tan(camera.fov / 2.0))
     centre = np.array(camera.centre)
     return Pose(centre + axes(np.array(camera.toward))[2] * away, centre, camera.fov)
 
 
 def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
-    """Pixels at which points (k, 3) [m] are seen (k, 2) [px], from the picture's top left corner; nan behind the eye.
+    """Pixels (k, 2) [px] of points (k, 3) [m], from the picture's top left corner; nan behind the eye.
 
     Args:
         size: width and height of the picture [px].
@@ -128,33 +132,33 @@ class PointView:
 
 
 AHEAD: Final = 6.0
-"""How far ahead the way of a hand is looked at [s]."""
+"""Length of the hand's coming path that is considered [s]."""
 
 HAND: Final = 0.06
 CONTACT: Final = 0.03
 RING: Final = 0.10
-"""Radii of what is shown around a hand, a closest point and the middle of the ring [m]."""
+"""Radii shown around a hand, a closest point and the middle of the ring [m]."""
 
 
 def contact_points(simulation: Simulation) -> Array:
-    """Return the closest points (2, 3) [m]; (0, 3) where nothing is near."""
+    """Closest points (2, 3) [m]; (0, 3) if nothing is near."""
     near = simulation.detector.detect("single")
     return np.array(simulation.detector.witness_points(near.pair)) if near.pair >= 0 else np.zeros((0, 3))
 
 
 def hands(simulation: Simulation) -> Array:
-    """Return the places of all hands (k, 3) [m]."""
+    """Positions of all hands (k, 3) [m]."""
     return np.array([simulation.kinematics.hand_pose(arm).translation for arm in simulation.room.arms])
 
 
 def joints(simulation: Simulation) -> Array:
-    """Return the places of shoulder, elbow and wrist of every arm (k, 3) [m]."""
+    """Positions of shoulder, elbow and wrist of every arm (k, 3) [m]."""
     point = simulation.kinematics.joint_point
     return np.array([point(joint) for arm in simulation.room.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)])
 
 
 def framed_now(simulation: Simulation) -> tuple[Array, Array]:
-    """Return centres (k, 3) and radii (k,) of what has to be seen at this moment [m]: the closest points first, then the hands."""
+    """Centres (k, 3) and radii (k,) of what must be visible now [m]: closest points first, then hands."""
     contact, places = contact_points(simulation), hands(simulation)
     centres, radii = [*contact, *places], [CONTACT] * len(contact) + [HAND] * len(places)
     if simulation.keeper is not None:
@@ -171,7 +175,7 @@ PANDA_REACH: Final = 1.15
 
 
 def view_of(simulation: Simulation) -> Camera:
-    """Return the view of an experiment: its rig's, but wider where the arms are longer."""
+    """View of an experiment: its rig's, wider for longer arms."""
     room, camera = simulation.room, simulation.room.rig.camera
     if len(room.arms) == 2:
         x, y, own = camera.centre
@@ -187,7 +191,7 @@ def view_of(simulation: Simulation) -> Camera:
 
 
 def _seen(made: Robot, rig: str) -> tuple[float, float, float] | None:
-    """Return height of the middle, width and height of the view for a make; None where the rig's own was made for it."""
+    """Height of the middle, width and height of the view for a make; None for the make of the rig's own view."""
     if made.key not in GIVEN:
         return EXAMPLES[made.key].views.get(rig) if made.key in EXAMPLES else None
     if rig not in PANDA.views:

@@ -50,7 +50,6 @@ class ClosestLine(StagePart):
             end.color = rgb(self._palette.ink)
 
     def show(self, frame: Frame) -> None:
-        """Draw the pair that is closest now."""
         sample = frame.sample
         seen = self._on and sample.pair >= 0
         for node in self.nodes:
@@ -81,7 +80,7 @@ class ClosestLine(StagePart):
 
 
 def label_size(text: str, k: float) -> tuple[float, float]:
-    """Width and height of a label at most [CSS px]. `k`: how much larger text is drawn."""
+    """Largest width and height of a label [CSS px]. `k`: scale of the text."""
     return k * LABEL_TEXT[0] * (len(text) + 1), k * LABEL_TEXT[1]
 
 
@@ -97,7 +96,6 @@ LEVELS: Final = 48
 """Steps of colour, opacity and tint from λ = 0 to 1: between two of them nothing is sent."""
 
 SIDES: Final = 28
-"""Around a capsule."""
 
 ROUND: Final = 8
 """Sides of a body on which "d_m" can be."""
@@ -228,7 +226,6 @@ class ContactSkin(StagePart):
             self._rim(index, self._shells[index, "skin"].growth)
 
     def _shell(self, key: tuple[int, str], growth: float, colour: Rgb) -> _Shell:
-        """Return a shell of a body, which is made when it is first seen."""
         body = self._room.geometry.geometryObjects[key[0]]
         shell = self._shells.get(key)
         if shell is None:
@@ -268,7 +265,6 @@ class ContactSkin(StagePart):
         return label
 
     def _node(self, body: pin.GeometryObject) -> tuple[str, pin.SE3]:
-        """Return the node that a body moves with, and the body's pose there."""
         for offset, joints, view in self._links:
             if 0 < body.parentJoint - offset <= joints:
                 return view.link(body.parentJoint - offset), body.placement
@@ -282,13 +278,14 @@ def sideways(side: int) -> Array:
 
 
 def avoiding_arms(simulation: Simulation) -> tuple[str, ...]:
-    """Return the names of the arms that keep clear."""
     columns = [task.joints for task in simulation.roles.avoiders(simulation.settings.avoid)]
     return tuple(arm.name for arm in simulation.room.arms if arm.joints in columns)
 
 
 def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
-    """Return the indices of the body that keeps clear and of the obstacle; where both keep clear, yours is the obstacle."""
+    """Indices of the body that keeps clear and of the obstacle; if both keep clear, the visitor's is the
+    obstacle.
+    """
     pairs, avoiding = simulation.detector.geometry.collisionPairs[pair], avoiding_arms(simulation)
     side = simulation.detector.pair_names[pair][0].split(" ")[0]
     if side == "control":  # "control point at the hand": of the only arm.
@@ -298,7 +295,7 @@ def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
 
 
 def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Return vertices (k, 3) and faces (m, 3) of a capsule about z, or of a sphere, grown by `growth` [m]."""
+    """Vertices (k, 3) and faces (m, 3) of a capsule about z, or of a sphere, grown by `growth` [m]."""
     radius = shape.radius + growth
     half = shape.halfLength if isinstance(shape, coal.Capsule) else 0.0
     polar = np.linspace(0.0, np.pi / 2.0, RINGS + 1)
@@ -311,7 +308,9 @@ def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[
 
 
 def grid_faces(corners: NDArray[np.int64]) -> NDArray[np.uint32]:
-    """Return faces (m, 3) of a surface. `corners`: indices of its vertices (rows, around), the last of a row beside its first."""
+    """Faces (m, 3) of a surface. `corners`: indices of its vertices (rows, around), the last of a row beside
+    its first.
+    """
     p, q = corners[:-1], corners[1:]
     s, t = np.roll(q, -1, axis=1), np.roll(p, -1, axis=1)
     return np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in ((p, q, s), (p, s, t))]).astype(np.uint32)

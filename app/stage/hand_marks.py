@@ -1,5 +1,6 @@
-"""What is drawn about a hand: the place where it should be, the point by which its arm is pulled, the way that it is asked to go, and where
-it has been."""
+"""Marks of a hand: its desired place, the point by which its arm is pulled, its prescribed path and its
+trace.
+"""
 
 from collections import deque
 from typing import Final
@@ -16,18 +17,16 @@ from controllers.kinematics import Arm, Array
 from scenes.targets import LinkTarget, PairTarget
 
 AWAY: Final = 0.004
-"""From this distance on the line to the hand is drawn [m]."""
+"""Distance from which the line to the hand is drawn [m]."""
 
 RADIUS: Final = 0.085
-"""Radius of the ring [m]: the hand of each of our robots fits through it."""
+"""Radius of the ring [m]: each robot's hand fits through it."""
 
 TUBE: Final = 0.006
 """Half the thickness of the ring [m]."""
 
 
 class TargetPlace(StagePart):
-    """For an arm that draws its hand to a place."""
-
     def __init__(self, scene: viser.SceneApi) -> None:
         self._ball = scene.add_icosphere(
             "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
@@ -47,7 +46,6 @@ class TargetPlace(StagePart):
         self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
 
     def show(self, frame: Frame) -> None:
-        """Draw the place of the arm with the task that is shown."""
         simulation = frame.simulation
         if simulation.keeper is None:
             return
@@ -65,7 +63,7 @@ class TargetPlace(StagePart):
 
 
 def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (k, 3) and faces (m, 3) of a torus about z [m]."""
+    """Vertices (k, 3) and faces (m, 3) of a torus about z [m]."""
     rounds, sides = 40, 8
     u, v = np.meshgrid(np.arange(rounds), np.arange(sides), indexing="ij")
     a, b = 2.0 * np.pi * u / rounds, 2.0 * np.pi * v / sides
@@ -76,11 +74,10 @@ def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 WHITE: Final = (255, 255, 255)
-"""Seen on the orange arm in either theme."""
 
 
 class GripMark(StagePart):
-    """Seen while a link is pulled, also in a replay. `other`: of the arm that keeps its place."""
+    """Visible while a link is pulled, also in a replay. `other`: of the arm that keeps its place."""
 
     def __init__(self, scene: viser.SceneApi, other: bool = False) -> None:
         line, name = np.zeros((1, 2, 3), np.float32), "/other_grip" if other else "/grip"
@@ -95,7 +92,6 @@ class GripMark(StagePart):
         self._line.thickness = 2.0 * scale(page.profile)
 
     def show(self, frame: Frame) -> None:
-        """Draw the pull."""
         target, simulation = frame.target, frame.simulation
         if isinstance(target, PairTarget):
             target = target.second if self._other else target.first
@@ -112,18 +108,17 @@ class GripMark(StagePart):
 
 
 class PathLine(StagePart):
-    """The way that the task prescribes to the avoiding hand; at the ends of one that is not closed stand A and B.
+    """The prescribed path of the avoiding hand; A and B mark the ends of an open one.
 
     Args:
-        scene: where to draw.
-        way: its points (k, 3) as it begins now [m].
+        way: its points (k, 3) at present [m].
     """
 
     def __init__(self, scene: viser.SceneApi, way: Array) -> None:
         self._count = len(way) - 1
         line = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
-        # Beyond either end, where the number at the line to the ball does not come.
+        # Beyond either end, clear of the number at the line to the ball.
         self._labels = (
             ()
             if np.allclose(way[0], way[-1])
@@ -140,7 +135,6 @@ class PathLine(StagePart):
             label.font_screen_scale = 1.15 * scale(page.profile)
 
     def show(self, frame: Frame) -> None:
-        """Draw the path where it begins now."""
         keeper = frame.simulation.keeper
         if keeper is None or keeper.home.tolist() == self._home:
             return
@@ -152,27 +146,19 @@ class PathLine(StagePart):
 
 
 STAY: Final = (60, 0.08)
-"""Points that the trace of a hand about its place has, and simulated time between two of them [s]."""
+"""Number of points in the trace of a hand near its place, and simulated time between them [s]."""
 
 TRAVEL: Final = (140, 0.12)
-"""The same for a hand on a long way: two laps, or there and back."""
+"""The same for a hand on a long path: two laps, or there and back."""
 
 
 class Trace(StagePart):
-    """The trace of one hand.
-
-    Args:
-        scene: where to draw.
-        arm: of the hand.
-        travels: whether the hand goes a long way.
-    """
-
     def __init__(self, scene: viser.SceneApi, arm: Arm, travels: bool) -> None:
         self._arm, (self._count, self._period) = arm, TRAVEL if travels else STAY
         self._points: deque[Array] = deque(maxlen=self._count)
         self._time = -np.inf
         self._home: list[float] | None = None
-        # Always of one length: the browser does not follow when points and colours change their number one after the other.
+        # Always of one length: the browser fails if points and colours change their number one after the other.
         line = np.zeros((self._count - 1, 2, 3), np.float32)
         self._line = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
         self.nodes = (self._line,)
@@ -185,7 +171,6 @@ class Trace(StagePart):
         self._line.colors = np.stack([fade[:-1], fade[1:]], axis=1)
 
     def show(self, frame: Frame) -> None:
-        """Go on to where the hand is now."""
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.

@@ -1,4 +1,4 @@
-"""The person who is imitated: a smaller figure beside the robots, as tall as their shoulders stand."""
+"""The imitated person: a smaller figure beside the robots, with equally high shoulders."""
 
 from typing import Final
 
@@ -19,34 +19,30 @@ SCALE: Final = 0.92 / SHOULDER_HEIGHT
 """Scale of the figure: its shoulders are as high as the robots' [m/m]."""
 
 STAND: Final = np.array([-0.60, -1.05, 0.0])
-"""Where it stands (3,) [m]: on its right of the robots, a step behind, where their arms don't reach."""
+"""Its place (3,) [m]: right of the robots, a step behind, out of their reach."""
 
 _SHOULDERS: Final = STAND + np.array([0.0, 0.0, SCALE * SHOULDER_HEIGHT])
 
 
 def on_stage(point: Array) -> Array:
-    """Return a point (3,) of the person's torso frame [m] where the figure shows it (3,), world [m]."""
+    """World position (3,) [m] of a point (3,) of the person's torso frame [m]."""
     return _SHOULDERS + SCALE * point
 
 
 def on_person(point: Array) -> Array:
-    """Return a point (3,) of the stage, world [m], in the person's torso frame (3,) [m]: the inverse of `on_stage`."""
+    """Inverse of `on_stage`."""
     return (point - _SHOULDERS) / SCALE
 
 
 class FigureView(StagePart):
-    """Five nested nodes of which four turn.
-
-    Args:
-        scene: where to draw. Without the package that the human model comes with, nothing is drawn.
-    """
+    """Five nested nodes of which four turn. Without the package of the human model nothing is drawn."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self.parts: dict[str, viser.GlbHandle] = {}
-        """By the names of `scenes.person.body`; empty where nothing is drawn."""
+        """By the names of `scenes.person.body`; empty if nothing is drawn."""
         self._label: viser.LabelHandle | None = None
         self.angles = np.full((2, 4), np.nan)
-        """As drawn (2, 4) [rad]; nan before a person was seen."""
+        """Drawn angles (2, 4) [rad]; nan before a person was seen."""
         try:
             parts = body_parts()
         except MissingPackage:

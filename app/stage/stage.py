@@ -1,4 +1,4 @@
-"""The stage: cell, light, arms, and the other parts of an experiment; it is rebuilt when the experiment changes."""
+"""The 3-D view: cell, light, arms, and the other parts of an experiment; rebuilt when the experiment changes."""
 
 import numpy as np
 import viser
@@ -19,7 +19,7 @@ from scenes.simulation import Simulation
 
 
 def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
-    """Set background, lights and floor for a theme and a kind of picture; may be called again for another."""
+    """Set background, lights and floor for a theme and a kind of picture; may be called again."""
     palette, dark, fine = PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
     top, bottom = (np.array(c, float) for c in palette.background)
     ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
@@ -30,7 +30,7 @@ def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
     if fine:
         scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
     else:
-        # Reflections are the dearest part of a picture drawn without a graphics card; plain light stands in for them.
+        # Reflections are the most expensive part without a graphics card; plain light replaces them.
         scene.configure_environment_map(None)
     scene.add_light_hemisphere(
         "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=2.2, visible=not fine
@@ -67,26 +67,19 @@ def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
 
 
 Yours = ArmView | BallView | FigureView
-"""What a person can take hold of."""
 
 
 class Stage:
-    """Draws a simulation in 3-D; nothing here can be operated.
-
-    Args:
-        scene: of one visitor, or of an audience.
-    """
-
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self.yours: Yours | None = None
-        """What the visitor can take hold of; another one with every experiment."""
+        """What the visitor can move; replaced with every experiment."""
         self.other: ArmView | None = None
-        """The arm that keeps its place, where it can be held too; None in most experiments."""
+        """The arm that keeps its place, if it can be held, too; else None."""
         self.wall: WallView | None = None
         """The wall, which the visitor can take hold of, too; None where there is none."""
         self.keep_free: KeepFree | None = None
-        """Keeps labels in the free part of the picture; None where the picture is not known."""
+        """Keeps labels in the free part of the picture; None if the picture is unknown."""
         self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -104,7 +97,7 @@ class Stage:
         built = id(simulation.room), settings.scene, settings.guided, settings.path, page.picture
         if self._built != built:
             self._built = built
-            # A part that hangs on an arm goes before it.
+            # Remove a part attached to an arm before the arm.
             for one in (*self._parts, *self._arms, *self._room):
                 one.remove()
             self._parts = self._arms = self._room = ()
@@ -123,7 +116,6 @@ class Stage:
             part.show(frame)
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
-        """Put up the room with its arms; what is yours is orange, everything else is silver."""
         room, experiment = simulation.room, simulation.settings.experiment
         self._room = (self.scene.add_glb("/room", furniture_glb(room.rig, coarse=not fine)),)
         yours = simulation.guided if room.ball is None else None

@@ -1,5 +1,4 @@
-"""What the parts of the stage have in common: how a part is drawn, and poses: what viser takes, and what a browser sends, which is kept in
-the room."""
+"""Base class of the parts of the 3-D view, and conversion of poses for viser and from a browser."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
@@ -14,20 +13,19 @@ from app.settings import PageSettings
 from controllers.kinematics import Array
 
 KeepFree = Callable[[Array, tuple[float, float]], tuple[Array, bool]]
-"""See `StagePart`."""
 
 LABEL_TEXT: Final = (8.6, 18.0)
 """Width of a character and height of a label in the scene, at 1.15 times viser's font size [CSS px]."""
 
 
 class StagePart(ABC):
-    """Something on the stage, drawn in the scene that it is made with.
+    """A part of the 3-D view.
 
     Attributes:
-        nodes: what is drawn, and taken out of the scene together.
-        withheld: true while a question waits for its run, so that nothing drawn says what the law does.
-        keep_free: (place (3,) [m], width and height of a label [CSS px]) → where the label is not cut, and whether it is not
-            cut where it was; None where the picture is not known.
+        nodes: drawn nodes, removed from the scene together.
+        withheld: a question waits for its run, so that the drawing must not show what the law does.
+        keep_free: (place (3,) [m], width and height of a label [CSS px]) → place where the label is not
+            clipped, and True if it was not clipped before; None if the picture is unknown.
     """
 
     nodes: Sequence[viser.SceneNodeHandle] = ()
@@ -35,20 +33,18 @@ class StagePart(ABC):
     keep_free: KeepFree | None = None
 
     def dress(self, page: PageSettings) -> None:  # noqa: B027 (some look the same in every theme)
-        """Take on a theme and a profile."""
+        """Apply a theme and a profile."""
 
     @abstractmethod
-    def show(self, frame: Frame) -> None:
-        """Draw a frame."""
+    def show(self, frame: Frame) -> None: ...
 
     def remove(self) -> None:
-        """Take it out of the scene."""
         for node in self.nodes:
             node.remove()
 
 
 ROOM: Final = 2.5
-"""Half the edge of the box in which anything can be wanted [m]; whatever is dragged beyond counts as its edge."""
+"""Half the edge of the box of possible targets [m]; what is dragged beyond is moved to its surface."""
 
 Node = TypeVar("Node", bound=viser.SceneNodeHandle)
 
@@ -57,29 +53,29 @@ Quaternion = tuple[float, float, float, float]
 
 
 def quaternion(rotation: Array) -> Quaternion:
-    """Return a rotation (3, 3) as viser takes it."""
+    """A rotation (3, 3) for viser."""
     turn = pin.Quaternion(rotation)
     return turn.w, turn.x, turn.y, turn.z
 
 
 def in_room(position: Iterable[float]) -> Array:
-    """Return a place (3,) that a browser sent, inside the room; it is one, see `app.web.schemas`."""
+    """A browser's valid position (3,), see `app.web.schemas`, clipped to the room."""
     return np.clip(np.array([*position], float), -ROOM, ROOM)
 
 
 def rotation_of(wxyz: Iterable[float]) -> Array:
-    """Return a turn that a browser sent, a quaternion about as long as 1, as a rotation (3, 3)."""
+    """A browser's quaternion of about unit length as a rotation (3, 3)."""
     w, x, y, z = map(float, wxyz)
     return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
 
 
 def fresh(handle: Node) -> Node:
-    """Return a node that was just made, after telling the browser its pose even if it is the usual one.
+    """A new node, after sending its pose even if it is the default.
 
-    A node that takes the name of one removed in the same frame would otherwise stand, in the browser, where that one stood.
+    Otherwise a node with the name of one removed in the same frame would keep that one's pose in the browser.
     """
     wxyz, position = np.array(handle.wxyz, float), np.array(handle.position, float)
-    # Only news is sent; of several pieces of news in one frame the last one.
+    # Only changes are sent; of several in one frame the last one.
     handle.wxyz, handle.position = np.roll(wxyz, 1), position + 1.0
     handle.wxyz, handle.position = wxyz, position
     return handle

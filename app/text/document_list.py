@@ -1,4 +1,4 @@
-"""The documents that the page offers, by the last part of their address; what draws them is in `app.text.documents`."""
+"""The documents of the page by the last part of their address; `app.text.documents` renders them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,8 +13,7 @@ class DocumentFile(NamedTuple):
     """A document.
 
     Attributes:
-        file: Markdown.
-        title: what it is called in the list of documents, in English, for `tr`.
+        title: in the list of documents, in English, for `tr`.
     """
 
     file: Path
@@ -36,14 +35,11 @@ DOCUMENTS: Final[dict[str, DocumentFile]] = {
         ("changes", "documents/changes.md", N_("Changes")),
     )
 }
-"""Last part of the address → document: those of the core, and those that `add_documents` has added."""
 
 _AFTER: Final = "commands"
-"""The documents of features stand behind this one, before those for people who write code."""
 
 
 def add_documents(documents: Mapping[str, DocumentFile]) -> None:
-    """Also offer these documents."""
     known = {name: one for name, one in DOCUMENTS.items() if name not in documents}
     DOCUMENTS.clear()
     for name, one in known.items():

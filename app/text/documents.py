@@ -22,11 +22,10 @@ _STYLE: Final = Path(__file__).with_name("document.css")
 
 
 def document_page(name: str, language: Language = "en") -> bytes:
-    """Return a document as an HTML page. The documents are English; what stands around them is in the reader's language.
+    """A document as an HTML page. The document is English; the page around it is in the reader's language.
 
     Args:
         name: a key of `DOCUMENTS`.
-        language: of the reader.
     """
     words = words_of(language)
     return page_of_template(
@@ -43,13 +42,11 @@ def document_page(name: str, language: Language = "en") -> bytes:
 
 
 def document_html(text: str) -> Markup:
-    """Return the Markdown of a document as HTML."""
     return _html(text, tuple(DOCUMENTS.items()))
 
 
 @cache
 def _html(text: str, documents: tuple[tuple[str, DocumentFile], ...]) -> Markup:
-    """Return HTML in which the links to these documents lead to their pages."""
     folders = {one.file.parent for _, one in documents}
     # As a document names another one, from whatever folder.
     links = {Path(os.path.relpath(one.file, folder)).as_posix(): name for name, one in documents for folder in folders}

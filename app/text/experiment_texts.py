@@ -1,4 +1,4 @@
-"""The words of every experiment: what to do in it, and what to watch."""
+"""Texts of every experiment: what to do in it, and what to watch."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
@@ -10,11 +10,11 @@ from scenes.settings import RunSettings
 
 
 class ExperimentTexts(NamedTuple):
-    """What is said of an experiment, in the reader's language.
+    """Texts of an experiment in the reader's language.
 
     Attributes:
         tip: one or two sentences on what to do and what to watch.
-        watched: what to watch alone, without who moves the orange arm.
+        watched: only what to watch, for an orange arm that moves by itself.
     """
 
     tip: str
@@ -48,7 +48,7 @@ def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
     else:
         watched = tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
     tip = takes_over if itself else tr("Pull the orange arm anywhere.")
-    # The welcome has said what the silver arm does.
+    # The welcome text describes the silver arm.
     return ExperimentTexts(f"{tip} {watched}" if run.avoid in ("guided", "both") else tip, watched)
 
 
@@ -85,7 +85,7 @@ def _first_task(run: RunSettings, itself: bool) -> ExperimentTexts:
 
 
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
-    """Name of the arm that keeps clear. `free`, `guided`: the text where it is one of them alone."""
+    """Name of the arm that keeps clear. `free`, `guided`: the text if only that arm does."""
     return tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
 
 
@@ -97,4 +97,4 @@ EXPERIMENT_TEXTS: Final[dict[str, Callable[[RunSettings, bool], ExperimentTexts]
     IMITATION: _imitation,
     FIRST_TASK: _first_task,
 }
-"""Name → what is said of it; the second argument is whether it runs by itself."""
+"""Name → its texts; the second argument is True if it runs by itself."""

@@ -1,4 +1,4 @@
-"""LaTeX drawn as SVG, its symbols in their colours."""
+"""LaTeX drawn as SVG, with coloured symbols."""
 
 import html
 import logging
@@ -14,13 +14,13 @@ from app.theme import PALETTES, SYMBOL_COLOURS
 log = logging.getLogger("duet.lessons")
 
 SIZE: Final = 16.0
-"""Size of a formula's letters [CSS px]."""
+"""Letter size of a formula [CSS px]."""
 
 SMALLEST: Final = 14.0
-"""Size of the letters of a formula that is too wide for its panel, as large as those of the text [CSS px]."""
+"""Letter size of a formula that is too wide for its panel, that of the text [CSS px]."""
 
 _COLOURS: Final = {name: getattr(PALETTES["light"], field) for name, field in SYMBOL_COLOURS.items()}
-"""Class of the style sheet → colour that stands for it while a formula is drawn."""
+"""Class of the style sheet → its colour while a formula is drawn."""
 
 _SYMBOLS: Final = re.compile(
     r"(?P<words>\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\})"
@@ -28,17 +28,19 @@ _SYMBOLS: Final = re.compile(
     # Not the index of J_d, nor d^* and d_i, nor the rate of d.
     r"|(?<![\\A-Za-z_^])(?<!_\{)(?<!dot )(?<!dot\{)(?P<d>d)(?![A-Za-z_]|\^\*)"
 )
-"""How a symbol is written that is coloured wherever it stands, but in what holds none: words, and the names of colours."""
+"""Symbols to colour; words and colour names are matched first and left alone."""
 
 _PAIRS: Final = (("{", "}"), (r"\begin{", r"\end{"), (r"\left", r"\right"))
-"""What begins and ends, so that no formula can break in between."""
+"""Paired delimiters, between which a formula must not break."""
 
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 
 @lru_cache(maxsize=4096)
 def formula(tex: str, inline: bool, size: float = SIZE) -> str:
-    """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`: [CSS px]."""
+    """LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`:
+    [CSS px].
+    """
     # Shared <symbol> ids of several formulas on one page would collide.
     config.svg2 = False
     for source in (_SYMBOLS.sub(_coloured, tex), tex):
@@ -62,12 +64,10 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
 
 
 def _coloured(found: re.Match[str]) -> str:
-    """Return a symbol in its colour; words are left alone."""
     return found[0] if found["words"] else coloured(found["letter"] or str(found.lastgroup), found[0])
 
 
 def coloured(name: str, symbol: str) -> str:
-    """Return LaTeX of a symbol in its colour. `name`: its class in the style sheet."""
     return rf"{{\textcolor{{{_COLOURS[name]}}}{{{symbol}}}}}"
 
 
@@ -102,14 +102,15 @@ _PLAIN: Final = (
 
 
 def plain_formula(tex: str) -> str:
-    """Return LaTeX in plain letters, as near as they come."""
     for pattern, to in _PLAIN:
         tex = re.sub(pattern, to, tex)
     return " ".join(tex.split())
 
 
 def display_formula(tex: str) -> str:
-    """Return LaTeX as SVG for a line of its own, with the number in its `\\tag{…}` beside it; it may break at every `\\qquad`."""
+    r"""LaTeX as SVG for a line of its own, with the number in its `\tag{…}` beside it; it may break at every
+    `\qquad`.
+    """
     number = ", ".join(_TAG.findall(tex))
     shown = f'<span class="no">({html.escape(number)})</span>' if number else ""
     whole = " ".join(_TAG.sub("", tex).split())

@@ -1,4 +1,4 @@
-"""The words of every law: its equation, also drawn, and where it comes from, what its activation is called, and what becomes of the gap."""
+"""Texts of every law: its equation, its source, the name of its activation, and what happens to the gap."""
 
 import re
 from collections.abc import Callable
@@ -17,7 +17,9 @@ from scenes.settings import LawSettings, RunSettings
 
 
 class LawLine(NamedTuple):
-    """The line of a law in the chart of all: distances xs (k,) [m], ascending, rates ys (k,) [m/s], and the largest rate of the axis."""
+    """The line of a law in the chart of all laws: distances xs (k,) [m], ascending, rates ys (k,) [m/s], and
+    the largest rate of the axis.
+    """
 
     xs: np.ndarray
     ys: np.ndarray
@@ -25,18 +27,21 @@ class LawLine(NamedTuple):
 
 
 class LawTexts(NamedTuple):
-    """What is said of a law.
+    """Texts of a law.
 
     Attributes:
-        equation: lines of LaTeX; {lam}, {v}, {u}, {d} and {dm} become coloured symbols. λ stands for any other fading-in.
+        equation: lines of LaTeX; {lam}, {v}, {u}, {d} and {dm} become coloured symbols. λ stands for any
+            activation.
         source: number in the paper, or its authors.
-        share: what its activation is called.
-        anchor: returns the distance [m] at which its line gets its number in the chart of all laws: where few other lines are near.
-        consequence: what becomes of the gap, as HTML; "" where its resting distance says it.
-        acting: the same while avoidance acts, where that is something else.
-        trends: the same while the gap closes, holds and opens, where that is something else; () where it is not.
-        promise: returns which distance the law promises and while what holds, as HTML; None where the paper's promise or none is made.
-        missed: why ḋ is another one than the law wants, where the law itself is the reason.
+        share: name of its activation.
+        anchor: distance [m] at which its line gets its number in the chart of all laws, away from other
+            lines.
+        consequence: what happens to the gap, as HTML; "" if its resting distance says it.
+        acting: the same while avoidance acts, if different.
+        trends: the same while the gap closes, holds and opens, if different; else ().
+        promise: the distance that the law promises and its condition, as HTML; None for the paper's promise
+            or none.
+        missed: reason why ḋ differs from what the law asks for, if the law itself is the reason.
     """
 
     equation: tuple[str, ...]
@@ -153,10 +158,8 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "nothing keeps them apart",
     ),
 }  # fmt: skip
-"""Name → what is said of it."""
 
 ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
-"""The equation of one arm with nothing near, and its source."""
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
@@ -166,13 +169,12 @@ _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
 
 def equation_of(run: RunSettings) -> tuple[tuple[str, ...], str]:
-    """Return the equation of a run, as lines of LaTeX, and its source."""
     texts = LAW_TEXTS[run.law.law]
     return ALONE if run.experiment.obstacle == "nothing" else (texts.equation, texts.source)
 
 
 def equation_html(run: RunSettings) -> Markup:
-    """Return the equation of a run with its source, in the visitor's language and its symbols in their colours."""
+    """Equation of a run with its source, in the visitor's language and with coloured symbols."""
     equation, source = equation_of(run)
     # A law of all pairs takes each pair's own d.
     named = run.has_law_distance and run.law.entry.sees == "one row"

@@ -1,6 +1,7 @@
-"""Markdown as HTML, for texts of features and documents: CommonMark with tables, formulas in LaTeX, and pictures on lines of their own.
+"""Markdown as HTML, for texts of features and documents: CommonMark with tables, LaTeX formulas, and pictures
+on lines of their own.
 
-Raw HTML is escaped, and a link leads to http, https or one of the documents only.
+Raw HTML is escaped; a link leads only to http, https or one of the documents.
 """
 
 import html
@@ -31,23 +32,22 @@ _SPANS: Final = re.compile(
     r"|(?P<formula>(?P<dollars>\${1,2})(?:[^$\n]|\n(?!\s*\n))+?(?P=dollars))",
     re.DOTALL | re.MULTILINE,
 )
-"""Code, formulas and escaped dollars of a text; its other dollars are left over."""
 
 _BLOCK: Final = re.compile(r"\$\$(.+?)\$\$[ \t]*$", re.DOTALL | re.MULTILINE)
 
 
 def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
-    """Return a parser and renderer. Its `env["folder"]` is where pictures are; without it, their descriptions are shown.
+    """A parser and renderer. Its `env["folder"]` has the pictures; without it their descriptions are shown.
 
     Args:
-        pages: file to which a text may link → address of its page.
+        pages: linkable file → address of its page.
     """
     known = dict(pages or {})
     reader = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     normalize = reader.normalizeLink
     reader.normalizeLink = lambda url: known.get(url) or normalize(url)
     reader.validateLink = lambda url: url in known.values() or url.startswith(("http://", "https://"))
-    # Both may stand directly below a line of text and end its paragraph.
+    # Both may directly follow a line of text and end its paragraph.
     ends: RuleOptionsType = {"alt": ["paragraph", "reference", "blockquote", "list"]}
     reader.block.ruler.before("paragraph", "formula_block", _formula_block, ends)
     reader.block.ruler.before("paragraph", "picture", _picture, ends)
@@ -61,12 +61,12 @@ def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
 
 
 def _join_formulas(state: StateCore) -> None:
-    """Write a formula of several lines in one: a line that begins with a plus would be taken for a list."""
+    """Join a formula of several lines: a line that begins with a plus would become a list."""
     state.src = _SPANS.sub(lambda span: re.sub(r"\s*\n\s*", " ", span[0]) if span["formula"] else span[0], state.src)
 
 
 def left_dollar(text: str) -> int | None:
-    """Return the line, from 0, of a dollar in Markdown that belongs to no formula; None if there is none."""
+    """Line, from 0, of a dollar outside formulas in Markdown; None if all dollars belong to formulas."""
     rest = _SPANS.sub(lambda span: "\n" * span[0].count("\n"), text)
     return rest[: rest.index("$")].count("\n") if "$" in rest else None
 
@@ -129,30 +129,25 @@ _RENDERED: Final = {
     # Code and formulas stay as they are.
     "text": lambda _, tokens, at, *__: escapeHtml(unbroken(tokens[at].content)),
 }
-"""Token of `markdown_reader` → function that makes HTML of it, as `MarkdownIt.add_render_rule` takes it."""
+"""Token of `markdown_reader` → function that renders it, for `MarkdownIt.add_render_rule`."""
 
 _READER: Final = markdown_reader()
 
 
 @lru_cache(maxsize=256)
 def lesson_html(text: str, folder: Path | None = None) -> Markup:
-    """Return Markdown as HTML.
-
-    Args:
-        text: Markdown.
-        folder: where its pictures are; None for no pictures.
-    """
+    """Markdown as HTML. `folder`: of its pictures; None for no pictures."""
     return Markup(_READER.render(text, {"folder": folder}))
 
 
 @lru_cache(maxsize=256)
 def inline_html(text: str) -> Markup:
-    """Return a line of Markdown as HTML without a paragraph: formulas, code, emphasis and links."""
+    """A line of Markdown as HTML without a paragraph: formulas, code, emphasis and links."""
     return Markup(_READER.renderInline(text))
 
 
 def plain(text: str) -> str:
-    """Return a line of Markdown as plain text, for a button or a list."""
+    """A line of Markdown as plain text, for a button or a list."""
     tokens = _READER.parseInline(text)[0].children or []
     return "".join(
         " " if token.type == "softbreak" else plain_formula(token.content) if token.type == "formula" else token.content

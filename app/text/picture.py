@@ -1,4 +1,6 @@
-"""Pictures of a Markdown file: `![what is seen](pictures/name.svg)` on a line of its own. One reader for the check and for the page."""
+"""Pictures of a Markdown file: `![description](pictures/name.svg)` on a line of its own; one reader for the
+check and the page.
+"""
 
 import base64
 import errno
@@ -12,10 +14,8 @@ from typing import Final
 from scenes.files import path_inside, read_file
 
 PICTURE: Final = re.compile(r"^[ \t]*!\[([^\]\n]*)\]\(([^)\n]*)\)[ \t]*$", re.MULTILINE)
-"""A line that is a picture: what is seen, and the name of the file."""
 
 MOST_BYTES: Final = 300_000
-"""Largest picture."""
 
 _KINDS: Final = {".svg": "image/svg+xml", ".png": "image/png"}
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
@@ -29,16 +29,13 @@ class NoPicture(Exception):
 
 
 def picture_html(folder: Path, name: str, words: str) -> str:
-    """Return a picture that lies in a file's folder or below, as it is embedded in a page.
+    """A picture in a file's folder or below, embedded in a page.
 
-    An SVG of shapes and text alone is an element that takes its colours from the page; everything else is an `<img>`, in which nothing
-    runs or loads.
-
-    Args:
-        words: what is seen.
+    An SVG of shapes and text becomes an element in the page's colours; everything else is an `<img>`, in
+    which nothing runs or loads.
 
     Raises:
-        NoPicture: it lies elsewhere, is not there, is too large, or is not a picture.
+        NoPicture: it is elsewhere, missing, too large or not a picture.
     """
     path, quoted = path_inside(folder, name), repr(name[:60])
     if path is None or path.suffix not in _KINDS:
@@ -70,11 +67,11 @@ def _root(data: bytes, quoted: str) -> ET.Element:
 
 
 def _plain(root: ET.Element) -> str:
-    """Return an SVG of shapes and text as an element of a page; "" if it holds anything else."""
+    """An SVG of shapes and text as an element of a page; "" if it contains anything else."""
     for element in list(root.iter()):
         for child in list(element):
             if str(child.tag).removeprefix(_SVG) in _WORDS:
-                # What is seen is said by the text, in its own language.
+                # The description is in the language of the text.
                 element.remove(child)
     for element in root.iter():
         element.tag = str(element.tag).removeprefix(_SVG)
@@ -92,13 +89,6 @@ def _may_act(key: str, value: str) -> bool:
 
 
 def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[str]:
-    """Yield what keeps a page from showing the picture of a line.
-
-    Args:
-        line: of the file.
-        folder: where its pictures are.
-        alone: whether a picture may stand here at all.
-    """
     if "![" not in line:
         return
     found = PICTURE.match(line)

@@ -1,4 +1,4 @@
-"""Values of settings as a person reads them on the page."""
+"""Values of settings as the page shows them."""
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import spoken
@@ -9,7 +9,6 @@ from scenes.settings import specs
 
 
 def value_text(key: str, value: object) -> str:
-    """Return a setting's value as a person reads it on the page, with its unit; words are a `LazyText`."""
     spec: Spec = specs(Settings)[key]
     if spec.choices:
         return LazyText(spec.options()[str(value)])
@@ -21,6 +20,5 @@ def value_text(key: str, value: object) -> str:
 
 
 def page_value(key: str, value: object, language: Language | None = None) -> str:
-    """Return a setting's value in a language; None for that of the page."""
     text, words = value_text(key, value), spoken() if language is None else words_of(language)
     return words(text) if isinstance(text, LazyText | NumberText) else text

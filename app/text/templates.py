@@ -1,6 +1,6 @@
-"""HTML: a single tag by `element`, everything else from Jinja2 templates that stand beside the code that fills them.
+"""HTML: a single tag by `element`, everything else from Jinja2 templates beside the code that fills them.
 
-All text is escaped; what is HTML already is `Markup`.
+All text is escaped, except `Markup`.
 """
 
 import re
@@ -21,11 +21,11 @@ _BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
 """A line break beside a tag of HTML or of the template, with the indentation."""
 
 _LOWERED: Final = re.compile(r"`(?P<code>[^`\n]+)`|(?<!\w)(?P<symbol>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})(?!\w)")
-"""Code between backticks, which may be in HTML, or a symbol with an index."""
+"""Code between backticks, also in HTML, or a symbol with an index."""
 
 
 class _JoinedLines(Extension):
-    """Leaves out these breaks, so that between two tags stands a blank only where one is written on a line."""
+    """Removes these breaks, so that spaces between tags come only from within a line."""
 
     def filter_stream(self, stream: TokenStream) -> Iterator[Token]:
         for token in stream:
@@ -33,13 +33,13 @@ class _JoinedLines(Extension):
 
 
 def tr_html(text: str, /, **parts: object) -> Markup:
-    """Return an English text that holds tags in the current language; what is filled in is escaped."""
+    """An English text with tags in the current language; filled-in values are escaped."""
     filled = tr(text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()})
     return Markup(unbroken(filled))
 
 
 def lowered(text: str) -> Markup:
-    """Return text with its subscripts and its code: d_m → d<sub>m</sub>, `d_m` → <code>d_m</code>."""
+    """Text with its subscripts and its code: d_m → d<sub>m</sub>, `d_m` → <code>d_m</code>."""
     return Markup(_LOWERED.sub(_lowered_html, str(escape(text))))
 
 
@@ -48,7 +48,7 @@ def _lowered_html(found: re.Match[str]) -> str:
 
 
 def _finalized(value: object) -> object:
-    """Text as a template shows it: plain text gets no-break spaces, HTML stays as it is."""
+    """Value for a template: plain text gets no-break spaces, HTML stays as it is."""
     return unbroken(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
@@ -69,12 +69,14 @@ def _environment() -> Environment:
 
 @cache
 def macros(file: str) -> Any:
-    """Return the macros of a template as functions that return `Markup`. `file`: below `app/`, such as "page/panels/pills.html"."""
+    """Macros of a template as functions that return `Markup`. `file`: below `app/`, such as
+    "page/panels/pills.html".
+    """
     return _environment().get_template(file).module
 
 
 def page_of_template(file: str, **values: object) -> str:
-    """Return a page: a template with its values.
+    """A template with its values.
 
     Raises:
         UndefinedError: the template names a value that is not given.
@@ -83,13 +85,12 @@ def page_of_template(file: str, **values: object) -> str:
 
 
 def element(tag: str, text: str = "", *children: str, **attributes: str) -> Markup:
-    """Return a single HTML element; more than one is the business of a template.
+    """A single HTML element; use a template for more than one.
 
     Args:
-        tag: its name.
         text: at its beginning; escaped, unless it is `Markup`.
-        children: after the text; HTML.
-        attributes: by name, escaped; an underscore at the end is dropped (`class_`), any other becomes a hyphen.
+        children: HTML after the text.
+        attributes: escaped; a final underscore of a name is dropped (`class_`), any other becomes a hyphen.
     """
     given = "".join(f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items())
     return Markup(f"<{tag}{given}>{unbroken(escape(text))}{''.join(children)}</{tag}>")

@@ -28,8 +28,6 @@ class JointPlacements:
         self._read = np.empty((len(joints), 12))
 
     def read(self) -> Array:
-        """Return rotation by columns, then origin [m], of each joint in the world (k, 12); the array is
-        reused.
-        """
+        """Rotation by columns, then origin [m], of each joint in the world (k, 12); the array is reused."""
         np.concatenate(self._views, out=self._read.reshape(-1))
         return self._read

@@ -25,7 +25,7 @@ SHARPNESS: Final = 60.0
 
 @loop("float64(float64[:], float64[:], float64[:], float64, float64[:])", fills=("row",))
 def way_to_stops(positions: Vector, lowest: Vector, highest: Vector, beta: float, row: Vector) -> float:
-    """Return h [rad] and fill J_a, all (n,) [rad]; β [1/rad]."""
+    """h [rad]; fills J_a, all (n,) [rad]; β [1/rad]."""
     n = len(positions)
     # The least of them goes first: no exponential is too large, also beyond a stop.
     least = positions[0] - lowest[0]

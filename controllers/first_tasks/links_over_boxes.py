@@ -46,7 +46,9 @@ class LinkCapsule:
 
 @loop("UniTuple(float64, 4)(float64, float64, float64, float64[:])")
 def box_distance(px: float, py: float, pz: float, box: Vector) -> tuple[float, float, float, float]:
-    """Return the signed distance of a point from a box [m], and its gradient. `box`: centre and half sizes (6,), world [m]."""
+    """Signed distance of a point from a box [m], and its gradient. `box`: centre and half sizes (6,), world
+    [m].
+    """
     x, y, z = px - box[0], py - box[1], pz - box[2]
     ax, ay, az = abs(x) - box[3], abs(y) - box[4], abs(z) - box[5]
     sx, sy, sz = (1.0 if x >= 0.0 else -1.0), (1.0 if y >= 0.0 else -1.0), (1.0 if z >= 0.0 else -1.0)
@@ -63,7 +65,7 @@ def box_distance(px: float, py: float, pz: float, box: Vector) -> tuple[float, f
 
 @loop("float64(float64, float64, float64, float64, float64, float64, float64, float64, float64[:])")
 def slope_along(cx: float, cy: float, cz: float, ax: float, ay: float, az: float, s: float, kappa: float, box: Vector) -> float:
-    """Return the derivative by s of what is minimised [m]; it grows with s.
+    """Derivative by s of the minimised function [m]; increasing in s.
 
     Args:
         cx, cy, cz, ax, ay, az: centre and half axis, world [m].
@@ -90,7 +92,7 @@ def links_over_boxes(
     kappa: float,
     row: Vector,
 ) -> float:
-    """Return h [m] and fill J_a (n,) [m/rad].
+    """h [m]; fills J_a (n,) [m/rad].
 
     Args:
         placements, moving: of the capsules' joints, see `JointPlacements`.

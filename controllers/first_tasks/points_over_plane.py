@@ -47,7 +47,7 @@ class ArmPoint:
 
 
 def landmarks(model: pin.Model, arm: Arm, radius: float = 0.0) -> tuple[ArmPoint, ...]:
-    """Return elbow, wrist and hand of an arm, with a radius about each [m]."""
+    """Elbow, wrist and hand of an arm, with a radius about each [m]."""
     hand, centre = model.frames[arm.hand], np.zeros(3)
     return (
         ArmPoint(arm.elbow, centre, radius),
@@ -77,7 +77,7 @@ class Plane:
     turning: Array = field(default_factory=_at_rest)
 
     def numbers(self) -> Array:
-        """n, o, ȯ and ω one after the other (12,)."""
+        """n, o, ȯ and ω concatenated (12,)."""
         return np.concatenate((self.normal, self.point, self.velocity, self.turning))
 
 
@@ -172,7 +172,6 @@ class PointsOverPlane(FirstTask):
 
     @property
     def plane(self) -> Plane:
-        """Where the plane is and how it moves."""
         return self._plane
 
     @plane.setter

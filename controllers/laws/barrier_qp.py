@@ -1,4 +1,6 @@
-"""One inequality a pair, all pairs at once: velocity damper and control barrier function; Faverjon & Tournassoud 1987."""
+"""One inequality per pair, all pairs at once: velocity damper and control barrier function; Faverjon &
+Tournassoud 1987.
+"""
 
 from dataclasses import dataclass
 from functools import cache
@@ -11,39 +13,39 @@ from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation, along_row, row_dampings
 
 HARDNESS: Final = 1e-8
-"""ρ of a regular row [m²/rad²]: what has to be violated is, what need not be is kept to some 1e-6 m/s."""
+"""ρ of a regular row [m²/rad²]; avoidable violations stay below about 1e-6 m/s."""
 
 FREE_SPEED: Final = 1.0
-"""An approach of this speed is faster than anything in the room [m/s]: a pair that permits it does not constrain the arm."""
+"""Approach speed that nothing in the room exceeds [m/s]; a pair that permits it does not constrain the arm."""
 
 _SOFT: Final = 8
-"""DAQP's mark of a constraint that may be violated at a cost."""
 
 _UNBOUNDED: Final = 1e30
-"""DAQP's infinity."""
 
 
 @dataclass(frozen=True)
 class BarrierQP(Law):
-    """min |q̇ − q̇_n|²  subject to  J_d,i q̇ ≥ −γ (d_i − d_m) + w_i  for every pair i,  and  lower ≤ q̇ ≤ upper.
+    """min |q̇ − q̇_n|²  subject to  J_d,i q̇ ≥ −γ (d_i − d_m) + w_i  for every pair i,  and  lower ≤ q̇ ≤
+    upper.
 
-    B. Faverjon and P. Tournassoud, A local based approach for path planning of manipulators with a high number of degrees of
-    freedom, ICRA 1987; γ is their ξ / (d_i − d_s), acting at every distance. The same inequality is the control barrier function
-    condition ḣ ≥ −γ h for h = d − d_m (Ames et al., ECC 2019). The task may approach, the slower the nearer; nothing is changed
-    before that speed is exceeded. For one pair J_d q̇ = max(−u, −γ (d − d_m) + w).
+    B. Faverjon and P. Tournassoud, A local based approach for path planning of manipulators with a high
+    number of degrees of freedom, ICRA 1987; γ is their ξ / (d_i − d_s), here at every distance. The same
+    inequality is the control barrier function condition ḣ ≥ −γ h for h = d − d_m (Ames et al., ECC 2019). The
+    task may approach more slowly the nearer it is; slower motion is unchanged. For one pair J_d q̇ = max(−u,
+    −γ (d − d_m) + w).
 
-    w is the obstacle's approach, and only counts with `feed_forward`; without it d falls below d_m by w / γ before a resting arm
-    follows.
+    w, the obstacle's approach, counts only with `feed_forward`; without it d falls below d_m by w / γ before
+    a resting arm follows.
 
-    A quadratic programme in n unknowns, solved by DAQP (Arnström, Bemporad & Axehill, IEEE Trans. Automatic Control 67(8), 2022)
-    from nothing at each call, so that equal situations give equal bits. The bounds are hard. The rows are soft, so that there always
-    is a solution: a row that no joint moves by as much as its pseudo-inverse is damped elsewhere, s² / (2 μ²), a regular one nearly
-    not at all. Of two pairs that cannot both be satisfied each is violated a little.
+    A quadratic programme in n unknowns, solved by DAQP (Arnström, Bemporad & Axehill, IEEE Trans. Automatic
+    Control 67(8), 2022) without a warm start, so that equal situations give equal bits. The bounds are hard.
+    The rows are soft, so that a solution always exists: s² / (2 μ²) damps a row like its pseudo-inverse
+    elsewhere, a regular row hardly at all. Of two pairs that conflict each is violated a little.
 
     Attributes:
-        critical_distance: d_m [m], where no approach is permitted any more.
+        critical_distance: d_m [m], where no approach is permitted.
         barrier_gain: γ [1/s]; the bound needs γ dt < 1 to hold in discrete time.
-        feed_forward: tell the inequality how fast the obstacle comes.
+        feed_forward: include the obstacle's speed w.
     """
 
     wants_all_pairs: ClassVar[bool] = True
@@ -53,12 +55,12 @@ class BarrierQP(Law):
     feed_forward: bool = False
 
     def activation(self, distance: float) -> float:
-        """Return 1 − the approach speed still permitted, as a share of 1 m/s: 1 up to d_m, 0 where any speed is permitted."""
+        """1 − the permitted approach speed as a share of 1 m/s: 1 up to d_m, 0 where any speed is permitted."""
         permitted = self.barrier_gain * (distance - self.critical_distance)
         return min(max(1.0 - permitted / FREE_SPEED, 0.0), 1.0)
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Return J_d q̇ = max(−u, −γ (d − d_m) + w) [m/s]."""
+        """J_d q̇ = max(−u, −γ (d − d_m) + w) [m/s]."""
         del square
         least = -self.barrier_gain * (distance - self.critical_distance)
         if self.feed_forward:
@@ -66,19 +68,18 @@ class BarrierQP(Law):
         return max(-pull, least)
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s], inside the bounds if there are any."""
         nominal, lower, upper = situation.nominal, situation.lower, situation.upper
         rows, least = pair_rates(self, situation)
         start = nominal
         if lower is not None and upper is not None:
-            # A joint beyond its stop may have lower > upper; coming back goes first.
+            # A joint beyond its stop may have lower > upper; its return has priority.
             upper = np.maximum(lower, upper)
             start = np.minimum(np.maximum(nominal, lower), upper)
         if not np.count_nonzero(rows.dot(start) < least):
             return start
         velocities = nearest(nominal, rows, least, lower, upper)
         if velocities is None:
-            # The problem always has a solution, yet a solver may cycle: the pair that needs it most then has to do.
+            # The problem always has a solution, but the solver may cycle: then use the pair that needs it most.
             shortfalls = least - rows.dot(nominal)
             worst = int(shortfalls.argmax())
             velocities = along_row(nominal, rows[worst], float(shortfalls[worst]))
@@ -89,7 +90,7 @@ class BarrierQP(Law):
 
 
 def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
-    """Return rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s] of all pairs, or of the one that is known."""
+    """Rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s] of all pairs, or of the only known one."""
     rows, distances, approaches = situation.rows, situation.distances, situation.approaches
     if rows is None or distances is None:
         rows, distances, approaches = situation.row[None, :], np.array([situation.distance]), np.array([situation.approach])
@@ -103,14 +104,15 @@ def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
 def nearest(
     nominal: Array, rows: Array, least: Array, lower: Array | None, upper: Array | None, weight: Array | None = None
 ) -> Array | None:
-    """Return the velocity (n,) nearest to q̇_n with rows · q̇ ≥ least, softly, and within the bounds; None if none is found.
+    """Velocity (n,) nearest to q̇_n with rows · q̇ ≥ least (soft) and within the bounds; None if the solver
+    finds none.
 
     Args:
         nominal: q̇_n (n,) [rad/s].
         rows: (pairs, n) [m/rad].
         least: (pairs,) [m/s].
         lower, upper: (n,) [rad/s]; None for no bounds.
-        weight: (n, n), the metric in which it is nearest; None for |q̇ − q̇_n|².
+        weight: (n, n) metric; None for |q̇ − q̇_n|².
     """
     n, pairs = len(nominal), len(rows)
     first = 0 if lower is None or upper is None else n

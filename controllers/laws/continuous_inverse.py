@@ -15,23 +15,24 @@ from controllers.laws.task_space import free_part, mostly_free_part
 class ContinuousInverse(BlendLaw):
     """q̇ = S^⊕ [v; ẋ_b] with S = [J_d; J], H = diag(λ, I) and S^⊕ = (1 − λ) [0, J^#] + λ [J_d; J]^#.
 
-    N. Mansard, A. Remazeilles and F. Chaumette, Continuity of varying-feature-set control laws, IEEE Trans. Automatic Control
-    54(11), 2009. The pseudo-inverse of H S jumps where a row of H becomes zero, because its rank does. Theirs weighs the inverses
-    of all sets of rows by their activations instead; with one row that comes and goes there are two sets, without it and with it.
+    N. Mansard, A. Remazeilles and F. Chaumette, Continuity of varying-feature-set control laws, IEEE Trans.
+    Automatic Control 54(11), 2009. The pseudo-inverse of H S jumps with its rank when a row of H becomes
+    zero. Theirs weights the inverses of all sets of rows by their activations; one variable row makes two
+    sets.
 
-    Distance and hand stand in one stack, so neither comes first. While the joints have enough freedom both are reached, and
-    J_d q̇ = λ v − (1 − λ) u as by the paper's law, without the hand's moving. Where they have not, [J_d; J]^# is the least-squares
-    compromise: 1 m/s of distance counts as much as 1 m/s (or 1 rad/s) of the task. d_m is then not kept, and a task that uses
-    every joint (no `task_jacobian`, J = I) leaves |J_d|² / (1 + |J_d|²) of the retreat.
+    Distance and hand are in one stack without priority. With enough freedom both are reached, and J_d q̇ = λ
+    v − (1 − λ) u as in the paper, without motion of the hand. Otherwise [J_d; J]^# is the least-squares
+    compromise: 1 m/s of distance counts as much as 1 m/s (or 1 rad/s) of the task. d_m is then not kept, and
+    a task that uses every joint (no `task_jacobian`, J = I) leaves |J_d|² / (1 + |J_d|²) of the retreat.
 
-    Written as a change of q̇_n, with ẋ_b = J q̇_n: joints that neither row nor hand needs move as q̇_n. Where the hand leaves less
-    than 0.12 m/rad of J_d, the stack is damped, growing to 0.06 m/rad at 0, so that it does not explode between its two ranks.
+    Written as a change of q̇_n, with ẋ_b = J q̇_n: joints that neither row nor hand needs move as q̇_n. If
+    the hand leaves less than 0.12 m/rad of J_d, the stack is damped, up to 0.06 m/rad at 0, so that it stays
+    bounded between its two ranks.
     """
 
     wants_task: ClassVar[bool] = True
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]."""
         nominal, row, J = situation.nominal, situation.row, situation.task_jacobian
         c = self.correction(situation.distance, situation.pull, situation.approach)
         if c == 0.0:

@@ -1,4 +1,4 @@
-"""A law of which λ(d) is drawn by hand: the paper's blend of retreat and pull, with any activation in place of eq. (31)."""
+"""A law with a drawn λ(d): the paper's blend of retreat and pull with any activation instead of eq. (31)."""
 
 import math
 from dataclasses import dataclass
@@ -20,5 +20,4 @@ class DrawnCurve(RetreatLaw):
     nominal_velocity: float
 
     def activation(self, distance: float) -> float:
-        """Return λ(d)."""
         return 0.0 if distance == math.inf else curve_through(self.curve).height(distance)

@@ -1,4 +1,4 @@
-"""A law of which a person's hand is λ: the paper's blend of retreat and pull, with the position of a lever in place of eq. (31)."""
+"""A law in which a lever gives λ: the paper's blend of retreat and pull without eq. (31)."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from controllers.laws.row_law import RetreatLaw
 
 @dataclass(frozen=True)
 class HandLever(RetreatLaw):
-    """J_d q̇ = λ v − (1 − λ) u with λ from a lever, whatever the distance is.
+    """J_d q̇ = λ v − (1 − λ) u with λ from a lever, independent of the distance.
 
     Attributes:
         hand_lever: λ, in [0, 1].
@@ -19,5 +19,4 @@ class HandLever(RetreatLaw):
     nominal_velocity: float
 
     def activation(self, distance: float) -> float:
-        """Return λ."""
         return 0.0 if distance == math.inf else self.hand_lever

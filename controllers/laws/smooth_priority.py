@@ -13,11 +13,11 @@ class SmoothPriority(BlendLaw):
 
         q̇ = q̇_n + J_d^# λ (v + u),      u = −J_d q̇_n,
 
-    a blend of two speeds along the line of contact, J_d q̇ = λ v − (1 − λ) u; everything orthogonal to J_d is untouched. No
-    n × n matrix is built.
+    a blend of two speeds along the line of contact, J_d q̇ = λ v − (1 − λ) u, without an n × n matrix.
 
     Attributes:
-        feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m no longer needs w ≤ v.
+        feed_forward: ours, not the paper's: add the obstacle's approach speed w to v, so that d ≥ d_m no
+            longer needs w ≤ v.
         one_sided: ours: never slow down a retreat that is already faster than v, max(v + u, 0).
     """
 
@@ -25,7 +25,7 @@ class SmoothPriority(BlendLaw):
     one_sided: bool = False
 
     def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s], what the law adds to the distance rate J_d q̇_n = −u."""
+        """c = λ (v + u) [m/s], added to the distance rate J_d q̇_n = −u."""
         wanted = self.nominal_velocity + pull
         if self.feed_forward:
             wanted += approach

@@ -1,4 +1,6 @@
-"""Task activation in a hierarchy: an inequality task comes first as far as it is active; Simetti & Casalino 2016."""
+"""Task activation in a hierarchy: an inequality task has priority as far as it is active; Simetti & Casalino
+2016.
+"""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +14,7 @@ from controllers.laws.row_law import RetreatLaw
 from controllers.laws.situation import Situation, row_damping, row_dampings
 
 DIRECTION_WEIGHT: Final = 1.0
-"""η [m²/rad²]: what a motion against the first task costs the second one, beside its own error."""
+"""η [m²/rad²]: cost of a motion against the first task for the second one."""
 
 
 @dataclass(frozen=True)
@@ -47,15 +49,14 @@ class TaskActivation(RetreatLaw):
     nominal_velocity: float
 
     def row_activation(self, distance: float) -> float:
-        """Return a(d), see `buffered_activation`."""
+        """a(d), see `buffered_activation`."""
         return buffered_activation(distance, self.critical_distance, self.influence_distance)
 
     def activation(self, distance: float) -> float:
-        """Return a², the share of v in the distance rate of level 1."""
+        """a², the share of v in the distance rate of level 1."""
         return self.row_activation(distance) ** 2
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]."""
         nominal, row, J = situation.nominal, situation.row, situation.task_jacobian
         a, square = self.row_activation(situation.distance), float(row.dot(row))
         if a == 0.0 or square == 0.0:
@@ -74,6 +75,6 @@ class TaskActivation(RetreatLaw):
 
 
 def _damped(X: Array, velocity: Array) -> Array:
-    """Return (Xᵀ X + Vᵀ P V)^{−1} Xᵀ ẋ (n,) for X (m, n) and ẋ (m,); P damps the singular values that X hardly has."""
+    """(Xᵀ X + Vᵀ P V)^{−1} Xᵀ ẋ (n,) for X (m, n) and ẋ (m,); P damps small singular values of X."""
     squares, directions = np.linalg.eigh(X.dot(X.T))
     return directions.dot(directions.T.dot(velocity) / (squares + row_dampings(squares))).dot(X)

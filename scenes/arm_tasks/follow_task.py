@@ -1,4 +1,6 @@
-"""An arm that follows joint angles: the slave of a master, or one arm of a person's imitation (Fig. 4: direct control of the joints)."""
+"""An arm that follows joint angles: the slave of a master, or one arm of an imitation (Fig. 4: direct control
+of the joints).
+"""
 
 import numpy as np
 
@@ -11,12 +13,7 @@ from scenes.targets import Target
 
 
 class JointFollower(ArmTask):
-    """q̇_n = q̇_d + K (q_d − q): eq. (7) with J = I.
-
-    Args:
-        world: where.
-        arm: which.
-    """
+    """q̇_n = q̇_d + K (q_d − q): eq. (7) with J = I."""
 
     def __init__(self, world: World, arm: Arm) -> None:
         self.joints = arm.joints
@@ -27,15 +24,13 @@ class JointFollower(ArmTask):
         """K (q_d − q) (n,) [rad/s]."""
 
     def begin(self) -> None:
-        """Follow from here."""
         self.desired = self._positions.copy()
 
     def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
-        """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
+        """q_d (n,) [rad] and its velocity (n,) [rad/s]."""
         raise NotImplementedError
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
         desired, speed = self.wanted(target, settings, time)
         self.desired = desired
         error = desired - self._positions
@@ -46,14 +41,13 @@ class JointFollower(ArmTask):
 
 
 class Slave(JointFollower):
-    """Every joint copies one of the other arm: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's signs.
+    """Every joint copies one of the other arm: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's
+    signs.
 
-    The rig's start postures correspond to each other, wherever the arms are when everything begins. Where one arm has more joints than
-    the other, its last ones have no partner: those of a slave stay as they are.
+    The rig's start postures correspond to each other, wherever the arms begin. Surplus joints of a slave stay
+    as they are.
 
     Args:
-        world: where.
-        master, slave: who is followed by whom.
         signs: of the mirror (n,).
     """
 
@@ -68,7 +62,7 @@ class Slave(JointFollower):
         self._from, self._to = world.room.start[master.joints], world.room.start[slave.joints]
 
     def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
-        """Return q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
+        """q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
         return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]

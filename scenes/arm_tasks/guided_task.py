@@ -1,4 +1,4 @@
-"""The arm that a person holds: where the hand should be → how the arm moves, at no more than a person's speed."""
+"""The arm that a person holds: the hand's target → the arm's motion, at no more than a person's speed."""
 
 from typing import Final
 
@@ -26,27 +26,26 @@ from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
 
 TURN_SPEED: Final = 1.5
-"""Largest turning speed of the hand [rad/s]."""
+"""Largest angular speed of the hand [rad/s]."""
 
 PULL_DAMPING: Final = 0.1
-"""μ of a pulled link [m/rad]: pulls go beyond the reach, and an arm stretched out by one must not tremble."""
+"""μ of a pulled link [m/rad]: a pull may go beyond the reach, and an outstretched arm must not tremble."""
 
 PULL_REST: Final = 0.4
-"""ρ of a pulled link: how much the hand would rather stay where it is."""
+"""ρ of a pulled link: weight of the hand's motion."""
 
 SWEEPS: Final = 4
-"""How often the joints of a pulled arm make up, one after the other, for those at their bounds."""
+"""Number of rounds in which the joints of a pulled arm compensate, one after the other, for those at their
+bounds.
+"""
 
 
 class GuidedTask(ArmTask):
-    """Follows a hand, an elbow, a pulled link or joint positions, redundancy-resolved and inside the arm's joint bounds.
+    """Follows a hand, an elbow, a pulled link or joint positions, redundancy-resolved and inside the arm's
+    joint bounds.
 
-    No point of its axis (elbow, wrist, hand tip) moves faster than `hand_speed`, so no closest point does: a capsule's normal meets it.
-
-    Args:
-        world: where.
-        arm: which.
-        robot: its make.
+    No point of its axis (elbow, wrist, hand tip) moves faster than `hand_speed`, so no closest point does: a
+    capsule's normal meets the axis.
     """
 
     def __init__(self, world: World, arm: Arm, robot: Robot) -> None:
@@ -54,7 +53,7 @@ class GuidedTask(ArmTask):
         self._kinematics, self._arm = world.kinematics, arm
         self._positions, self._box = world.positions[arm.joints], world.bounds.part(arm.joints)
         self._posture = world.room.start[arm.joints]
-        """q (n,) that it likes to be in [rad]."""
+        """Usual q (n,) [rad]."""
         self._velocities, self._wish, self._rest = np.zeros((3, len(self._posture)))
         self._hand = world.kinematics.hand_pose(arm)
         self._place = self._hand.translation
@@ -74,13 +73,14 @@ class GuidedTask(ArmTask):
         return self._kinematics.hand_jacobian(self._arm, 3) if self._jacobian is None else self._jacobian
 
     def begin(self) -> None:
-        """Come to rest."""
         self._velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused. Without a target the arm comes to rest."""
+        """q̇ (n,) of the arm in the person's hand [rad/s]; the array is reused. Without a target the arm
+        comes to rest.
+        """
         del time
-        # The camera's last frame is looked at afterwards, with the arms where they were then.
+        # The camera's last frame is evaluated later, with the arms of that time.
         held = settings.hardware.frame_rate > 0.0
         self._jacobian = self._kinematics.hand_jacobian(self._arm, 3) if held else None
         target = target.first if isinstance(target, PairTarget) else target
@@ -90,7 +90,7 @@ class GuidedTask(ArmTask):
             speed = fill_followed(*arm, target.position, top_speed, share, box.lower, box.upper, self._reach, dq)
         else:
             speed = fill_smoothed(self._wanted(target, top_speed), share, box.lower, box.upper, self._reach, dq)
-        # Each joint moves no point faster than its rate times the arm's length beyond it: mostly, that settles it.
+        # Each joint moves no point faster than its rate times the arm's length beyond it: this is usually enough.
         if speed > top_speed:
             np.concatenate(self._placed, out=self._placements.reshape(-1))
             fastest = fastest_of(self._placements, self._ends, self._moving, self._spatial, dq)
@@ -118,7 +118,9 @@ class GuidedTask(ArmTask):
         return self._wish
 
     def _pulled(self, target: LinkTarget, top_speed: float) -> Array:
-        """Return q̇ (n,) inside the box with the least |J q̇ − ẋ|² + μ² |q̇|² + ρ² |J_hand q̇|²; it changes steadily with the posture."""
+        """q̇ (n,) inside the box with the least |J q̇ − ẋ|² + μ² |q̇|² + ρ² |J_hand q̇|²; continuous in the
+        posture.
+        """
         J, way = pull(self._kinematics, self._arm, target, top_speed)
         J_hand = self._kinematics.hand_jacobian(self._arm, 3)
         gradient = J.T.dot(way)
@@ -135,16 +137,14 @@ class GuidedTask(ArmTask):
         return dq
 
     def memory(self) -> Memory:
-        """Return the velocities that the person's hand has reached."""
         return (self._velocities.copy(),)
 
     def remember(self, memory: Memory) -> None:
-        """Go on with these velocities."""
         self._velocities[:] = memory[0]
 
 
 def _reach(robot: Robot) -> Array:
-    """Largest reach of the arm beyond each joint (n,) [m]: the way along the joints to the farthest capsule end."""
+    """Largest reach of the arm beyond each joint (n,) [m]: along the joints to the farthest capsule end."""
     model = robot.model
     ways = np.array([float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)])
     reach = np.zeros(model.nv)
@@ -157,7 +157,7 @@ def _reach(robot: Robot) -> Array:
 
 
 def _axis_ends(robot: Robot) -> list[tuple[int, Array]]:
-    """Return joint and place in its frame (3,) of every capsule end that moves; ends that are always together count once."""
+    """Joint and position in its frame (3,) of every moving capsule end; coinciding ends count once."""
     data, ends, ways = robot.model.createData(), [], []
     postures = [np.zeros(robot.model.nq), np.full(robot.model.nq, 0.3), np.full(robot.model.nq, -0.7)]
     for capsule in robot.capsules:

@@ -1,4 +1,4 @@
-"""A hand that keeps its place, or goes where its place goes."""
+"""A hand that keeps its place, or follows a moving one."""
 
 from collections.abc import Callable
 from typing import Final
@@ -20,31 +20,29 @@ Path = Callable[[float, Array], tuple[Array, Array]]
 _STILL: Final = np.zeros(3)
 
 SELF_MOTION_SPEED: Final = 0.6
-"""Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
+"""Largest |q̇₀| towards a posture [rad/s]: 0.1 mm of the hand's error at usual gains."""
 
 
 class HoldTask(ArmTask):
     """q̇_n = J^#(ẋ_d + K e) + N q̇₀, eqs (7), (8): the hand is drawn to its place.
 
     Args:
-        world: where.
-        arm: which.
-        path: how the place moves by itself; None if it does not.
-        movable: whether a person may move the place and pull at the elbow (q̇₀) with a `HandTarget`, either with a `LinkTarget`, or lead
-            all joints (q̇₀) with a `JointTarget`, as far as that does not move the hand.
-        overdriven: whether K is multiplied by the settings' `overdrive`.
+        path: motion of the place; None if it is fixed.
+        movable: a person may move the place and pull the elbow (q̇₀) with a `HandTarget`, either with a
+            `LinkTarget`, or lead all joints (q̇₀) with a `JointTarget`, all in the hand's null space.
+        overdriven: K is multiplied by the settings' `overdrive`.
     """
 
     def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
         self.joints = arm.joints
         self.place: Array = np.zeros(3)
-        """Where the hand should be (3,), world [m]."""
+        """Desired position of the hand (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
-        """How it should be turned (3, 3)."""
+        """Its desired rotation (3, 3)."""
         self.home: Array = self.place
-        """Where the hand was when everything began (3,), world [m]; the path begins there."""
+        """The hand at the beginning (3,), world [m]; start of the path."""
         self.path_began = -1.0
-        """When the place began to move by itself [s]; −1 before that."""
+        """Time at which the place began to move by itself [s]; −1 before that."""
         self._overdriven = overdriven
         self._room, self._kinematics, self._arm = world.room, world.kinematics, arm
         self._path, self._movable = path, movable
@@ -56,23 +54,21 @@ class HoldTask(ArmTask):
         self._bend = world.room.bend(arm)
 
     def begin(self) -> None:
-        """The place is where the hand is now."""
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
         self.home = self.place.copy()
         self.path_began = -1.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
         kinematics, arm, task = self._kinematics, self._arm, self._room.task(settings)
         speed: Array | None = None
         if self._path is not None:
             if self.path_began < 0.0:
-                # The way begins where the hand is, whenever it is chosen.
+                # The path begins at the hand's position when it is chosen.
                 self.path_began = time
             self.place, speed = self._path(time - self.path_began, self.home)
         swing: Array | None = None
-        # A second person holds this arm; the first one does only where it is the only arm.
+        # A second person holds this arm; the first one only if it is the only arm.
         target = target.second if isinstance(target, PairTarget) else target if self._movable else None
         if isinstance(target, LinkTarget):
             swing = self._pulled(target, settings)
@@ -100,7 +96,7 @@ class HoldTask(ArmTask):
         return bounded_task(dq, J, self._box, settings.bounds)
 
     def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
-        """Return q̇₀ (n,) of a pull at a link of the arm [rad/s]; a pull at a link of the hand moves the place instead."""
+        """q̇₀ (n,) of a pull at a link [rad/s]; a pull at a link of the hand moves the place instead."""
         joint = self._arm.joint(target.joint)
         if joint >= self._arm.wrist:
             grip = self._kinematics.data.oMi[joint].act(target.offset)
@@ -116,10 +112,8 @@ class HoldTask(ArmTask):
             self.place_rotation = target.rotation
 
     def memory(self) -> Memory:
-        """Return the place, how the hand is to be turned, and where the path begins."""
         return self.place.copy(), self.place_rotation.copy(), self.home.copy(), np.array(self.path_began)
 
     def remember(self, memory: Memory) -> None:
-        """Keep this place."""
         self.place, self.place_rotation, self.home = (array.copy() for array in memory[:3])
         self.path_began = float(memory[3])

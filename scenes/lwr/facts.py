@@ -1,9 +1,9 @@
-"""The KUKA LWR 4+ in numbers: kinematics, limits, masses and the lean collision model.
+"""The KUKA LWR 4+ in numbers: kinematics, limits, masses and the simple collision model.
 
-Everything else about the robot (URDF, Pinocchio model, visual shells) is generated from this file, so a number stands once.
-Kinematics: standard DH parameters a = 0, alpha = (+90, -90, -90, +90, +90, -90, 0) deg, d = (310, 0, 400, 0, 390, 0, 78) mm,
-written here as joint origins along the previous z axis. Position, velocity and torque limits: KUKA LWR 4+ data sheet; velocity
-limits as in the IJS RobotBlockSet. KUKA publishes no inertias: masses and centres of mass are the community's usual estimates.
+URDF, Pinocchio model and visual shells are generated from this file. Kinematics: standard DH parameters a =
+0, alpha = (+90, -90, -90, +90, +90, -90, 0) deg, d = (310, 0, 400, 0, 390, 0, 78) mm, here as joint origins
+along the previous z axis. Position, velocity and torque limits: KUKA LWR 4+ data sheet; velocity limits as in
+the IJS RobotBlockSet. KUKA publishes no inertias: masses and centres of mass are common estimates.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Joint:
-    """One revolute joint; its frame is the frame of the link behind it and is parallel to the base frame at q = 0.
+    """One revolute joint; its frame is that of the link behind it, parallel to the base frame at q = 0.
 
     Attributes:
         name: KUKA's number of the joint, "j1" (A1) … "j7" (A6).
-        origin: height of the joint above the joint before it [m]; for j1 above the mounting face.
+        origin: height above the joint before it [m]; for j1 above the mounting face.
         axis: unit axis in the joint frame.
         position_limit: symmetric [rad].
         velocity_limit: [rad/s].
@@ -48,7 +48,6 @@ JOINTS: Final = (
 )
 
 JOINT_LABELS: Final = ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll")
-"""What a person calls joints 1 … 7."""
 
 MASSES: Final = (1.210, 2.303, 2.303, 2.303, 2.303, 1.601, 1.493, 0.109)
 """Links 0 (base) … 7 (flange) [kg]."""
@@ -71,8 +70,7 @@ class CapsuleFact:
     """A capsule along the z axis of a link frame.
 
     Attributes:
-        name: part of the arm.
-        link: 0 (base) … 7 (flange), with the frame that carries it.
+        link: 0 (base) … 7 (flange).
         start, end: z of the two sphere centres in that frame [m].
         radius: [m].
     """
@@ -90,5 +88,6 @@ CAPSULES: Final = (
     CapsuleFact("forearm", 4, 0.0, 0.390, 0.065),
     CapsuleFact("hand", 6, 0.0, 0.128, 0.050),
 )
-"""The lean model. A roll joint turns its segment about the segment's own axis and so never moves these capsules: one capsule a
-segment says the same as one a link. The hand reaches 50 mm beyond the flange and stands for the tool."""
+"""The simple model. A roll joint turns its segment about its own axis and never moves these capsules, so one
+capsule per segment is enough. The hand reaches 50 mm beyond the flange to include the tool.
+"""

@@ -1,10 +1,10 @@
-"""What the LWR 4+ looks like: eight shells made by code, inside the collision capsules at every joint angle.
+"""Appearance of the LWR 4+: eight generated shells, inside the collision capsules at every joint angle.
 
-A pitch joint joins two shells side by side: the link before it bulges to one side of the y axis, the link behind it to the other,
-alternately along the arm, each with a round cover on its bulge. A roll joint joins two tubes end to end with a thin dark ring.
-All shells are drawn in link frames, in metres; z runs along the arm.
+A pitch joint joins two shells side by side: the link before it bulges to one side of the y axis, the link
+behind it to the other, alternately along the arm, each with a round cover. A roll joint joins two tubes end
+to end with a thin dark ring. Shells are in link frames, in metres; z runs along the arm.
 
-The arms are drawn inside the capsules that are checked for collisions, so that what a person sees touch has touched.
+Because the shells are inside the collision capsules, visible contact is contact in the model.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ PARTS: Final = ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark"
 
 
 def _painted(body: Material, cover: Material, mark: Material) -> glb.GlbPalette:
-    """Return the palette of an arm of which only these parts have colours of their own."""
     return {
         "body": body,
         "cover": cover,
@@ -55,32 +54,28 @@ PALETTES: Final[Mapping[str, glb.GlbPalette]] = MappingProxyType(
         "wish": dict.fromkeys(PARTS, Material("#d0246f", 0.5, 0.0, 0.24)),
     }
 )
-"""Material of every part by the name of the palette."""
 
 SEEN_THROUGH: Final = ("ghost", "wish")
-"""Palettes that are blended: of a second run, and of where an arm ought to be."""
+"""Transparent palettes: of a second run, and of an arm's desired posture."""
 
 SECTIONS: Final = 56
-"""Around every tube."""
 
 SKIN: Final = 0.0008
-"""How far the shells stay inside the capsules [m]."""
+"""Clearance of the shells inside the capsules [m]."""
 
 COARSE_SHARE: Final = 0.08
-"""Share of the triangles that a coarse shell keeps."""
 
 FEW: Final = 24
-"""Around what is turned of a coarse shell: a ring thinned out like the rest would be ragged."""
+"""Sections of revolved parts of a coarse shell: a ring thinned out like the rest would be ragged."""
 
 RAISED: Final = ("cover", "ring", "trim")
-"""Materials of parts that lie on a shell."""
 
 PROUD: Final = 0.0007
-"""What lies on a coarse shell stands out of it by so much more [m]: less than `SKIN`, so it stays inside the capsules."""
+"""Additional height of parts on a coarse shell [m]: less than `SKIN`, so they stay inside the capsules."""
 
 GHOST_INSET: Final = 0.0012
 COARSE_INSET: Final = 0.004
-"""A ghost is drawn this much slimmer [m]."""
+"""Reduction of a ghost's radius [m]."""
 
 GAP: Final = 0.0012
 """Half of the slit between the two shells of a pitch joint [m]."""
@@ -89,10 +84,9 @@ UP: Final = np.eye(3)
 TO_MINUS_Y: Final = np.diag([-1.0, -1.0, 1.0])
 FROM_JOINT_TO_MINUS_Y: Final = np.diag([1.0, -1.0, -1.0])
 FROM_JOINT_TO_PLUS_Y: Final = np.diag([-1.0, 1.0, -1.0])
-"""A casting is drawn from its roll joint up to its pitch joint, bulging to +y; these turn it to where it belongs."""
 
 Y_UP: Final = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-"""Turns what was revolved about z to the y axis, height along +y."""
+"""Rotation from revolved about z to revolved about y, height along +y."""
 
 Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
 
@@ -118,7 +112,6 @@ class Casting:
     slit: float = 0.0
 
     def form(self, p: Array) -> Array:
-        """Signed function of points (…, 3)."""
         x, y, z = p[..., 0], p[..., 1], p[..., 2]
         up = z - self.length
         radius, rho = np.hypot(x, y), np.hypot(x, up)
@@ -136,7 +129,6 @@ class Casting:
         return smooth_max(body, limit + SKIN, 0.004)
 
     def shell(self) -> trimesh.Trimesh:
-        """The painted shell; its open end hides in the ring of the roll joint."""
         height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
         blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
         spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
@@ -146,14 +138,15 @@ class Casting:
         return moved(_lid(self.ball - SKIN, coarse), Y_UP, (0, 0, self.length))
 
     def seam(self, coarse: bool) -> trimesh.Trimesh:
-        """The dark disc in the slit and the groove around the lid."""
         r, y = self.drum - 0.0035, self.slit
         disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], FEW if coarse else SECTIONS)
         return moved(join([disc, _groove(self.ball - SKIN, coarse)]), Y_UP, (0, 0, self.length))
 
 
 def _lid(ball: float, coarse: bool) -> trimesh.Trimesh:
-    """A lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the radius."""
+    """Lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the
+    radius.
+    """
     edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
     if coarse:
         return revolve([(edge, seat), (edge, rise), (0.6 * edge, top - 0.3 * (top - rise)), (0.0, top)], FEW)
@@ -170,12 +163,11 @@ def _groove(ball: float, coarse: bool) -> trimesh.Trimesh:
 
 
 def _ring(z: float, radius: float, coarse: bool) -> trimesh.Trimesh:
-    """The dark ring of a roll joint at height z."""
     return _hoop(radius - 0.012, radius, z - 0.0035, z + 0.0035, 0.0012, 2, coarse)
 
 
 def _hoop(inner: float, outer: float, low: float, high: float, edge: float, steps: int, coarse: bool) -> trimesh.Trimesh:
-    """A hoop between two radii and two heights, its outer edges rounded with a radius `edge`."""
+    """Ring between two radii and two heights, its outer edges rounded with a radius `edge`."""
     if coarse:
         return revolve([(outer, low), (outer, high)], FEW)
     return revolve(rounded([(inner, low), (outer, low), (outer, high), (inner, high)], edge, steps), SECTIONS)
@@ -189,7 +181,7 @@ WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0
 
 
 def _cast(casting: Casting, turn: Array, coarse: bool) -> Parts:
-    """The parts of one link: turned upside down when the pitch joint comes first."""
+    """Parts of one link, turned upside down if the pitch joint comes first."""
     parts, tube = {"body": casting.shell(), "cover": casting.cover(coarse)}, casting.tube
     if turn[2, 2] > 0:
         parts["ring"] = casting.seam(coarse)
@@ -252,7 +244,8 @@ def _tool(coarse: bool) -> Parts:
 
 @functools.cache
 def link_meshes(coarse: bool) -> tuple[Parts, ...]:
-    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them.
+    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not
+    change them.
 
     Args:
         coarse: few triangles, for a browser without a graphics card.
@@ -272,16 +265,16 @@ def link_meshes(coarse: bool) -> tuple[Parts, ...]:
 
 def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
     if name in RAISED:
-        # Where both have few triangles, a ring would dive in and out of the shell that it lies on.
+        # With few triangles a ring would dive in and out of the shell below it.
         return swollen(part, PROUD)
     return thinned_mesh(part, COARSE_SHARE) if name == "body" else part
 
 
 def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
-    """One link as a GLB file in one of the PALETTES; a coarse one is one mesh, its colours on the vertices.
+    """One link as a GLB file in one of the PALETTES; a coarse one is one mesh with colours on its vertices.
 
     Raises:
-        ValueError: there is no such palette.
+        ValueError: unknown palette.
     """
     if palette not in PALETTES:
         raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
@@ -289,7 +282,7 @@ def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
     if palette not in SEEN_THROUGH:
         pack = glb.merged_glb if coarse else glb.glb
         return pack(parts, materials)
-    # Where a ghost stands in the arm it belongs to it must vanish inside, not flicker on its surface.
+    # A ghost that coincides with its arm must vanish inside it, not flicker on its surface.
     parts = {name: swollen(part, -(COARSE_INSET if coarse else GHOST_INSET)) for name, part in parts.items()}
-    # Colours on vertices would not be seen through. A ghost has one colour anyway.
+    # Colours on vertices would not be transparent. A ghost has one colour anyway.
     return glb.glb({"body": join(parts.values())} if coarse else parts, materials)

@@ -1,12 +1,13 @@
-"""The LWR 4+ as a URDF, written from `facts`; `lwr.urdf` beside this file is what it writes, for other programs to read.
+"""Writes the LWR 4+ as a URDF from `facts`, `lwr.urdf` beside this file, for other programs.
 
-No <capsule>: yourdfpy cannot read it, so a capsule stands as a cylinder and two spheres. No mesh files.
+No <capsule>, which yourdfpy cannot read: a capsule is a cylinder and two spheres. No mesh files.
 
-Inertias: KUKA publishes none. A link is taken as a solid cylinder of uniform density with its mass, as thick as its capsule and
-as long as its share of the segment (the two links of a segment meet at its roll joint), placed with its centre in the link's
-centre of mass. Such a body exists, so the tensor is positive definite and keeps the triangle inequality.
+KUKA publishes no inertias. A link is a solid cylinder of uniform density with its mass, as thick as its
+capsule and as long as its share of the segment (the two links of a segment meet at its roll joint), centred
+in the link's centre of mass. Such a body exists, so the tensor is positive definite and satisfies the
+triangle inequality.
 
-    python -m scenes.lwr.urdf        writes lwr.urdf again
+    python -m scenes.lwr.urdf        rewrites lwr.urdf
 """
 
 from pathlib import Path
@@ -18,11 +19,10 @@ from scenes.lwr.facts import CAPSULES, CENTRES_OF_MASS, JOINTS, MASSES, CapsuleF
 URDF_FILE: Final = Path(__file__).with_name("lwr.urdf")
 
 FLANGE: Final = "flange"
-"""Name of the tool frame: link 7's own."""
 
 
 def capsule_share(link: int) -> tuple[CapsuleFact, float, float]:
-    """The capsule a link belongs to, and the part of its axis that is the link's, z from … to in the link's frame [m]."""
+    """Capsule of a link, and the link's part of its axis, z from … to in the link's frame [m]."""
     carrier = max(capsule.link for capsule in CAPSULES if capsule.link <= link)
     capsule = next(capsule for capsule in CAPSULES if capsule.link == carrier)
     roll = JOINTS[carrier].origin
@@ -44,7 +44,6 @@ def _numbers(*values: float) -> str:
 def _shape(
     parent: xml.Element, tag: str, z: float, radius: float, length: float | None = None, material: str | None = None
 ) -> None:
-    """A sphere, or with a length an upright cylinder, centred at height z."""
     element = xml.SubElement(parent, tag)
     xml.SubElement(element, "origin", xyz=_numbers(0, 0, z), rpy="0 0 0")
     geometry = xml.SubElement(element, "geometry")

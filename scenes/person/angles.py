@@ -1,8 +1,9 @@
-"""A person's arms as four angles each, the way the paper names them: shoulder flexion, abduction, external rotation, elbow flexion,
-in this order in every array of four.
+"""A person's arms as four angles each, named as in the paper: shoulder flexion, abduction, external rotation,
+elbow flexion, always in this order.
 
-The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders. Stand with both arms
-hanging, palms towards the thighs: all four angles of either arm are zero. From there, in this order,
+The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders.
+Stand with both arms hanging, palms towards the thighs: all four angles of either arm are zero. From there, in
+this order,
 
     flexion    swings the straight arm forward and up: 90° points ahead, 180° overhead, negative is behind the back;
     abduction  then lifts it sideways, away from the body: 90° is a T, whatever the flexion was;
@@ -13,11 +14,13 @@ In formulas, with s = +1 for the left arm and −1 for the right,
 
     R = Ry(−flexion) Rx(s abduction) Rz(s rotation),   upper arm = R (0, 0, −1),   forearm = R (sin elbow, 0, −cos elbow).
 
-The sign s makes it mirror symmetric: arms that mirror each other have the same angles. The same order of axes is found in the joint
-coordinate recommendations of the International Society of Biomechanics for the elbow and in the human model that is drawn.
+The sign s makes it mirror symmetric: arms that mirror each other have the same angles. The same order of axes
+is found in the joint coordinate recommendations of the International Society of Biomechanics for the elbow
+and in the human model that is drawn.
 
-No three angles describe a direction and a roll without a singular posture. Here it is the T: at 90° of abduction flexion and
-rotation turn about the same line. And with a straight elbow the rotation is not visible. In both the last value is remembered.
+No three angles describe a direction and a roll without a singular posture. Here it is the T: at 90° of
+abduction flexion and rotation turn about the same line. And with a straight elbow the rotation is not
+visible. In both the last value is remembered.
 """
 
 import math
@@ -30,7 +33,7 @@ from controllers.kinematics import Array
 from scenes.settings import ArmName
 
 TRUSTED_SINE: Final = 0.1
-"""An angle about an axis is taken as it is when the thing that shows it stands off the axis by at least this sine."""
+"""Least sine of the bone's angle off an axis from which the measured angle about it is used as it is."""
 
 SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 
@@ -38,11 +41,13 @@ SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 SHOULDER_WIDTH: Final = 0.42
 UPPER_ARM: Final = 0.276
 FOREARM: Final = 0.287
-"""Lengths of the human model that is drawn, a man of 1.8 m: from shoulder to shoulder, from shoulder to elbow, and on to the wrist [m]."""
+"""Lengths of the drawn human model, a man of 1.8 m: shoulder to shoulder, shoulder to elbow, elbow to wrist
+[m].
+"""
 
 
 class BodyPoints(NamedTuple):
-    """What tracking sees of a person, in any right-handed frame and any unit.
+    """Tracked points of a person, in any right-handed frame and any unit.
 
     Attributes:
         shoulders, elbows, wrists: (2, 3), left first.
@@ -57,23 +62,24 @@ class BodyPoints(NamedTuple):
 
 @loop("float64(float64)")
 def wrapped(angle: float) -> float:
-    """Return the angle in −π … π."""
+    """The angle in −π … π."""
     return angle - math.tau * math.floor(angle / math.tau + 0.5)
 
 
 @loop("float64(float64, float64, float64, float64)")
 def remembered(angle: float, previous: float, sine: float, trusted: float) -> float:
-    """Return an angle about an axis as the way on from its previous value.
+    """Angle about an axis, continued from its previous value.
 
     Args:
         angle: as measured; meaningless if `sine` is 0 [rad].
-        previous: the value of the sample before [rad].
-        sine: of the angle by which whatever shows it stands off the axis, 0 … 1.
-        trusted: the sine from which on the measured value is taken as it is.
+        previous: value of the sample before [rad].
+        sine: of the angle between the bone and the axis, 0 … 1.
+        trusted: sine from which the measured value is used as it is.
 
     Returns:
-        The measured angle, plus the turns that bring it nearest to the previous one, for a large sine; the previous value for
-        0; in between a smooth mixture, so that rest near the singular posture still finds the true value after some samples [rad].
+        For a large sine the measured angle, plus turns to the one nearest to the previous; for 0 the previous
+            one; in between a smooth mixture, so that rest near the singular posture still finds the true
+            value after some samples [rad].
     """
     s = min(max(sine / trusted, 0.0), 1.0)
     return previous + s * s * (3.0 - 2.0 * s) * wrapped(angle - previous)
@@ -103,14 +109,14 @@ def fill_directions(angles: Vector, sign: float, upper: Vector, forearm: Vector)
 
 
 def arm_rotation(angles: Array, side: ArmName) -> Array:
-    """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
+    """R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
     R = np.empty((3, 3))
     fill_arm_rotation(angles, SIGN[side], R)
     return R
 
 
 def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
-    """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
+    """Unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
     upper, forearm = np.empty(3), np.empty(3)
     fill_directions(angles, SIGN[side], upper, forearm)
     return upper, forearm
@@ -119,13 +125,14 @@ def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
 def direction_angles(
     upper: Array, forearm: Array, side: ArmName, previous: Array | None = None, trusted: float = TRUSTED_SINE
 ) -> Array:
-    """Return the four angles (4,) [rad] of an arm from where its two bones point.
+    """The four angles (4,) [rad] of an arm from the directions of its bones.
 
     Args:
         upper, forearm: unit vectors (3,) towards the hand, torso frame.
-        previous: the angles (4,) of the sample before; the result is the nearest way on from them and may leave the usual ranges
-            and gather whole turns. Without, flexion and rotation lie in −π … π, abduction in ±π/2, elbow in 0 … π.
-        trusted: see `remembered`; a smaller value follows the directions closer, through faster angles.
+        previous: angles (4,) of the sample before; the result continues them and may leave the usual ranges
+            and gather whole turns. Without, flexion and rotation are in −π … π, abduction in ±π/2, elbow in 0
+            … π.
+        trusted: see `remembered`; a smaller value follows the directions closer, with faster angles.
     """
     sign = SIGN[side]
     (ux, uy, uz), (wx, wy, wz) = upper.tolist(), forearm.tolist()
@@ -154,7 +161,7 @@ def direction_angles(
 
 
 def arm_points(angles: Array, side: ArmName) -> tuple[Array, Array, Array]:
-    """Return shoulder, elbow and wrist (3,) in the torso frame [m]. `angles`: (4,) [rad]."""
+    """Shoulder, elbow and wrist (3,) in the torso frame [m]. `angles`: (4,) [rad]."""
     upper, forearm = arm_directions(angles, side)
     shoulder = np.array([0.0, SIGN[side] * SHOULDER_WIDTH / 2.0, 0.0])
     elbow = shoulder + UPPER_ARM * upper
@@ -162,9 +169,10 @@ def arm_points(angles: Array, side: ArmName) -> tuple[Array, Array, Array]:
 
 
 def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:
-    """Return R (3, 3) of the torso, columns forward, left, up; None if the three points lie on one line or are not finite.
+    """R (3, 3) of the torso, columns forward, left, up; None if the three points are on one line or not
+    finite.
 
-    Up is from the hips to between the shoulders, left is across the shoulders and made square to it.
+    Up is from the hips to between the shoulders; left is across the shoulders, made orthogonal to it.
 
     Args:
         left_shoulder, right_shoulder: (3,), in any one frame and unit.
@@ -182,7 +190,7 @@ def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> 
 
 
 def body_angles(points: BodyPoints, previous: Array | None = None) -> Array | None:
-    """Return the angles (2, 4) of both arms [rad], left first; None if the points do not make a body.
+    """Angles (2, 4) of both arms [rad], left first; None if the points are not a body.
 
     Args:
         previous: of the sample before (2, 4).

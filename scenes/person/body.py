@@ -1,8 +1,9 @@
-"""The person as drawn: the human model of example-robot-data, in five parts of which four turn.
+"""The drawn person: the human model of example-robot-data, in five parts of which four turn.
 
-Its URDF follows the joint coordinates of the International Society of Biomechanics: x forward, y up, z right, shoulder about Z (flexion),
-X (abduction), Y (rotation), elbow about Z. Standing with hanging arms, palms towards the thighs, it is turned into the torso frame
-of `scenes.person.angles` and cut at shoulders and elbows. Its shoulders float beside its chest; a yoke of ours carries them.
+Its URDF follows the joint coordinates of the International Society of Biomechanics: x forward, y up, z right,
+shoulder about Z (flexion), X (abduction), Y (rotation), elbow about Z. Standing with hanging arms, palms
+towards the thighs, it is turned into the torso frame of `scenes.person.angles` and cut at shoulders and
+elbows. We add a yoke between chest and shoulders.
 """
 
 import importlib.metadata
@@ -26,18 +27,16 @@ if TYPE_CHECKING:
 PACKAGE: Final = "example-robot-data"
 
 MATERIAL: Final = glb.Material("#8394a6", 0.7)
-"""A blue-grey that is neither robot's."""
 
 SHARE: Final = 0.16
-"""Share of the model's triangles that are kept."""
 
 SHOULDER_HEIGHT: Final = 1.380
-"""Height of the model's shoulders above its soles [m]: where the body node's origin stands above the floor."""
+"""Height of the model's shoulders above its soles [m], the origin of the body node."""
 
 TORSO_FROM_MODEL: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 PALM_TURN: Final = math.pi / 2.0
-"""The model's zero shows its palms; this much of pronation brings them to the thighs [rad]."""
+"""Pronation from the model's zero, which shows its palms, to palms at the thighs [rad]."""
 
 YOKE: Final = ((0.0, -0.225), (0.030, -0.222), (0.040, -0.19), (0.050, -0.10), (0.052, 0.0))
 """Half of the yoke's profile: radius, and place from shoulder (−) to chest (0) [m]."""
@@ -50,10 +49,10 @@ class BodyPart(NamedTuple):
     """A node of the drawing.
 
     Attributes:
-        parent: name of the node it hangs on; "" for the body itself.
+        parent: name of its parent node; "" for the body itself.
         glb: its mesh, in the node's frame, as a GLB file.
-        pose: in the parent's frame when all angles are zero; that of the body itself puts its soles on the floor z = 0, and may be
-            replaced by any other. `body_poses` tells the rotation from then on.
+        pose: in the parent's frame at zero angles; that of the body puts its soles on the floor z = 0, and
+            may be replaced. `body_poses` has the later rotations.
     """
 
     name: str
@@ -70,7 +69,7 @@ _CUTS: Final = {
 
 @cache
 def body_parts() -> tuple[BodyPart, ...]:
-    """Return the nodes, parents first. All together are about 330 kB.
+    """Nodes, parents first, about 330 kB in total.
 
     Raises:
         MissingPackage: example-robot-data is not installed, or without its human model.
@@ -92,7 +91,7 @@ def body_parts() -> tuple[BodyPart, ...]:
 
 
 def body_poses(angles: Array) -> dict[str, Quaternion]:
-    """Return moving node → its rotation in its parent's frame. `angles`: (2, 4) of both arms [rad], left first."""
+    """Moving node → its rotation in its parent's frame. `angles`: (2, 4) of both arms [rad], left first."""
     poses: dict[str, Quaternion] = {}
     for i, side in enumerate(SIGN):
         turn = pin.Quaternion(arm_rotation(angles[i], side))
@@ -124,10 +123,10 @@ def _build() -> tuple[bytes, ...]:
 
 
 def person_meshes() -> dict[str, "trimesh.Trimesh"]:
-    """Return node → all its triangles, in the node's frame [m].
+    """Node → all its triangles, in the node's frame [m].
 
     Raises:
-        MissingPackage: the human model is not there.
+        MissingPackage: the human model is missing.
     """
     import trimesh
 

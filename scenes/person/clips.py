@@ -1,7 +1,8 @@
-"""People without a camera: gestures of our own making that loop for ever, each a pure function of its name, a seed and the time.
+"""Scripted people: our gestures in endless loops, each a pure function of its name, a seed and the time.
 
-A clip is a row of postures from `REST` to `REST` with a quintic between two of them, smooth up to its accelerations. The seed makes the
-person: which arm leads, how often and how fast. On the torso, without avoidance, clap and cross bring the robots' arms into each other.
+A clip is a row of postures from `REST` to `REST` with quintics between them, smooth up to accelerations. The
+seed chooses the leading arm, the counts and the pace. On the torso, without avoidance, clap and cross make
+the robots' arms collide.
 """
 
 from collections.abc import Callable
@@ -15,20 +16,20 @@ from scenes.settings import ClipName
 from scenes.targets import between, quintic
 
 ClipArm = tuple[float, float, float, float]
-"""The four angles of one arm, see `scenes.person.angles`; degrees, in this file alone."""
+"""The four angles of one arm, see `scenes.person.angles`; degrees, only in this file."""
 
 REST_ARM: Final[ClipArm] = (20.0, 14.0, 0.0, 75.0)
 
 REST: Final[Array] = np.radians([REST_ARM, REST_ARM])
-"""Where every clip starts and ends (2, 4) [rad]: elbows at the sides, forearms ahead. Only to be read."""
+"""Start and end of every clip (2, 4) [rad]: elbows at the sides, forearms ahead. Read only."""
 
 
 class Key(NamedTuple):
-    """One posture and how long the way to it takes.
+    """A posture and the time to reach it.
 
     Attributes:
         seconds: since the key before; 0 for the first.
-        lead, other: the arm that leads and the other one [deg].
+        lead, other: the leading arm and the other one [deg].
     """
 
     seconds: float
@@ -41,13 +42,12 @@ class Clip:
 
     Args:
         name: of the gesture; "medley" is all others in turn.
-        seed: which person.
 
     Attributes:
         duration: of one loop [s].
 
     Raises:
-        BadSetting: there is no such clip.
+        BadSetting: unknown clip.
     """
 
     def __init__(self, name: ClipName, seed: int = 1) -> None:
@@ -69,7 +69,7 @@ class Clip:
         self.duration = float(self._times[-1])
 
     def angles(self, time: float) -> Array:
-        """Return the angles (2, 4) at a time [s], left arm first [rad]."""
+        """Angles (2, 4) at a time [s], left arm first [rad]."""
         i, j, share = between(self._times, time % self.duration)
         return self._poses[i] + quintic(share)[0] * (self._poses[j] - self._poses[i])
 
@@ -125,7 +125,6 @@ def _reach(random: np.random.Generator) -> list[Key]:
 
 
 _Gesture = Callable[[np.random.Generator], list[Key]]
-"""What a person does between rest and rest, before their pace."""
 
 _GESTURES: Final[dict[ClipName, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}
 

@@ -1,4 +1,4 @@
-"""A figure with wrists and elbows that can be dragged: a person without a camera."""
+"""A figure with draggable wrists and elbows: a person without a camera."""
 
 import math
 from typing import Final, NamedTuple
@@ -12,22 +12,21 @@ from scenes.person.clips import REST
 from scenes.settings import ArmName
 
 MOST_BENT: Final = float(np.radians(150.0))
-"""An elbow bends no further [rad]."""
+"""Largest elbow angle [rad]."""
 
 TRUSTED_SINE: Final = 1e-3
-"""A hand that drags holds the point exactly, so that hardly anything is remembered at a singular posture."""
+"""A hand that drags holds the point exactly, so that almost nothing is remembered at a singular posture."""
 
 
 SETTLING: Final = 4
-"""How often a pull at a hand corrects the wrist for the turn of the forearm."""
+"""Number of corrections of the wrist for the turn of the forearm, per pull at a hand."""
 
 
 class Grasp(NamedTuple):
-    """Where an arm is held.
+    """Grasped point of an arm.
 
     Attributes:
-        side: which arm.
-        forearm: whether beyond the middle of the forearm.
+        forearm: beyond the middle of the forearm.
         along: beyond the wrist, along the forearm [m].
         aside: off the axis of its bone (3,), or off the elbow [m].
     """
@@ -39,7 +38,8 @@ class Grasp(NamedTuple):
 
 
 class Figure:
-    """A person who stays as they were dragged; a `PersonSource`. Points are in the torso frame, its origin halfway between the shoulders.
+    """A person who stays as they were dragged; a `PersonSource`. Points are in the torso frame, its origin
+    halfway between the shoulders.
 
     Args:
         start: angles (2, 4) of both arms [rad].
@@ -53,15 +53,17 @@ class Figure:
         self._angles = dict(zip(SIGN, self._start, strict=True))
 
     def angles(self, time: float = 0.0) -> Array:
-        """Return the angles (2, 4) of both arms now [rad], left first; `time` is not looked at."""
+        """Present angles (2, 4) of both arms [rad], left first; `time` is ignored."""
         return np.array(list(self._angles.values()))
 
     def points(self, side: ArmName) -> tuple[Array, Array, Array]:
-        """Return shoulder, elbow and wrist (3,) of an arm [m]."""
+        """Shoulder, elbow and wrist (3,) of an arm [m]."""
         return arm_points(self._angles[side], side)
 
     def drag_wrist(self, side: ArmName, point: Array) -> None:
-        """Bring a wrist to a point (3,) [m], or as near as the arm reaches, with the least swivel of the elbow; a point must be finite."""
+        """Move a wrist to a finite point (3,) [m], or as near as the arm reaches, with the least swivel of
+        the elbow.
+        """
         shoulder, elbow, wrist = self.points(side)
         a, b = UPPER_ARM, FOREARM
         way = np.asarray(point, float) - shoulder
@@ -83,7 +85,9 @@ class Figure:
         self._take(side, bent - shoulder, shoulder + reach * toward - bent)
 
     def drag_elbow(self, side: ArmName, point: Array) -> None:
-        """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if the elbow can bend so far."""
+        """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if
+        the elbow can bend that far.
+        """
         shoulder, _, _ = self.points(side)
         way = np.asarray(point, float) - shoulder
         distance = norm(way)
@@ -101,7 +105,9 @@ class Figure:
         self._take(side, upper, forearm)
 
     def grasp(self, side: ArmName, forearm: bool, point: Array) -> Grasp:
-        """Return the grasp of an upper arm or a forearm at a point (3,) [m]; a forearm near its elbow is held at the elbow."""
+        """Grasp of an upper arm or a forearm at a point (3,) [m]; a forearm near its elbow is held at the
+        elbow.
+        """
         shoulder, elbow, wrist = self.points(side)
         if not forearm:
             upper = (elbow - shoulder) / UPPER_ARM
@@ -115,7 +121,7 @@ class Figure:
         return Grasp(side, True, along, way - axis * along)
 
     def pull(self, grasp: Grasp, point: Array) -> None:
-        """Bring what is held to a point (3,) [m], or as near as the arm reaches."""
+        """Move the grasped point to a point (3,) [m], or as near as the arm reaches."""
         goal = np.asarray(point, float) - grasp.aside
         if not grasp.forearm:
             self.drag_elbow(grasp.side, goal)
@@ -130,7 +136,9 @@ class Figure:
 
 
 def _across(vector: Array, axis: Array, least: float) -> Array | None:
-    """Return the unit vector of the component of a vector normal to a unit axis; None if that is not longer than `least`."""
+    """Unit vector of the component of a vector normal to a unit axis; None if that is not longer than
+    `least`.
+    """
     rest = vector - float(vector @ axis) * axis
     length = norm(rest)
     return rest / length if length > least else None

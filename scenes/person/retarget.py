@@ -1,7 +1,9 @@
-"""From a person's arms to a robot's: joints 1 … 4 of an LWR that make its upper arm and forearm point where the person's do.
+"""Retargeting of a person's arms: joints 1 … 4 of an LWR that point its upper arm and forearm like the
+person's.
 
-The first three axes of the LWR, z, −y, z, meet in the shoulder; the fourth, +y, is the elbow (`scenes.lwr.facts`). With ū and f̄ the
-directions of the person's upper arm and forearm in the frame of the robot's base, the joints solve
+The first three axes of the LWR, z, −y, z, meet in the shoulder; the fourth, +y, is the elbow
+(`scenes.lwr.facts`). With ū and f̄ the directions of the person's upper arm and forearm in the frame of the
+robot's base, the joints solve
 
     ū = Rz(q1) Ry(−q2) ẑ,      w = [Rz(q1) Ry(−q2)]ᵀ f̄ = Rz(q3) Ry(q4) ẑ,
 
@@ -9,11 +11,11 @@ so that, with σ and ε = ±1 for the four branches,
 
     q1 = atan2(−σ ū_y, −σ ū_x),  q2 = σ acos ū_z,  q3 = atan2(ε w_y, ε w_x),  q4 = ε acos w_z.
 
-q1 is undefined where the upper arm lies on the base's axis, q3 where the forearm lies on the upper arm's; there the value of the
-sample before is kept, and q2 and q4 do the best that is possible with it. Joints stay inside their limits in the same manner: each
-joint in turn is brought inside, and the next one does its best with that.
+q1 is undefined for an upper arm on the base's axis, q3 for a forearm on the upper arm's; there the previous
+value is kept, and q2 and q4 minimise the error. Likewise each joint in turn is clipped to its limits, and the
+next one minimises the error.
 
-What the robots follow is filtered: a low-pass, a top speed, and a hold while no person is seen.
+The result is filtered: a low-pass, a top speed, and a hold while no person is seen.
 """
 
 import math
@@ -28,16 +30,15 @@ from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
 from scenes.rigs import Rig
 
 DRIVEN: Final = 4
-"""Number of an arm's first joints that the person drives."""
 
 LIMIT_MARGIN: Final = float(np.radians(3.0))
-"""Desired joints keep so far from their stops [rad]."""
+"""Clearance of desired joints from their stops [rad]."""
 
 TRUSTED_SINE: Final = 0.05
-"""q1 and q3 are taken as they are when the bone stands off the axis by at least this sine."""
+"""q1 and q3 are used as they are if the sine of the bone's angle off the axis is at least this."""
 
 EXACT: Final = 1e-9
-"""Directions missed by less count as met [rad]."""
+"""A smaller error of a direction counts as none [rad]."""
 
 _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN]])
 
@@ -49,13 +50,13 @@ _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOIN
 def fill_joints(
     upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
-    """Fill q1 … q4 (4,) [rad] of one LWR, the branch nearest to the sample before among those that miss nothing.
+    """Fill q1 … q4 (4,) [rad] of one LWR: of the branches without error the one nearest to the sample before.
 
     Args:
         upper, forearm: unit vectors (3,) towards the hand, world.
         base: R (3, 3) of the robot's base in the world.
         limits: of q1 … q4 (4,) [rad].
-        known: whether there is a sample before; without, the natural branch is preferred.
+        known: there is a sample before; otherwise the natural branch is preferred.
         before: q1 … q4 of that sample (4,).
         joints: filled (4,).
     """
@@ -77,7 +78,7 @@ def fill_joints(
         miss, way = miss_upper + miss_forearm, 0.0
         if known:
             way = (q1 - b1) ** 2 + (q2 - b2) ** 2 + (q3 - b3) ** 2 + (q4 - b4) ** 2
-        # Where every branch misses, one that misses a little less is not worth a leap across the room.
+        # If every branch misses, a slightly smaller error is not worth a large jump.
         exact = miss < EXACT
         rank = way if exact else miss + 0.05 * way
         if (exact and misses) or (exact != misses and rank < least):
@@ -89,14 +90,14 @@ def fill_joints(
 def pan_tilt(
     x: float, y: float, z: float, branch: float, sense: float, pan_limit: float, tilt_limit: float, known: bool, before: float
 ) -> tuple[float, float, float]:
-    """Return a pan about z and a tilt after it that point at (x, y, z), and by how much they miss it [rad].
+    """Pan about z and a tilt after it that point at (x, y, z), and their error [rad].
 
     Args:
         x, y, z: a unit vector.
-        branch: the sign that the tilt should have.
+        branch: desired sign of the tilt.
         sense: +1 if a positive tilt leans towards +x at pan = 0, −1 if towards −x.
         pan_limit, tilt_limit: [rad].
-        known: whether there is a sample before.
+        known: there is a sample before.
         before: pan of that sample [rad].
     """
     lean = math.sqrt(x * x + y * y)
@@ -123,17 +124,17 @@ def pan_tilt(
 def fill_robot_arm(
     angles: Vector, sign: float, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
-    """Fill q1 … q4 (4,) [rad] that show one arm's angles (4,) [rad]; `sign`: s of the arm, the rest as in `fill_joints`."""
+    """Fill q1 … q4 (4,) [rad] for one arm's angles (4,) [rad]; `sign`: s of the arm, the rest as in
+    `fill_joints`.
+    """
     upper, forearm = np.empty(3), np.empty(3)
     fill_directions(angles, sign, upper, forearm)
     fill_joints(upper, forearm, base, limits, known, before, joints)
 
 
 class Retargeter:
-    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, going on from the sample before.
-
-    Args:
-        rig: where the robots stand.
+    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, continued
+    from the sample before.
     """
 
     def __init__(self, rig: Rig) -> None:
@@ -141,11 +142,12 @@ class Retargeter:
         self._previous: Array | None = None
 
     def reset(self, joints: Array | None = None) -> None:
-        """Continue from these q1 … q4 (2, 4) [rad], or choose again."""
+        """Continue from these q1 … q4 (2, 4) [rad], or choose a branch again."""
         self._previous = None if joints is None else joints.copy()
 
     def joints(self, angles: Array) -> Array:
-        """Return q1 … q4 of both robots (2, 4) [rad], left robot first, inside their limits; at first in the natural branch.
+        """q1 … q4 of both robots (2, 4) [rad], left robot first, inside their limits; at first in the natural
+        branch.
 
         Args:
             angles: of the person (2, 4) [rad], the person's left arm first.
@@ -158,7 +160,7 @@ class Retargeter:
         return wanted.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """Return q1 … q4 of the sample before (2, 4) [rad], nothing if there was none."""
+        """q1 … q4 of the sample before (2, 4) [rad], () without one."""
         return () if self._previous is None else (self._previous.copy(),)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
@@ -166,7 +168,7 @@ class Retargeter:
 
 
 CUTOFF: Final = 3.0
-"""A person's gestures hold nothing faster; a camera's noise does [Hz]."""
+"""Cutoff above a person's gestures and below a camera's noise [Hz]."""
 
 TOP_RATE: Final = 1.6
 """Just below the slowest joint of an LWR, 100 °/s [rad/s]."""
@@ -177,7 +179,7 @@ TOP_RATE: Final = 1.6
     fills=("values", "rates"),
 )
 def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values: Matrix, rates: Matrix) -> None:
-    """Bring values nearer to a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
+    """Move values towards a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
     for i in range(goal.shape[0]):
         for j in range(goal.shape[1]):
             gap = goal[i, j] - values[i, j]
@@ -190,11 +192,11 @@ def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values
 
 
 class AngleFilter:
-    """A first-order low-pass with an output that never turns faster than a top speed: every number y of it follows its input x by
+    """A first-order low-pass with a top speed: every output y follows its input x by
 
         ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff,
 
-    solved exactly for an input that rests during a step, so that two steps of dt/2 give what one of dt gives.
+    solved exactly for a constant input in a step, so that two steps of dt/2 equal one of dt.
 
     Args:
         start: the output before the first step (rows, k) [rad].
@@ -204,7 +206,7 @@ class AngleFilter:
     Attributes:
         values: the output, shaped like `start` [rad].
         rates: its mean speed during the last step [rad/s].
-        lost_for: how long inputs have been missing [s].
+        lost_for: time without input [s].
     """
 
     def __init__(self, start: Array, cutoff_hz: float = CUTOFF, top_rate: float = TOP_RATE) -> None:
@@ -212,18 +214,18 @@ class AngleFilter:
         self.reset(start)
 
     def reset(self, start: Array) -> None:
-        """Be at rest at these values (rows, k) [rad]."""
+        """Rest at these values (rows, k) [rad]."""
         self.values = np.array(start, float)
         self.rates = np.zeros_like(self.values)
         self.lost_for = 0.0
         self._goal = self.values.copy()
 
     def step(self, wanted: Array | None, dt: float) -> Array:
-        """Return the output after dt > 0 [s], a fresh array.
+        """Output after dt > 0 [s], a new array.
 
         Args:
-            wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that no person is seen: the output comes
-                to rest at the input seen last.
+            wanted: input, shaped like `start` [rad]; None, or not finite, if no person is seen: the output
+                comes to rest at the last input.
         """
         if wanted is None or not np.isfinite(wanted).all():
             self.lost_for += dt
@@ -234,7 +236,7 @@ class AngleFilter:
         return self.values.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """Return everything that goes on to the next step, as copies: three arrays shaped like `start`, and a number ()."""
+        """State for the next step, as copies: three arrays shaped like `start`, and a number ()."""
         return self.values.copy(), self.rates.copy(), self._goal.copy(), np.array(self.lost_for)
 
     def remember(self, memory: tuple[Array, ...]) -> None:

@@ -1,4 +1,4 @@
-"""Where a person's arms come from: one question, whatever the answer is made of."""
+"""Interface of the sources of a person's arms."""
 
 from typing import Protocol
 
@@ -10,16 +10,13 @@ from scenes.targets import AnglesTarget, between
 
 
 class MissingPackage(DuetError):
-    """An optional package is not installed; the message says which, what for, and how to install it."""
+    """An optional package is not installed; the message names it, its use and how to install it."""
 
 
 class PersonSource(Protocol):
-    """A person to imitate."""
-
     def angles(self, time: float) -> Array | None:
-        """Return the four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, as `scenes.person.angles` defines.
-
-        None while no person is seen. The array is the caller's to keep.
+        """The four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, see
+        `scenes.person.angles`; a new array. None while no person is seen.
         """
         ...
 
@@ -28,15 +25,13 @@ class PersonTarget:
     """A person as a source of targets.
 
     Args:
-        source: of the angles.
-        loop: start again after this time [s]; None for a source that does not end.
+        loop: period of a repeated source [s]; None for a source without end.
     """
 
     def __init__(self, source: PersonSource, loop: float | None = None) -> None:
         self._source, self._loop = source, loop
 
     def target(self, time: float) -> AnglesTarget:
-        """State of the person's arms at a time [s]."""
         return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 
@@ -45,10 +40,10 @@ class SampledAngles:
 
     Args:
         times: (k,) [s], strictly increasing, at least one.
-        table: angles (k, 2, 4) [rad]; a row with a NaN is a moment when no person was seen.
+        table: angles (k, 2, 4) [rad]; NaN in a row means that no person was seen.
 
     Raises:
-        ValueError: shapes that don't fit, or times that don't increase.
+        ValueError: shapes that do not fit, or times that do not increase.
     """
 
     def __init__(self, times: Array, table: Array) -> None:
@@ -60,11 +55,10 @@ class SampledAngles:
 
     @property
     def duration(self) -> float:
-        """Time of the last sample [s]."""
         return float(self.times[-1])
 
     def angles(self, time: float) -> Array | None:
-        """Return the angles (2, 4) at a time [s], or None between samples if one of them is without a person."""
+        """Angles (2, 4) at a time [s], or None next to a sample without a person."""
         i, j, part = between(self.times, time)
         angles = self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])
         return angles if np.isfinite(angles).all() else None

@@ -1,6 +1,6 @@
-"""The arms there are: the paper's own, two that come with the package example-robot-data, and those given at the start.
+"""The arms: the paper's, two of the package example-robot-data, and those added at the start.
 
-Capsules that are fitted come from the user's cache: to fit them takes most of a second, and all that comes of it is a few numbers each.
+Fitted capsules are cached: fitting takes most of a second and gives a few numbers.
 """
 
 import importlib.metadata
@@ -22,15 +22,15 @@ from scenes.setting_spec import start_remedy
 from scenes.settings import RobotName
 
 SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
-"""What is stored of a robot is made again if one of these has changed."""
+"""A change of one of these files rebuilds the stored data of robots."""
 
 
 @cache
 def robot(name: str) -> Robot:
-    """Return a robot by its name, built once and shared: do not change it.
+    """Robot by its name, built once and shared: do not change it.
 
     Raises:
-        BadSetting: there is no robot of that name, or what it needs is not installed.
+        BadSetting: unknown robot, or its package is not installed.
         BadInputFile: a given robot cannot be read.
     """
     if name == "lwr":
@@ -49,7 +49,7 @@ def robot(name: str) -> Robot:
 
 
 def _example_robot(name: str) -> Robot:
-    """Return a robot of the package.
+    """Robot of the package.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -67,7 +67,7 @@ def _example_robot(name: str) -> Robot:
 
 
 def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]], sources: Sequence[Path] = ()) -> tuple[Capsule, ...]:
-    """Return a robot's capsules, fitted again if one of our sources, or the package, has changed."""
+    """Capsules of a robot, fitted again if one of our sources, or the package, has changed."""
     # The LWR does without.
     from scenes import glb
 

@@ -1,4 +1,4 @@
-"""A robot arm as the rest of Duet sees it: one Pinocchio model, its capsules and its landmarks."""
+"""A robot arm for the rest of Duet: one Pinocchio model, its capsules and its landmarks."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class Capsule:
     """A collision capsule of one arm.
 
     Attributes:
-        name: part of the arm, as a person calls it.
+        name: display name of the part.
         joint: index of the joint that carries it, 0 for the base.
         start, end: sphere centres (3,) in the frame of that joint [m]; never the same point.
         radius: [m].
@@ -31,13 +31,11 @@ class Robot:
     """One arm; all its joints are revolute and in one chain.
 
     Attributes:
-        key: its name in the setting `robot`.
-        name: of the make.
+        key: value of the setting `robot`.
         model: the arm alone, base at the origin.
-        hand: name of its hand frame.
         shoulder, elbow, wrist: indices of the joints at these points.
         capsules: its collision model, base first.
-        labels: what a person calls each joint.
+        labels: display names of the joints.
     """
 
     key: str
@@ -52,7 +50,7 @@ class Robot:
 
 
 def joint_axis(model: pin.Model, joint: int) -> Array:
-    """Return the unit axis (3,) of a revolute joint, in its frame."""
+    """Unit axis (3,) of a revolute joint, in its frame."""
     data = model.joints[joint].createData()
     model.joints[joint].calc(data, np.zeros(1))
     return np.array(data.S).reshape(-1)[3:]

@@ -1,4 +1,4 @@
-"""What the robots look like: one GLB a link in one of our palettes, and how the links hang together."""
+"""Appearance of the robots: one GLB per link in one of our palettes, and the frames of the links."""
 
 from __future__ import annotations
 
@@ -27,43 +27,41 @@ if TYPE_CHECKING:
     import trimesh
 
 TRIANGLES: Final = 30_000
-"""Number of triangles of a whole fine robot."""
 
 COARSE_TRIANGLES: Final = 4_200
-"""Number of triangles of a robot for a browser without a graphics card."""
 
 CREASE: Final = float(np.radians(35))
-"""Faces that meet at more have an edge between them."""
+"""Angle between faces from which there is an edge."""
 
 COARSE_CREASE: Final = float(np.radians(70))
 
 SMALLEST: Final = 0.006
-"""Loose pieces smaller than this are left out [m]."""
+"""Smallest loose piece that is kept [m]."""
 
 COARSE_SMALLEST: Final = 0.030
 
 WELD: Final = 0.0003
-"""Vertices in one cell of a grid of this pitch become one [m]: slivers thinner than this stop the thinning."""
+"""Pitch of a grid that merges vertices in one cell [m]: thinner slivers stop the thinning."""
 
 COARSE_WELD: Final = 0.001
 
 FINEST: Final = 1e-6
-"""Pitch of that grid for shapes of which nothing would be left [m]."""
+"""Pitch of that grid for shapes that would vanish [m]."""
 
 HUB: Final = 0.005
-"""Radius of the ball that is drawn where a link from a file has no shape [m]."""
+"""Radius of the ball drawn for a link of a file without a shape [m]."""
 
 PROUD: Final = 0.003
-"""How far coarse pieces stand off the coarse body [m]."""
+"""Distance of coarse pieces from the coarse body [m]."""
 
 
 class JointFrame(NamedTuple):
-    """Where a link hangs on the link before it.
+    """Frame of a link on the link before it.
 
     Attributes:
         position: of its origin in the frame of the joint before it (3,) [m].
         rotation: of its frame at angle 0, in the frame of the joint before it (w, x, y, z).
-        axis: it turns about, in its own frame (3,).
+        axis: of its rotation, in its own frame (3,).
     """
 
     name: str
@@ -90,17 +88,17 @@ def joint_frames(name: str) -> tuple[JointFrame, ...]:
 
 @functools.cache
 def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ...]:
-    """Return the base and every link of a robot as GLB files, in the frames of their joints.
+    """Base and links of a robot as GLB files, in the frames of their joints.
 
     Args:
-        palette: of `scenes.lwr.shells`: "orange", "silver", or "ghost", which one can see through.
-        coarse: with few triangles, each link one mesh, for a browser without a graphics card.
+        palette: of `scenes.lwr.shells`: "orange", "silver", or the transparent "ghost".
+        coarse: few triangles, one mesh per link, for a browser without a graphics card.
 
     Raises:
         BadSetting: as `robot`.
-        ValueError: there is no such palette.
+        ValueError: unknown palette.
     """
-    # Says what is missing where something is.
+    # Raises the error that names what is missing.
     robot(name)
     given = GIVEN[name].sources() if name in GIVEN else ()
     sources = [*SOURCES, *given, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
@@ -114,7 +112,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 
 def draw_given(name: str) -> None:
-    """Build everything that is drawn of a given robot, in all palettes, for the user's cache.
+    """Build all drawings of a given robot, in all palettes, for the user's cache.
 
     Raises:
         BadInputFile: it cannot be drawn.
@@ -155,7 +153,7 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
         for parts in painted
     ]
     if coarse:
-        # What lies on the body would dive in and out of it where both have few triangles.
+        # With few triangles parts on the body would dive in and out of it.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
     if height := GIVEN[name].column() if name in GIVEN else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)
@@ -164,7 +162,6 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
 
 
 def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
-    """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
     import trimesh
 
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]
@@ -183,7 +180,9 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
 
 def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-    """Yield of every shape of a robot of the package: joint, name of the material, vertices in the joint's frame (k, 3), faces (l, 3)."""
+    """Joint, material, vertices in the joint's frame (k, 3) and faces (l, 3) of every shape of a robot of the
+    package.
+    """
     example = EXAMPLES[name]
     colours, paints = np.array(list(example.paints), float), list(example.paints.values())
     _, shapes = load_example(example, pin.GeometryType.VISUAL)
@@ -195,7 +194,7 @@ def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int
 
 
 def _weight(piece: trimesh.Trimesh) -> float:
-    """What share of the triangles a piece gets: large ones more, and intricate ones."""
+    """Weight of a piece in the distribution of triangles: large and intricate ones get more."""
     return float(piece.area**0.75 * len(piece.faces) ** 0.25)
 
 
@@ -213,7 +212,9 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
-    """The mesh with about `count` triangles, kept where the shape needs them (quadric error metric), its vertices among the original's."""
+    """The mesh with about `count` triangles, kept where the shape needs them (quadric error metric), with
+    original vertices.
+    """
     import fast_simplification
     import trimesh
     from scipy.spatial import KDTree
@@ -231,7 +232,7 @@ def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
 
 
 def _creased(piece: trimesh.Trimesh, crease: float) -> trimesh.Trimesh:
-    """The mesh with its vertices doubled along sharp edges: the viewer smooths over every vertex that faces share."""
+    """The mesh with its vertices doubled along sharp edges: the viewer smooths over every shared vertex."""
     import trimesh
 
     smooth = trimesh.graph.smooth_shade(piece, angle=crease, facet_minarea=None)
@@ -239,7 +240,6 @@ def _creased(piece: trimesh.Trimesh, crease: float) -> trimesh.Trimesh:
 
 
 def _column(height: float, sections: int) -> trimesh.Trimesh:
-    """The column under a robot's foot: two plates and a tube."""
     r, tube, plate = COLUMN_RADIUS - 0.001, COLUMN_RADIUS - 0.017, 0.012
     foot = [(0, 0), (r, 0), (r, plate), (tube, plate), (tube, height - plate), (r, height - plate), (r, height), (0, height)]
     return revolve(rounded(foot, 0.002, 2), sections)

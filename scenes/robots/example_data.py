@@ -1,4 +1,4 @@
-"""Arms of the package example-robot-data: where its files are, and what Duet adds to them."""
+"""Arms of the package example-robot-data: its files, and what Duet adds."""
 
 import importlib.metadata
 from dataclasses import dataclass
@@ -21,15 +21,13 @@ COLUMN_RADIUS: Final = 0.075
 
 @dataclass(frozen=True)
 class Segment:
-    """What one capsule encloses.
+    """Contents of one capsule.
 
     Attributes:
-        name: part of the arm, as a person calls it.
         joint: index of the joint that carries the capsule and encloses its link.
-        rolled: index of a neighbouring joint also enclosed, at any angle of the joint between the two; or None.
-        ball: joint and radius: it also encloses this ball about the origin of a joint that is at rest in its frame [m].
-        without: radius: of the rolled link it need not enclose what is in a ball about that link's own joint, as another capsule
-            does [m].
+        rolled: index of a neighbouring joint also enclosed, at any angle between the two; or None.
+        ball: joint and radius: also encloses this ball about the origin of a joint at rest in its frame [m].
+        without: radius of a ball about the rolled link's own joint that another capsule encloses [m].
     """
 
     name: str
@@ -41,22 +39,21 @@ class Segment:
 
 @dataclass(frozen=True)
 class Example:
-    """What Duet adds to a robot of the package.
+    """Additions to a robot of the package.
 
     Attributes:
-        key: its name in the setting `robot`.
-        name: of the make.
+        key: value of the setting `robot`.
         urdf: in the package's folder of robots.
-        locked: joints → the position in which they are held; they are not part of the arm.
-        hand: name of the hand frame.
+        locked: joints → their fixed position; they are not part of the arm.
         shoulder, elbow, wrist: indices of the joints at these points.
         segments: of its collision model, base first.
-        labels: what a person calls each joint.
-        starts: rig → the left and the right arm's start posture (n,) [deg]: clear of the other arm, elbow bent, hand in front, away from
-            its own base, which cannot give way. The two of a torso mirror each other.
-        views: rig → height of the middle of the view, and what must be seen across and up [m].
-        paints: colour in the package's files → name of a material in our palettes; the nearest counts.
-        column: height of a column under its foot, which then counts as part of its base [m].
+        labels: display names of the joints.
+        starts: rig → start posture of the left and the right arm (n,) [deg]: clear of the other arm, elbow
+            bent, hand in front, away from its own base, which cannot give way. The two of a torso mirror each
+            other.
+        views: rig → height of the middle of the view, and its width and height [m].
+        paints: colour in the package's files → material of our palettes; the nearest counts.
+        column: height of a column under its foot, part of its base [m].
     """
 
     key: RobotName
@@ -75,7 +72,6 @@ class Example:
     column: float = 0.0
 
     def robot(self, model: pin.Model, capsules: tuple[Capsule, ...]) -> Robot:
-        """Return the robot with its model and its capsules."""
         return Robot(self.key, self.name, model, self.hand, self.shoulder, self.elbow, self.wrist, capsules, self.labels)
 
 
@@ -151,7 +147,7 @@ UR5: Final = Example(
         (107, 107, 107): "metal",
         (134, 134, 134): "metal",
     },
-    # Its shoulder is low and beside its foot: as close together as the torso's plates are, two of them could not help touching.
+    # Its shoulder is low and beside its foot: two of them would touch at the distance of the torso's plates.
     # On the column the shoulder is as high as the LWR's.
     column=0.221,
 )
@@ -160,7 +156,8 @@ EXAMPLES: Final[dict[str, Example]] = {example.key: example for example in (PAND
 
 
 def load_example(example: Example, kind: pin.GeometryType | None = None) -> tuple[pin.Model, pin.GeometryModel]:
-    """Return a robot's model without its locked joints, and its collision or visual shapes with their meshes read; without a kind none.
+    """Model of a robot without its locked joints, and its collision or visual shapes with their meshes; none
+    without a kind.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -196,7 +193,7 @@ _REMEDY: Final = LazyText(
 
 
 def urdf_files() -> tuple[Path, ...]:
-    """Return every URDF file of the package, sorted.
+    """Every URDF file of the package, sorted.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.

@@ -14,20 +14,18 @@ from scenes.robots.description import Capsule, joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, Example, load_example
 
 TURNS: Final = 32
-"""In how many steps a link is turned about its joint to find what it sweeps."""
 
 BALL_POINTS: Final = 400
-"""On a sphere that a capsule must contain."""
 
 FLAT: Final = 1e-9
-"""Spread of points in a direction, beside the greatest one, from which it is only rounding."""
+"""Relative spread of points in a direction that is only rounding."""
 
 FINE: Final = 0.008
-"""Longest edge of the triangles when a link is covered by two capsules [m]."""
+"""Longest edge of the triangles if a link is covered by two capsules [m]."""
 
 
 def fit_example(example: Example) -> tuple[Capsule, ...]:
-    """Return the capsules of a robot of the package.
+    """Capsules of a robot of the package.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -55,7 +53,7 @@ def fit_example(example: Example) -> tuple[Capsule, ...]:
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:
-    """Return the corners (k, 3, 3) of the triangles of all shapes that move with a joint, in its frame [m]."""
+    """Corners (k, 3, 3) of the triangles of all shapes that move with a joint, in its frame [m]."""
     found = [np.zeros((0, 3, 3))]
     for body in shapes.geometryObjects:
         if body.parentJoint == joint:
@@ -73,7 +71,6 @@ def _triangles(shape: coal.CollisionGeometry) -> Array:
 
 
 def _refined(triangles: Array) -> Array:
-    """Split triangles (k, 3, 3) in four until no edge is longer than FINE."""
     done = []
     while len(triangles):
         long = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1) > FINE
@@ -85,7 +82,7 @@ def _refined(triangles: Array) -> Array:
 
 
 def _sphere(radius: float) -> Array:
-    """Return points (k, 3) just outside a sphere about the origin, on a golden spiral; their hull contains it."""
+    """Points (k, 3) just outside a sphere about the origin, on a golden spiral; their hull contains it."""
     k = np.arange(BALL_POINTS)
     z, turn = 1.0 - (2.0 * k + 1.0) / BALL_POINTS, k * np.pi * (3.0 - np.sqrt(5.0))
     points = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z])
@@ -94,14 +91,14 @@ def _sphere(radius: float) -> Array:
 
 
 def column_rim(height: float) -> Array:
-    """Return points (k, 3) around the foot of a column under a base; their hull contains its lower rim."""
+    """Points (k, 3) around the foot of a column under a base; their hull contains its lower rim."""
     angle = 2.0 * np.pi * np.arange(TURNS) / TURNS
     r = COLUMN_RADIUS / np.cos(np.pi / TURNS)
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])
 
 
 def hull_corners(points: Array) -> Array:
-    """Return the corners (k, 3) of the convex hull of points (n, 3), which may all be in a plane, on a line or at one place [m]."""
+    """Corners (k, 3) of the convex hull of points (n, 3), which may be coplanar, collinear or equal [m]."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):
@@ -119,7 +116,7 @@ def hull_corners(points: Array) -> Array:
 
 
 def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
-    """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
+    """Points in the frame of a neighbouring carrier; their hull contains the swept volume of a joint's link."""
     points = hull_corners(points)
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]
@@ -134,21 +131,21 @@ def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
 
 
 GRID: Final = 0.001
-"""Ends lie on a grid of this pitch and the radius is rounded up to it [m]: last bits of a search differ from machine to machine,
-a robot's capsules should not."""
+"""Pitch of a grid for ends and radii, which are rounded up [m]: last bits of a search differ between
+machines, a robot's capsules must not.
+"""
 
 SHORTEST: Final = 0.010
-"""Shortest axis [m]: Coal's capsules are happier with one, and a sphere is nearly a capsule as short as this."""
+"""Shortest axis [m]: Coal prefers one, and a sphere is nearly a capsule as short as this."""
 
 RESTARTS: Final = 2
-"""How often a search starts again from where it stopped, with smaller steps."""
 
 
 def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
-    """Return both sphere centres (3,) and the radius of a capsule around points (k, 3) [m], of least volume as far as was found.
+    """Sphere centres (3,) and radius of a capsule around points (k, 3) [m], of the least volume found.
 
-    For a given axis line, the radius that reaches the farthest point and the ends that then suffice follow directly, so only
-    the four numbers of the line are searched for (Nelder & Mead 1965), from each principal axis of the points.
+    For a given axis line, the radius and the ends follow directly, so only the four numbers of the line are
+    searched for (Nelder & Mead 1965), from each principal axis of the points.
     """
     hull = hull_corners(points)
     centre = (hull.min(axis=0) + hull.max(axis=0)) / 2.0
@@ -166,7 +163,7 @@ def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
 
 
 def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the ends of the best capsule near an axis line through a centre."""
+    """Ends of the best capsule near an axis line through a centre."""
     # Any vector that is not along the axis gives two directions across it.
     x = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     x /= np.linalg.norm(x)
@@ -189,7 +186,7 @@ def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def _shortest(points: Array, centre: Array, direction: Array) -> tuple[Array, Array]:
-    """Return the ends of the shortest capsule around an axis line that is as thick as the points need."""
+    """Ends of the shortest capsule around an axis line that is as thick as the points need."""
     away = points - centre
     along = away @ direction
     square = np.maximum(np.einsum("ij,ij->i", away, away) - along * along, 0.0)

@@ -17,11 +17,12 @@ if TYPE_CHECKING:
 
 
 def mesh_pieces(path: Path, checked: bool = False) -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-    """Yield of every mesh in a file: its vertices in the frame of the file (k, 3), its faces (l, 3), its colour (3,) in 0 … 255.
+    """Vertices in the frame of the file (k, 3), faces (l, 3) and colour (3,) in 0 … 255 of every mesh in a
+    file.
 
     Args:
-        checked: for files of others: the unit in the file counts, where its format has one (COLLADA, 3MF), what is mirrored in the file
-            is turned outside again, and corners that are not at a number are an error.
+        checked: for users' files: apply the unit of the format (COLLADA, 3MF), turn mirrored parts outside
+            again, and refuse corners that are not finite.
 
     Raises:
         ValueError: see `checked`; and what trimesh raises.
@@ -51,7 +52,6 @@ def mesh_pieces(path: Path, checked: bool = False) -> Iterator[tuple[Array, NDAr
 
 
 def _unit(piece: trimesh.Trimesh) -> float:
-    """The unit of the numbers in a mesh's file [m]."""
     import trimesh
 
     named = piece.metadata.get("units")

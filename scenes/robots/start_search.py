@@ -1,4 +1,6 @@
-"""Start postures of arms: known ones, or, where none is known, hand in front, elbow high and bent, far from singular and from the stops."""
+"""Start postures of arms: known ones, or else hand in front, elbow high and bent, far from singular postures
+and stops.
+"""
 
 from functools import cache
 from typing import Final
@@ -14,20 +16,17 @@ from scenes.robots.example_data import EXAMPLES
 from scenes.settings import ArmName
 
 SAMPLES: Final = 1500
-"""Random postures of which the best are improved."""
 
 KEPT: Final = 12
-"""Postures that are offered."""
 
 IMPROVEMENTS: Final = 25
-"""Steps by which a hand is brought in front."""
 
 STOP: Final = np.radians(17.0)
 """Least angle from every stop [rad]."""
 
 
 def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None:
-    """Return q (n,) [rad] in which an arm starts, a copy; None if none is known."""
+    """Known start posture q (n,) [rad] of an arm, a copy; None if unknown."""
     if robot_name == "lwr" and rig_name in RIGS:
         return RIGS[rig_name].starts[side == "right"].copy()
     if robot_name not in EXAMPLES or rig_name not in RIGS:
@@ -36,10 +35,10 @@ def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None
 
 
 def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, rig_name: str) -> list[Array]:
-    """Return postures q (n,) [rad] in which an arm may start, the best first: the only one where one is known.
+    """Start postures q (n,) [rad] of an arm, the best first; only the known one, if any.
 
     Args:
-        base, other: poses of its base and of the other arm's in the world; the same for an arm that stands alone.
+        base, other: poses of its base and of the other arm's in the world; the same for a single arm.
     """
     known = start_posture(made.key, rig_name, side)
     if known is not None:
@@ -49,7 +48,7 @@ def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, ri
 
 
 def arm_reach(made: Robot) -> float:
-    """Return the way along the joints from the shoulder to the hand [m]."""
+    """Length along the joints from the shoulder to the hand [m]."""
     model = made.model
     hand = model.frames[model.getFrameId(made.hand)].placement.translation
     ways = (float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(made.shoulder + 1, model.njoints))
@@ -57,7 +56,9 @@ def arm_reach(made: Robot) -> float:
 
 
 def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float, float, float]:
-    """Place of the hand in the world [m]: before an upright arm, on the side towards the other; before a torso's chest."""
+    """Position of the hand in the world [m]: before an upright arm, on the side towards the other; before a
+    torso's chest.
+    """
     reach = arm_reach(made)
     distance = float(np.linalg.norm(away[:2]))
     out = 1.0 if side == "left" else -1.0
@@ -76,7 +77,7 @@ def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float
 
 @cache
 def _searched(key: str, place: bytes, goal: tuple[float, float, float]) -> tuple[Array, ...]:
-    """Return the postures, found from random ones; the same every time. `place`: the base's pose (4, 4), as a cache can have it."""
+    """Postures from a random search, always the same. `place`: the base's pose (4, 4) as bytes for the cache."""
     made = robot(key)
     model, data, base = made.model, made.model.createData(), pin.SE3(np.frombuffer(place).reshape(4, 4))
     low, high = model.lowerPositionLimit + STOP, model.upperPositionLimit - STOP
