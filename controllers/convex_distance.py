@@ -1,13 +1,14 @@
 """A distance between capsules that is smooth also where their axes are parallel.
 
-The distance of two capsules has a kink where their axes are parallel: the closest points jump from one end to the other. The cure
-is to make the problem that finds them strictly convex. With half axes a, b, centres c_a, c_b and r = c_a − c_b,
+There the true distance has a kink: the closest points jump from one end to the other. So the problem that
+finds them is made strictly convex. With half axes a, b, centres c_a, c_b and r = c_a − c_b,
 
     F = min over s, t in [−1, 1] of |r + s a − t b|² + (ε/4) (s² + t²),      D = √F,      d = D − √(ε/2) − (r_a + r_b).
 
-The minimiser is unique and Lipschitz continuous in q, so that D is continuously differentiable with a Lipschitz gradient wherever
-F > 0, and its gradient is that of the fixed s, t (envelope theorem). As F ≤ |r + s a − t b|² + ε/2 at the true closest points, d is
-never larger than the true distance. A relative: strictly convex bounding volumes (Escande et al., IEEE T-RO 30(3), 2014).
+The minimiser is unique and Lipschitz continuous in q, so that D is continuously differentiable with a
+Lipschitz gradient wherever F > 0, and its gradient is that of the fixed s, t (envelope theorem). As F ≤ |r +
+s a − t b|² + ε/2 at the true closest points, d is never larger than the true distance. A relative: strictly
+convex bounding volumes (Escande et al., IEEE T-RO 30(3), 2014).
 """
 
 import math

@@ -1,13 +1,13 @@
 """Closest points of every pair of bodies, the critical pair, and J_d by closed form, eqs (26), (27).
 
-Distances come from one C++ call, `pinocchio.computeDistances`, which keeps one result a pair. (coal's broad phase must not be used
-for capsules: it returns the pair evaluated last.) With n the unit vector from the first body's closest point to the second's and p
-either of these points,
+Distances come from one C++ call, `pinocchio.computeDistances`, with one result per pair. (coal's broad phase
+fails for capsules: it returns the pair evaluated last.) With n the unit vector from the first body's closest
+point to the second's and p either of these points,
 
     ḋ = n · (ẋ_second − ẋ_first) = ±[n; p × n]ᵀ J q̇,
 
-one row over the joints of all arms: eq. (26) for either arm at once. At the closest points the normal passes through both, so it
-does not matter which of the two p is, nor that the points travel over the surfaces.
+one row over the joints of all arms: eq. (26) for either arm at once. The normal passes through both closest
+points, so either may be p, and their motion over the surfaces does not matter.
 """
 
 import math

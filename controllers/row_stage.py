@@ -28,7 +28,6 @@ class RowStage:
     """Keeps a first task of one arm.
 
     Attributes:
-        task: what is kept.
         law: how, in the unit of the task.
         box: bounds of q̇ of the arm.
     """
@@ -38,11 +37,10 @@ class RowStage:
     box: VelocityBox
 
     def bounded(self, nominal: Array, margin: Margin) -> Bounded:
-        """Return q̇ (n,) within the bounds in place of q̇_n [rad/s], with the rate of h that the law asks
-        for, as far as joints can.
+        """q̇ (n,) within the bounds [rad/s], with the law's rate of h as far as joints can reach it.
 
         Args:
-            nominal: q̇_n (n,) [rad/s]; the array itself is returned where nothing has to be changed.
+            nominal: q̇_n (n,) [rad/s]; returned itself if nothing changes.
             margin: of `task`, at the present posture.
         """
         row, u = margin.row, -float(margin.row.dot(nominal))
@@ -56,12 +54,12 @@ class RowStage:
         return bounded_row(self.box.clip(wanted), scaled, float(scaled.dot(wanted)), self.box)
 
     def __call__(self, nominal: Array) -> Array:
-        """Return q̇ (n,) at the configuration of the last `Kinematics.update`, for q̇_n (n,) [rad/s]."""
+        """q̇ (n,) at the configuration of the last `Kinematics.update`, for q̇_n (n,) [rad/s]."""
         return self.bounded(nominal, self.task.margin()).velocities
 
 
 def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_sided: bool = False) -> RowStage:
-    """Return the stage that keeps a first task by the paper's law, eq. (32), with the task's own h_m and v.
+    """Stage that keeps a first task by the paper's law, eq. (32), with the task's own h_m and v.
 
     Args:
         task: of one arm.
@@ -73,7 +71,7 @@ def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_side
 
 
 def through_stages(nominal: Array, stages: Sequence[RowStage]) -> Array:
-    """Return q̇ (n,) after all stages, the last of which wins, for q̇_n (n,) [rad/s]."""
+    """q̇ (n,) after all stages, the last of which has priority, for q̇_n (n,) [rad/s]."""
     for stage in stages:
         nominal = stage(nominal)
     return nominal

@@ -53,24 +53,26 @@ TOLERANCE: Final = 1e-3
 class Analysis:
     """Two tasks at one moment: a, avoidance (one row), and b, what the arm was asked to do (m dimensions).
 
-    M and what follows from it depend on the units of e where these are mixed (rad with m). Ranks, `angle`, ρ, `survival` and
-    `slowest_mode` do not, and are always those of the exact inverses.
+    M and what follows from it depend on the units of e where these are mixed (rad with m). Ranks, `angle`, ρ,
+    `survival` and `slowest_mode` do not, and are always those of the exact inverses.
 
     Attributes:
         M: (1 + m, 1 + m) [1/s where the units agree], eq. (25), read-only. M_aa is M[:1, :1], M_ab M[:1, 1:]
             (what the task does to avoidance), M_ba M[1:, :1] and M_bb M[1:, 1:].
         activation: λ.
         gain_a, gain_b: K_a, K_b [1/s].
-        joint_task: whether task b is a posture, J_b = I.
+        joint_task: task b is a posture, J_b = I.
         lever: |J_d| [m/rad].
         smallest_eigenvalue: of sym(M) = (M + Mᵀ)/2 [1/s].
         slowest_mode: smallest eigenvalue of M itself [1/s]: 0 if and only if the tasks are dependent, one of
-            them is singular or a gain is 0. The errors of ė = −M e with M held die out if and only if it is positive.
+            them is singular or a gain is 0. The errors of ė = −M e with M held die out if and only if it is
+            positive.
         rank_a, rank_b, rank_stack: of J_a, J_b and [J_a; J_b], eqs (14), (15).
         coupling: ‖J_a J_b^#‖, eq. (16), spectral norm.
         angle: between J_d and the row space of J_b [rad], π/2 for orthogonal tasks and where J_d = 0.
         rho: ρ = |Π_b J_dᵀ| / |J_d|, its cosine.
-        survival: 1 − λ ρ², the smallest eigenvalue of K_b⁻¹ M_bb in the metric e_bᵀ (J_b J_bᵀ)⁻¹ e_b, where M_bb is symmetric.
+        survival: 1 − λ ρ², the smallest eigenvalue of K_b⁻¹ M_bb in the metric e_bᵀ (J_b J_bᵀ)⁻¹ e_b, where
+            M_bb is symmetric.
     """
 
     M: Array

@@ -7,7 +7,7 @@ from scenes.room import Room
 
 
 def own_pairs(room: Room, arm: Arm, least: float) -> pin.GeometryModel:
-    """Return the capsules of an arm, paired with each other, except neighbours.
+    """Capsules of an arm, paired with each other, except neighbours.
 
     Args:
         room: with the arm.

@@ -1,4 +1,6 @@
-"""Section III at this moment in words and numbers: the paper's condition, and whether the error shrinks."""
+"""Section III at this moment in words and numbers: does the paper's condition hold, and does the error
+shrink?
+"""
 
 import math
 from typing import Final

@@ -3,13 +3,13 @@
     c = (Σ m_i c_i + m_foot c_foot) / M,      m_k = n_k · (c − o_k),      h = −ln Σ exp(−β m_k) / β,
 
 over the edges k of the foot, a convex polygon, with the horizontal unit normal n_k that points inward and a
-point o_k of the edge. The row is J_a = Σ p_k n_kᵀ J_c. With D_j and S_j the mass beyond joint j and Σ m_i
-c_i of it, and (v_j, z_j) the column of the spatial Jacobian at the world's origin,
+point o_k of the edge. The row is J_a = Σ p_k n_kᵀ J_c. With D_j and S_j the mass beyond joint j and Σ m_i c_i
+of it, and (v_j, z_j) the column of the spatial Jacobian at the world's origin,
 
     J_c,j = (D_j v_j + z_j × S_j) / M.
 
-Statics only: gravity acts along −z, and what accelerating masses do is left out. KUKA publishes no masses;
-those of `scenes.lwr.facts` are estimates.
+Statics only: gravity acts along −z, and accelerations are ignored. KUKA publishes no masses; those of
+`scenes.lwr.facts` are estimates.
 
 Sources: "maintaining stability of a humanoid" in the outlook of Petrič & Žlajpah 2011; the Jacobian of the
 centre of mass in Sugihara, Nakamura & Inoue, ICRA 2002.
@@ -66,7 +66,7 @@ def centre_over_foot(
     beta: float,
     row: Vector,
 ) -> float:
-    """Return h [m] and fill J_a (n,) [m/rad].
+    """h [m]; fills J_a (n,) [m/rad].
 
     Args:
         placements: of all joints of the arm, see `JointPlacements` (n, 12).

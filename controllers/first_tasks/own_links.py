@@ -1,13 +1,13 @@
-"""An arm's own links, and fixed capsules beside it: the smooth minimum over pairs that are no neighbours.
+"""An arm's own links, and fixed capsules near it: the smooth minimum over pairs that are not neighbours.
 
     h = −ln Σ exp(−β d_i) / β,      J_a = Σ p_i nᵀ (J_Q − J_P),
 
 with d_i the strictly convex distance of two capsules (`controllers.convex_distance`), P and Q their nearest
-points and n the line from P to Q: the distance of the arms, between the links of one of them. The joints
-that move both links do not count. Far from each other J_a may be nearly 0, where λ is, too.
+points and n the line from P to Q: the distance of the arms, between the links of one of them. The joints that
+move both links do not count. Far from each other J_a may be nearly 0, where λ is, too.
 
-Source: self-collision as a task by distance in Sugiura, Gienger, Janssen & Goerick, IROS 2007; the
-distance of the closest points and its row are eqs (26), (27), Petrič & Žlajpah 2011.
+Source: self-collision as a task by distance in Sugiura, Gienger, Janssen & Goerick, IROS 2007; the distance
+of the closest points and its row are eqs (26), (27), Petrič & Žlajpah 2011.
 """
 
 from typing import Final

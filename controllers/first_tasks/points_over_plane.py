@@ -95,7 +95,7 @@ def points_over_plane(
     beta: float,
     row: Vector,
 ) -> tuple[float, float]:
-    """Return h [m] and w [m/s], and fill J_a (n,) [m/rad].
+    """h [m] and w [m/s]; fills J_a (n,) [m/rad].
 
     Args:
         placements, moving: of the points' joints, see `JointPlacements`.

@@ -61,7 +61,7 @@ def diagonalise(A: Matrix, vectors: Matrix) -> None:
 
 @loop("float64(float64[:, :], float64[:], float64[:])", fills=("row",))
 def smallest_singular_value(jacobian: Matrix, hand: Vector, row: Vector) -> float:
-    """Return σ [m/rad] of J of the hand's place, and fill ∂σ/∂q (n,) [m/rad²].
+    """σ [m/rad] of J of the hand's position; fills ∂σ/∂q (n,) [m/rad²].
 
     Args:
         jacobian: of the arm's joints (6, n), world axes and the world's origin.

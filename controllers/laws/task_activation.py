@@ -19,20 +19,23 @@ DIRECTION_WEIGHT: Final = 1.0
 
 @dataclass(frozen=True)
 class TaskActivation(RetreatLaw):
-    """Level by level, from ρ_0 = q̇_n and Q_0 = I: ρ_k = ρ_{k−1} + Q_{k−1} X^{#,A,I} W_k (ẋ_k − J_k ρ_{k−1}), with X = J_k Q_{k−1},
-    Q_k = Q_{k−1} (I − X^{#,A,I} X),  W_k = X X^{#,A,Q},  X^{#,A,Q} = (Xᵀ A X + η (I−Q)ᵀ(I−Q) + Vᵀ P V)^{−1} Xᵀ A A,  Q = Q_{k−1}.
+    """Level by level, from ρ_0 = q̇_n and Q_0 = I: ρ_k = ρ_{k−1} + Q_{k−1} X^{#,A,I} W_k (ẋ_k − J_k ρ_{k−1}),
+    with X = J_k Q_{k−1}, Q_k = Q_{k−1} (I − X^{#,A,I} X),  W_k = X X^{#,A,Q},  X^{#,A,Q} = (Xᵀ A X + η
+    (I−Q)ᵀ(I−Q) + Vᵀ P V)^{−1} Xᵀ A A,  Q = Q_{k−1}.
 
-    E. Simetti and G. Casalino, A novel practical technique to integrate inequality control objectives and task transitions in
-    priority based control, J. Intelligent & Robotic Systems 84, 2016. The activation A rises from 0 to 1 in a buffer before the
-    threshold. An inactive task uses no freedom, an active one all that it needs, and in between the three regularisations make
-    q̇ continuous. Level 1 is the distance, A = a(d), J_1 = J_d, ẋ_1 = v. Level 2 is the hand, A = I, J_2 = J, ẋ_2 = J q̇_n. Theirs
-    begins at ρ_0 = 0; beginning at q̇_n lets joints that no level needs move as the task wants.
+    E. Simetti and G. Casalino, A novel practical technique to integrate inequality control objectives and
+    task transitions in priority based control, J. Intelligent & Robotic Systems 84, 2016. The activation A
+    rises from 0 to 1 in a buffer before the threshold. An inactive task uses no freedom, an active one all
+    that it needs; in between three regularisations make q̇ continuous. Level 1 is the distance, A = a(d), J_1
+    = J_d, ẋ_1 = v. Level 2 is the hand, A = I, J_2 = J, ẋ_2 = J q̇_n. Theirs begins at ρ_0 = 0; with q̇_n
+    joints that no level needs follow the task.
 
-    For one row, level 1 is J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 = I − a J_d^# J_d is the
-    paper's N', eq. (13). While a < 1, Q_1 leaves the share 1 − a of J_d to the hand, which uses it to undo its own error: the
-    distance rate lies between −u and that of level 1, J_d q̇ = a² (v + u) − u, which is reached where the hand does not feel the row.
-    At a = 1 it is v, whatever the hand wants. Where the hand needs J_d itself,
-    η makes it let go by degrees as a → 1; a task that uses every joint (no `task_jacobian`) is J = I.
+    For one row, level 1 is J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 =
+    I − a J_d^# J_d is the paper's N', eq. (13). While a < 1, Q_1 leaves the share 1 − a of J_d to the hand,
+    which uses it to undo its own error: the distance rate lies between −u and that of level 1, J_d q̇ = a² (v
+    + u) − u, which is reached where the hand does not feel the row. At a = 1 it is v, whatever the hand
+    wants. Where the hand needs J_d itself, η makes it let go by degrees as a → 1; a task that uses every
+    joint (no `task_jacobian`) is J = I.
 
     P is the damping of `row_damping`, for the row and for the singular values of the hand's level.
 

@@ -14,13 +14,12 @@ In formulas, with s = +1 for the left arm and −1 for the right,
 
     R = Ry(−flexion) Rx(s abduction) Rz(s rotation),   upper arm = R (0, 0, −1),   forearm = R (sin elbow, 0, −cos elbow).
 
-The sign s makes it mirror symmetric: arms that mirror each other have the same angles. The same order of axes
-is found in the joint coordinate recommendations of the International Society of Biomechanics for the elbow
-and in the human model that is drawn.
+The sign s gives mirrored arms the same angles. The joint coordinate recommendations of the International
+Society of Biomechanics for the elbow and the drawn human model use the same order of axes.
 
-No three angles describe a direction and a roll without a singular posture. Here it is the T: at 90° of
-abduction flexion and rotation turn about the same line. And with a straight elbow the rotation is not
-visible. In both the last value is remembered.
+Three angles of a direction and a roll always have a singular posture, here the T: at 90° of abduction flexion
+and rotation turn about the same line. With a straight elbow the rotation is not visible. In both cases the
+last value is kept.
 """
 
 import math
