@@ -106,7 +106,6 @@ class Ballots:
         self._counts.clear()
 
     def note(self, student: str, origin: FilteredConnection) -> None:
-        """Record a student's current origin."""
         self._addresses[student] = origin.address
         (self.pageless.discard if origin.is_page else self.pageless.add)(student)
         self._counts.clear()

@@ -279,7 +279,6 @@ def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ..
 
 
 def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
-    """Answers that the run is compared with."""
     choice = walk.done.choice
     if choice is None:
         return ()

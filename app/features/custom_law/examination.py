@@ -149,7 +149,6 @@ class Examination:
         return examine_one, (self._path, read_law(self._path))
 
     def advance(self) -> bool:
-        """Collect new verdicts; true if there are any."""
         if not self.progress.running:
             return False
         verdicts: list[TrialResult] = []

@@ -137,7 +137,6 @@ def student_law(session: Session) -> StudentLaw:
 
 
 def let_custom_law_run(session: Session, runs: bool) -> None:
-    """Switch the custom law for a lesson; the run is reset."""
     law = student_law(session)
     if runs != law.enabled:
         law.enabled = runs

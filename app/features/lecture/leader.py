@@ -36,7 +36,6 @@ class Leader:
         self._students: deque[str | None] = deque(record.students, maxlen=MOST)
 
     def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
-        """True if a connecting browser may lead."""
         tab = tab_id(query)
         name = tab or f"tab {client_id}"
         if SCREEN in query:

@@ -88,13 +88,11 @@ class Participant:
             self.panel.close()
 
     def invite(self, address: Address | None) -> None:
-        """Show the address; None hides it."""
         if self.invitation is not None:
             with self.client.atomic():
                 self.invitation.show(address)
 
     def show_panel(self, poll: Poll | None) -> None:
-        """Update a teacher's panel. `poll`: the shared session's question."""
         if self.panel is not None:
             with self.client.atomic():
                 self.panel.show(poll)

@@ -90,7 +90,6 @@ class PlenaryPage:
         return poll
 
     def flush(self) -> None:
-        """Send the frame at once."""
         self._host.flush()
 
 

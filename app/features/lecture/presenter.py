@@ -20,7 +20,6 @@ TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer
 """Action → time for answers [s]; 0 for no timer."""
 
 MOST_QUOTES: Final = 4
-"""Most reasons shown at once."""
 
 InvitedPages = Literal["", "screens", "teachers", "all"]
 """Pages that show the address: none, projectors, also teachers', also students'."""
@@ -51,7 +50,6 @@ STATION_NAMES: Final = {
     Station.CHALLENGE: N_("the challenge"),
     Station.TRY: N_("the challenge, on the stage"),
 }
-"""Names of the stations."""
 
 _OF_PHASE: Final = {
     Phase.PREDICT: Station.SCENE,
@@ -60,7 +58,6 @@ _OF_PHASE: Final = {
     Phase.EXPLAIN: Station.EXPLANATION,
     Phase.CHALLENGE: Station.CHALLENGE,
 }
-"""First station of each phase."""
 
 
 class _StagePlace(NamedTuple):

@@ -78,7 +78,6 @@ def next_station_label(presenter: Presenter, following: Station | None) -> str:
 
 
 def covers_html(presenter: Presenter) -> Markup:
-    """Reminder of a covered picture or the time, or ""."""
     pills: list[tuple[str, str]] = []
     if presenter.blank:
         pills.append(("halt", tr("the screen is black")))

@@ -121,7 +121,6 @@ class Answers:
             box.visible = place == asked
 
     def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
-        """Update everything. `mine`: the newest ballot; `first`: see `mine_html`."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return

@@ -173,7 +173,6 @@ class TeacherPanel:
         on_press(command, act)
 
     def show(self, poll: Poll | None) -> None:
-        """Update all tabs. `poll`: the shared session's question."""
         presenter, classroom = self._control.presenter, self._control.classroom
         self._screen.show()
         self._board.show()

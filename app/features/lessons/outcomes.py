@@ -186,7 +186,6 @@ class Attempt:
 
     @property
     def text(self) -> str:
-        """The whole text, misses first."""
         ordered = sorted(self.judgements, key=lambda j: j.passed)
         return " ".join((self.note, *(j.text for j in ordered))).strip()
 

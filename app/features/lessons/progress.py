@@ -30,7 +30,6 @@ def kept_reason(typed: str) -> str:
 
 
 MOST_TRIES: Final = 30
-"""Number of tries that are kept."""
 
 
 class Try(NamedTuple):
@@ -96,7 +95,6 @@ class Progress:
     steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
 
     def at(self, lesson: str, step: str) -> StepProgress:
-        """Progress in a step, created if missing."""
         return self.steps.setdefault((lesson, step), StepProgress())
 
 
@@ -137,7 +135,6 @@ _Word = Annotated[str, msgspec.Meta(max_length=80)]
 
 
 def _read(value: object, kind: Any, otherwise: Any) -> Any:
-    """Convert plain data to a type; `otherwise` if that fails."""
     try:
         return msgspec.convert(value if kind in (str, _Word) else _numbers(value), kind, dec_hook=_text)
     except (msgspec.MsgspecError, RecursionError):

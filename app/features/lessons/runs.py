@@ -16,7 +16,6 @@ from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs, values
 
 Pairs = tuple[tuple[str, Any], ...]
-"""Ordered keys and values: a hashable dictionary."""
 
 InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
 """The experiment's autopilot, none, the student, a script, a recorded file, or the student's motion in an
@@ -103,5 +102,4 @@ def _change_text(key: str, value: object) -> LazyText:
 
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:
-    """Settings in words in a language; None for the page's."""
     return (spoken() if language is None else words_of(language))(changes_text(changes)).replace("d_m", "dₘ")

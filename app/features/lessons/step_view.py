@@ -18,7 +18,6 @@ from app.i18n.speaking import N_
 _SENTENCE_END: Final = re.compile(r"(?<=[.!?])\s+")
 
 PLOTTED_TRIES: Final = 3
-"""Fewest tries at a search that are plotted."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,6 @@ def contrast(at: StepPosition) -> Contrast | None:
 
 
 def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
-    """Verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None

@@ -59,7 +59,7 @@ AHEAD: Final = 0.01
 """Desired margin of the nearest pair above d_m at the start [m]."""
 
 FIRM: Final = 0.4
-"""|J_d| below which a pair is left out there [m/rad]."""
+"""|J_d| below which a pair is ignored at the start [m/rad]."""
 
 REFINEMENTS: Final = 60
 """Refinement runs per candidate."""
@@ -240,7 +240,6 @@ class _Search:
         self._worst: Found | None = None
 
     def found(self, refine: bool) -> Found:
-        """Worst run. `refine`: refine it in any case."""
         # Loads too slowly for the first picture.
         from scipy.optimize import minimize
 

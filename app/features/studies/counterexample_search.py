@@ -19,7 +19,6 @@ STARTS: Final = 16
 """Fewest start postures: on a busy machine a search lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
-"""Name of the replay."""
 
 
 class CounterexampleSearch:

@@ -38,7 +38,6 @@ MATCH: Final = 0.001
 """Largest difference of two equal smallest distances [m]."""
 
 MOST_RERUNS: Final = 24
-"""Most runs of a search."""
 
 _FIRST_LOOK: Final = 7
 """Number of first values, spread over the knob's range."""

@@ -159,7 +159,6 @@ def takes_reason(step: Step, phase: Phase) -> bool:
 
 
 def add_readers(gui: viser.GuiApi, tab: viser.GuiTabHandle, order: float) -> viser.GuiHtmlHandle:
-    """Add a hidden line below a box that says who reads it."""
     words = element("p", tr("Only your lab report shows it; you decide who gets that."), class_="crumb")
     with tab:
         return gui.add_html(element("div", "", words, class_="duet duet-lesson"), order=order, visible=False)

@@ -176,5 +176,4 @@ def rules_html(css: str) -> Markup:
 
 
 def choice_label(number: int, text: str, chosen: bool) -> str:
-    """Label of an answer's button; `number` is 1-based."""
     return f"{'● ' if chosen else ''}{number}   {plain(text)}"
