@@ -41,7 +41,6 @@ class Ballots:
         record: of a class to resume.
 
     Attributes:
-        revealed: questions with a tally that all see.
         pages_only: true if votes without a page are not counted.
     """
 

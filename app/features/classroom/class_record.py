@@ -25,7 +25,6 @@ class ClassRecord:
     Attributes:
         saved: time [s since 1970].
         ballots: question → tab id → ballot of the last round.
-        free: true while the students explore.
         students: ids of the tabs that do not lead.
         earlier: question → ballots of its earlier rounds, oldest first.
         passed: lesson and step → tabs that passed the challenge.

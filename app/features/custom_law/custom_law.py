@@ -46,7 +46,6 @@ class CustomLaw(LawOfFile):
         waits: if true, a call waits for its answer up to the limits. If false, calls wait only as long as
             `allow` grants in total; an unanswered call raises `Unanswered`, and its repetition does not ask
             again.
-        text: of the file, if known; None to read it.
 
     Attributes:
         problem: reason of the failure, or None. After a change of the file it stays until the new file has

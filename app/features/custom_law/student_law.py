@@ -47,9 +47,6 @@ class StudentLaw(LateLaw):
     Args:
         share: waiting time of the laws of all sessions.
         background, wake: see `Examination`.
-
-    Attributes:
-        enabled: true if the run or the ghost uses it.
     """
 
     def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:

@@ -26,11 +26,7 @@ from app.settings import LOOKS
 
 
 class BreakoutWorkers:
-    """Sends students to other processes, and tracks them; on the shared session's thread.
-
-    Args:
-        post_work: receives their hand-ins.
-    """
+    """Sends students to other processes, and tracks them; on the shared session's thread."""
 
     def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork) -> None:
         self._link, self._classroom, self._post_work = link, classroom, post_work

@@ -24,7 +24,6 @@ class Leader:
     can wait for it. `admits` and `gone` belong to the network's thread.
 
     Args:
-        key: None if the server has no key.
         record: of a class to resume, as if its leading tab had just disconnected.
         clock: time [s].
     """

@@ -110,9 +110,7 @@ def screen_html(
     """Overlay of a projector, shown by `presenter.js`.
 
     Args:
-        view: None while no lesson is open.
         left: remaining time [s]; None without a timer.
-        panels: true if the projector shows them beside the scene.
         record: smallest d − d_m of the class in the step's duel [m], or None.
     """
     made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"

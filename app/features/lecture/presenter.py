@@ -74,7 +74,6 @@ class ShownWork(NamedTuple):
 
     Attributes:
         step: ids of lesson and step; ("", "") outside the lessons.
-        run: true if the student's run is replayed.
     """
 
     step: tuple[str, str]
@@ -92,7 +91,6 @@ class Presenter:
         frozen: true if they keep their picture while the shared session continues.
         panels: true if they show the panels, as students see them.
         expected: number of expected students; 0 if unknown.
-        quotes: students' reasons that the teacher has picked.
         work: one student's work in the station's place, or None.
     """
 
@@ -111,12 +109,7 @@ class Presenter:
     # ---- the stations ------------------------------------------------------------------------------------------------------
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
-        """Show the station that fits the lesson, if that has changed.
-
-        Args:
-            walk: None while no lesson is open.
-            revealed: true if all see the class's answers.
-        """
+        """Show the station that fits the lesson, if that has changed."""
         place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
         if place != self._place:
             before, self._place, self.work = self._place, place, None

@@ -15,11 +15,7 @@ from app.web.control_events import on_press
 
 
 class ScreenPanel:
-    """The controls, in the caller's open tab.
-
-    Args:
-        keyed: true if the teacher has a key, which the projector receives.
-    """
+    """The controls, in the caller's open tab."""
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl, keyed: bool) -> None:
         self._presenter, self._lessons, act = control.presenter, control.lessons, control.post

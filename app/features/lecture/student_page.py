@@ -64,11 +64,7 @@ class Banner:
 
 
 class Answers:
-    """Buttons, keys and texts for one student's answers.
-
-    Args:
-        student: id of the tab.
-    """
+    """Buttons, keys and texts for one student's answers."""
 
     def __init__(self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str) -> None:
         self._client, self._panel, self._control, self._student = client, panel, control, student
@@ -187,7 +183,6 @@ class HandInBox:
 
     Args:
         post_work: receives both, as plain data.
-        student: id of the tab.
         group: owner of the breakout session; "" in the shared one.
     """
 
@@ -222,7 +217,6 @@ class HandInBox:
         """Update the form.
 
         Args:
-            offered: true if there is something to hand in.
             tab: the lesson's, if the controls are folded.
         """
         in_lesson = tab is not None

@@ -216,7 +216,6 @@ class AssistantPanel:
     """Tab of a teacher while another one leads: a line, a button, and the notes.
 
     Args:
-        notes: Markdown by lesson id; None without a key.
         take_over: called on the network's thread.
     """
 

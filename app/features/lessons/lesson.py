@@ -273,11 +273,7 @@ class LessonProblem:
 
 @dataclass(frozen=True)
 class LessonBook:
-    """All readable lessons, in order, and the faults of the others.
-
-    Attributes:
-        translated: returns the book in another language; None if there is no translation.
-    """
+    """All readable lessons, in order, and the faults of the others."""
 
     lessons: tuple[Lesson, ...]
     problems: tuple[LessonProblem, ...]

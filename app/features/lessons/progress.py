@@ -50,7 +50,6 @@ class StepProgress:
     """Progress in one step.
 
     Attributes:
-        choice: index of the answer, or None.
         guess: guessed distance on the line of contact [m], or None.
         why: outcome of the run that shows why the answer is wrong.
         because: reason for the prediction.

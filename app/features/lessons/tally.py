@@ -20,7 +20,6 @@ class Tally(NamedTuple):
 
     Attributes:
         waiting: present students without an answer or a curve.
-        handed_in: students with an answer or a curve.
     """
 
     counts: tuple[int, ...]

@@ -29,7 +29,6 @@ class CounterexampleSearch:
         wake: called from any thread on a new result.
 
     Attributes:
-        replayed: newest replayed attack.
         message: for the visitor: why nothing can be searched or replayed, or "".
     """
 

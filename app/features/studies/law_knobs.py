@@ -91,11 +91,7 @@ def knob_range(knob: Knob) -> tuple[float, float]:
 
 
 def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted: float) -> tuple[float | None, float]:
-    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m].
-
-    Args:
-        distance: of a value [m].
-    """
+    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m]."""
     low, high = ends
     found = {
         value: distance(value) - wanted

@@ -50,7 +50,6 @@ class Studies:
         wake: called from any thread on a new result.
 
     Attributes:
-        what_if: the last part of the run with the current settings, or None.
         message: why something could not be computed, for the visitor, or "".
     """
 

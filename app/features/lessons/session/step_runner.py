@@ -71,7 +71,6 @@ class StepRunner:
 
     Attributes:
         further: simulation of the further runs; done if nothing is pending.
-        seen: (lesson, step) → run in which the visitor saw its outcome.
     """
 
     def __init__(self, session: Session) -> None:
