@@ -322,7 +322,7 @@ class _Search:
         return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
 
     def _way(self, start: Array) -> Array:
-        """Random waypoints (`LEGS`, size): about elbow, wrist or hand of the arm that is not guided, or about `REST`."""
+        """Random waypoints (`LEGS`, size) about `REST`, or elbow, wrist or hand of the arm that is not guided."""
         dice = self._dice
         if self._settings.experiment.moves == "person":
             return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))
