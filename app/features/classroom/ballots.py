@@ -41,7 +41,6 @@ class Ballots:
         record: of a class to resume.
 
     Attributes:
-        revealed: questions with a tally that all see.
         pages_only: true if votes without a page are not counted.
     """
 
@@ -106,7 +105,6 @@ class Ballots:
         self._counts.clear()
 
     def note(self, student: str, origin: FilteredConnection) -> None:
-        """Record a student's current origin."""
         self._addresses[student] = origin.address
         if origin.is_page:
             self.pageless.discard(student)

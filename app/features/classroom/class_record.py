@@ -13,7 +13,6 @@ from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
 
 NAME: Final = "lecture"
-"""Name of the shared session's record in the store."""
 
 _CLASS, _LAST_CLASS = "room", "last_class"
 """Names of the parts, from earlier releases."""
@@ -26,7 +25,6 @@ class ClassRecord:
     Attributes:
         saved: time [s since 1970].
         ballots: question → tab id → ballot of the last round.
-        free: true while the students explore.
         students: ids of the tabs that do not lead.
         earlier: question → ballots of its earlier rounds, oldest first.
         passed: lesson and step → tabs that passed the challenge.
@@ -67,7 +65,6 @@ def class_of(record: VisitorRecord) -> ClassRecord | None:
 
 
 def last_class_of(record: VisitorRecord) -> ClassSummary | None:
-    """Report of the last class, or None."""
     return part_of(record, _LAST_CLASS, ClassSummary)
 
 

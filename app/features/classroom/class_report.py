@@ -175,7 +175,6 @@ COLUMNS: Final = (
     *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
     *("right_answer", "right", "passed", "before", "after", "gain"),
 )
-"""Columns of every row, before one for each report."""
 
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:
@@ -187,7 +186,6 @@ def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes
 
 
 _Row = tuple[dict[str, object], list[object]]
-"""Cells by column, and one for each report."""
 
 
 def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
@@ -228,7 +226,6 @@ def _gain_cells(gain: Gain) -> dict[str, object]:
 
 
 def _answer(report: HandIn, question: QuestionId, number: int) -> object:
-    """Answer of a report in a round (1-based), or ""."""
     answers = report.answers.get(question, ())
     answer = answers[number - 1] if number <= len(answers) else None
     return "" if answer is None else answer + 1

@@ -40,7 +40,6 @@ class Poll:
         round: 1-based.
         staged: answers that the run is compared with: the chosen one, or all of a tie.
         unseen: true on a projector before the reveal: no answers, empty axes.
-        runs: true if a run answers it.
     """
 
     question: QuestionId
@@ -73,7 +72,6 @@ class Classroom:
 
     Attributes:
         free: true while the students explore; otherwise they follow.
-        waiting: number of students without a place to explore.
         elsewhere: students with breakout sessions in other processes.
         load: of the server; None before it was measured.
         pace, wanted: open steps for them, None for all; the student of the run to show, or "".
@@ -147,7 +145,6 @@ class Classroom:
         """The shared session's question, or None.
 
         Args:
-            walk: None while no lesson is open.
             book: in the reader's language; None for the session's.
         """
         at = None if walk is None else walk.in_book(book)
@@ -279,7 +276,6 @@ def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ..
 
 
 def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
-    """Answers that the run is compared with."""
     choice = walk.done.choice
     if choice is None:
         return ()

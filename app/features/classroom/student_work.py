@@ -48,7 +48,6 @@ class StudentWork:
                 self.nearest[question] = min(nearest, self.nearest.get(question, nearest))
 
     def progress_of(self, student: str) -> str:
-        """A student's last progress as JSON, or ""."""
         return self._progress.get(student, "")
 
     @property
@@ -129,7 +128,6 @@ class ProgressBoard:
         return self.names[student]
 
     def student_of(self, name: str) -> str | None:
-        """Student with an invented name, or None."""
         return next((student for student, own in self.names.items() if own == name), None)
 
     # ---- progress ----------------------------------------------------------------------------------------------------------

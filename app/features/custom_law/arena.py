@@ -31,7 +31,6 @@ class TrialCurve:
     Attributes:
         quantity: "d" [m], "e" [m] or "dq_step" [rad/s].
         seconds: length of the run.
-        limit: required value, or None.
         lines: name (may be "") → values [SI]; None for an infinite value.
     """
 

@@ -46,7 +46,6 @@ class CustomLaw(LawOfFile):
         waits: if true, a call waits for its answer up to the limits. If false, calls wait only as long as
             `allow` grants in total; an unanswered call raises `Unanswered`, and its repetition does not ask
             again.
-        text: of the file, if known; None to read it.
 
     Attributes:
         problem: reason of the failure, or None. After a change of the file it stays until the new file has
@@ -85,7 +84,6 @@ class CustomLaw(LawOfFile):
         self._lam: tuple[float, float] | None = None
         """Last distance and its λ: at rest and without an obstacle they repeat."""
         self._question: VelocityQuestion | None = None
-        """Last situation that was asked."""
         self._answers: dict[LawQuestion, Array] = {}
         self._curves: dict[type[LawQuestion], tuple[LawQuestion, Array]] = {}
         self._left = 0.0
@@ -101,7 +99,6 @@ class CustomLaw(LawOfFile):
 
     @property
     def pid(self) -> int | None:
-        """Id of the process, or None."""
         return self._process.pid if self._process is not None else None
 
     @property
@@ -121,7 +118,6 @@ class CustomLaw(LawOfFile):
 
     @property
     def waiting(self) -> bool:
-        """True if a call has waited long enough to be reported."""
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:

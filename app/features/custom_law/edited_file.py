@@ -35,7 +35,6 @@ class ChangedMeanwhile(Exception):
 
 
 def first_text(path: Path) -> str:
-    """Content of a new file: the paper's law."""
     template = Path(__file__).with_name("template.py").read_text(encoding="utf-8")
     return template.replace("my_law.py", shlex.quote(readable(path.name)))
 

@@ -60,9 +60,6 @@ def examine_one(path: Path, text: bytes, name: str) -> TrialResult:
 class _Examined(CustomLaw):
     """A law that waits for loading, stops on request, and times calls itself, since a file can change its
     process's clock.
-
-    Attributes:
-        as_template: true if all answers are those of the template's law.
     """
 
     def __init__(self, path: Path, limits: LawLimits, text: bytes | None) -> None:
@@ -109,7 +106,6 @@ class ExaminationProgress(NamedTuple):
     """Progress of the tests.
 
     Attributes:
-        file: name of the tested file, or None.
         verdicts: so far, in the order of `TRIALS`; empty if the tests were never made.
         message: reason why they could not be made, or "".
         typed: true if the law is typed on the page, without a file.
@@ -149,7 +145,6 @@ class Examination:
         return examine_one, (self._path, read_law(self._path))
 
     def advance(self) -> bool:
-        """Collect new verdicts; true if there are any."""
         if not self.progress.running:
             return False
         verdicts: list[TrialResult] = []

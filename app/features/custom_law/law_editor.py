@@ -41,7 +41,6 @@ WORDS: Final = {
     "take": N_("Take the file’s text"),
     "large": N_("This text is too large to be edited here."),
 }
-"""Texts of the script."""
 
 
 class RunLaw(Action):
@@ -86,7 +85,6 @@ class LawText:
 
     @property
     def offered(self) -> bool:
-        """True while it may be edited."""
         return True
 
     def title(self) -> str:

@@ -109,7 +109,6 @@ class LawFile:
         self.wants_all_pairs = bool(names.get("WANTS_ALL_PAIRS", True))
 
     def _function(self, names: dict[str, Any], name: str, argument: str) -> Callable[[Any], Any] | None:
-        """Function of one argument by name, or None."""
         function = names.get(name)
         if function is None:
             return None
@@ -227,7 +226,6 @@ class LawFile:
         return _curve(rate, distances)
 
     def _explained(self, error: BaseException, otherwise: int | None) -> Wrong:
-        """Message and line of an exception in the file; `otherwise` if it has no line."""
         self._ballast = None
         line = otherwise
         for frame, number in traceback.walk_tb(error.__traceback__):

@@ -16,8 +16,6 @@ def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bo
 
     Args:
         problem: reason why the arm is frozen, or "".
-        away: true if the file is gone.
-        passed: true if the challenge was ever passed.
     """
     template = macros("features/custom_law/law_tests.html")
     return template.law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)

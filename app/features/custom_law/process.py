@@ -108,7 +108,7 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 _SLICE: Final = 0.02
 """Period of the limit's check while a call waits [s]."""
 _LONG_SLICE: Final = 0.25
-"""The same for a call without a limit: each check also waits for a core, see `examination`."""
+"""Period of the check without a limit [s]: each check also waits for a core, see `examination`."""
 
 _R = TypeVar("_R", bound=Reply)
 
@@ -211,7 +211,6 @@ class LawProcess:
         self._called.add(kind)
 
     def _receive(self, kind: type[_R], seconds: float) -> _R | None:
-        """Next reply, of the given type; None if it is still pending."""
         end, pause = monotonic() + seconds, _SLICE if seconds < math.inf else _LONG_SLICE
         while True:
             left = max(end - monotonic(), 0.0)
@@ -246,7 +245,6 @@ class LawProcess:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
-        """Next message; None if it does not come within `seconds`."""
         try:
             # `Connection.poll` makes a selector at every call, which costs more than the message.
             there = self._line.poll(seconds) if self._poll is None else self._poll.poll(1e3 * seconds)

@@ -47,9 +47,6 @@ class StudentLaw(LateLaw):
     Args:
         share: waiting time of the laws of all sessions.
         background, wake: see `Examination`.
-
-    Attributes:
-        enabled: true if the run or the ghost uses it.
     """
 
     def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:
@@ -137,7 +134,6 @@ def student_law(session: Session) -> StudentLaw:
 
 
 def let_custom_law_run(session: Session, runs: bool) -> None:
-    """Switch the custom law for a lesson; the run is reset."""
     law = student_law(session)
     if runs != law.enabled:
         law.enabled = runs

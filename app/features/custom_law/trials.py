@@ -188,7 +188,6 @@ WHY: Final[dict[str, str]] = {
     N_("bounded where J_d is singular"): N_("A division by next to nothing asks for speeds that no arm has."),
     N_("quick"): N_("A tick lasts 5 ms, and there is more to be done in it."),
 }
-"""Purpose of each test."""
 
 GATES: Final = ("keeps its distance", "gets out")
 """Other tests count only after these: an arm at rest is also smooth, bounded and quick."""

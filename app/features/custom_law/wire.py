@@ -37,12 +37,10 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
-        """Make a question from the fields of a `Situation`, arrays of float64."""
         values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
         return VelocityQuestion(tuple(values))
 
     def situation(self) -> Situation:
-        """The situation, in new arrays."""
         values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields]
         for matrix in _MATRICES:
             if values[matrix] is not None:
@@ -131,7 +129,6 @@ class Failure(Struct, tag=True, array_like=True):
 Reply = Started | FileLoaded | Numbers | Failure
 
 encode: Final = Encoder(enc_hook=float).encode
-"""Message → bytes; the hook is for NumPy scalars."""
 decode_question: Final = Decoder(LoadFile | LawQuestion).decode
 _decode_reply: Final = Decoder(Reply).decode
 

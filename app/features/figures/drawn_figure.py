@@ -44,7 +44,6 @@ DASHES: Final[tuple[Any, ...]] = (
     (0, (9, 1.5, 1.2, 1.5)),
     (0, (4, 1, 1, 1, 1, 1, 1, 1)),
 )
-"""Dashes of a panel's lines, in order."""
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 

@@ -42,7 +42,7 @@ class KnobCurve:
         return np.array([_between(d_min, d, e2) for d, e2 in zip(self.d_min, self.e2, strict=True)])
 
     def value_at(self, d_min: float) -> float:
-        """Value of the knob for a mean smallest distance [m]; nan as above."""
+        """Value of the knob for a mean smallest distance [m], or nan."""
         return _between(d_min, self.d_min.mean(0), self.values)
 
 
@@ -113,7 +113,6 @@ def _curve(knob: LawKnob, runs: list[tuple[int, float, Summary]]) -> KnobCurve:
 
 
 def draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
-    """Draw the mean of all seeds, and above each of them, thin. Colour: law; dash: knob."""
     knob = curve.knob
     place = list(dict.fromkeys(other.law for other in knobs())).index(knob.law)
     colour, marker = SERIES[place % len(SERIES)], MARKERS[place % len(MARKERS)]
@@ -204,7 +203,6 @@ def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
 
 
 def verdict(paper: Price, other: Price) -> str:
-    """Sentence that compares a law with the paper's at the same distance: number of better seeds, and cost."""
     both = ~np.isnan(paper.e2) & ~np.isnan(other.e2)
     if not both.any():
         return f"{other.curve.label}: there is no person for whom both laws keep d_m."

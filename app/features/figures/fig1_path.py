@@ -24,7 +24,6 @@ BALL_COLOUR: Final = np.array([0.52, 0.04, 0.03])
 """Linear RGB."""
 
 GHOST: Final = 0.34
-"""Opacity of the arm at start and end."""
 
 
 def draw(plan: Plan) -> Drawn:

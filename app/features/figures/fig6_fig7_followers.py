@@ -19,7 +19,6 @@ SLOW: Final = 0.02
 """Speed of a slow retreat v [m/s], too slow for one arm alone."""
 
 SHOWN: Final = 4
-"""Number of joints in the paper's figures."""
 
 
 def master_slave(plan: Plan) -> Drawn:
@@ -131,7 +130,6 @@ def _distance(axes: Axes, time: Array, d: Array, critical: float, length: float)
 
 
 def _joint(axes: Axes, time: Array, wanted: Array, actual: Array, colour: str, label: str) -> None:
-    """One joint: desired angle thin and dashed, actual angle solid."""
     axes.plot(time, wanted, color=INK, linestyle=DASHES[1], linewidth=1.0, zorder=3.0)
     axes.plot(time, actual, color=colour, linewidth=1.8)
     low, high = float(np.nanmin([wanted, actual])), float(np.nanmax([wanted, actual]))

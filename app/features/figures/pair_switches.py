@@ -14,7 +14,6 @@ LOOKS: Final[dict[Treatment, dict[str, Any]]] = {
     "single": {"marker": "o", "color": COLOURS.approach, "linestyle": DASHES[0], "label": "closest pair (paper)"},
     "soft": {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "smooth minimum (ours)"},
 }
-"""Line style of each run."""
 
 MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
 """Line style that both runs share."""

@@ -33,7 +33,6 @@ SAMPLES: Final = 2
 
 KEY: Final = np.array([2.4, -2.0, 4.0]) / np.linalg.norm([2.4, -2.0, 4.0])
 FILL: Final = np.array([-2.5, 2.0, 2.0]) / np.linalg.norm([-2.5, 2.0, 2.0])
-"""Directions towards the two lights."""
 
 KEY_LIGHT: Final = np.array([1.55, 1.50, 1.42])
 FILL_LIGHT: Final = np.array([0.26, 0.32, 0.42])

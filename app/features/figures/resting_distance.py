@@ -204,7 +204,6 @@ LOOKS: Final = {
 
 
 def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
-    """w, and the summary of a run with its inputs at another pace."""
     person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
     made = run(settings, seconds, paced(person, pace))
     return approach(made), made.summary

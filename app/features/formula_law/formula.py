@@ -32,7 +32,6 @@ MOST_TOKENS: Final = 300
 """Longest formula [tokens]."""
 
 DEEPEST: Final = 40
-"""Deepest nesting of brackets, signs and powers."""
 
 _TOKEN: Final = re.compile(
     r"(?P<space>[ \t\r\n]+|\#[^\n]*)|(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"

@@ -15,7 +15,6 @@ from scenes.law_answers import LawOfFile
 from scenes.settings import LawSettings
 
 FILE: Final = LazyText("formula")
-"""Shown in place of a file's name."""
 
 LARGEST: Final = 1e6
 """Largest |c| [m/s], so that q̇ is finite on every arm."""

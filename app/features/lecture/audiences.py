@@ -21,13 +21,13 @@ MOST: Final = 8
 """Most audiences, each drawn separately. A browser with one more look joins the most similar one."""
 
 MOST_SCREENS: Final = 4
-"""Most audiences of projectors, in addition."""
+"""Most additional audiences of projectors."""
 
 SCREEN: Final = "screen"
 """Query key of a projector's link."""
 
 SMALL: Final = "small"
-"""Its value for the small picture on a teacher's page, which is not counted."""
+"""Value of `screen` for the small picture on a teacher's page, which is not counted."""
 
 
 class Audience(ServerView):

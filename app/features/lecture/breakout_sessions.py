@@ -26,11 +26,7 @@ from app.settings import LOOKS
 
 
 class BreakoutWorkers:
-    """Sends students to other processes, and tracks them; on the shared session's thread.
-
-    Args:
-        post_work: receives their hand-ins.
-    """
+    """Sends students to other processes, and tracks them; on the shared session's thread."""
 
     def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork) -> None:
         self._link, self._classroom, self._post_work = link, classroom, post_work
@@ -39,7 +35,6 @@ class BreakoutWorkers:
         self._said: ClassState | None = None
 
     def load(self, plenary: ServerLoad) -> ServerLoad:
-        """Load of all processes. `plenary`: of the shared session's."""
         return combined([plenary, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
@@ -78,7 +73,7 @@ AWAY: Final = 5.0
 """Absence of a group's operator before another member takes over [s]."""
 
 RELOAD: Final = 30.0
-"""The same for a member who was asked to reconnect [s]; a slow computer needs longer than `AWAY`."""
+"""Absence that a reconnecting member is allowed [s]; a slow computer needs longer than `AWAY`."""
 
 SHOWN: Final = 60.0
 """Longest shown part of a student's run [s]."""

@@ -16,7 +16,6 @@ class Exploring(NamedTuple):
 
     Attributes:
         begin: initial record of a student without a saved one.
-        worked: true if there is something to hand in.
     """
 
     student: str

@@ -24,7 +24,6 @@ class Leader:
     can wait for it. `admits` and `gone` belong to the network's thread.
 
     Args:
-        key: None if the server has no key.
         record: of a class to resume, as if its leading tab had just disconnected.
         clock: time [s].
     """
@@ -36,7 +35,6 @@ class Leader:
         self._students: deque[str | None] = deque(record.students, maxlen=MOST)
 
     def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
-        """True if a connecting browser may lead."""
         tab = tab_id(query)
         name = tab or f"tab {client_id}"
         if SCREEN in query:

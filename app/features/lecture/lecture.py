@@ -136,7 +136,6 @@ class LectureHost:
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
     def _tell_trouble(self) -> None:
-        """Report a fault of the store once to the operating teacher."""
         operation, trouble = self.controls.operation, self._context.store.trouble
         if operation is not None and trouble is not None and (operation, trouble) != self._told:
             set_language(self.controls.language)

@@ -66,7 +66,6 @@ class PlenaryControls:
             self._build_page(teacher)
 
     def take_over(self, teacher: Participant) -> None:
-        """Give the controls to a teacher; the previous operator assists."""
         before = self.operator
         if before is teacher:
             return
@@ -89,7 +88,6 @@ class PlenaryControls:
 
     @property
     def language_changed(self) -> bool:
-        """True if the operator has another language than the shared session."""
         return language_of(self._session.settings, self._browser) != self.language
 
     def build_operator_page(self, operator: Participant) -> None:

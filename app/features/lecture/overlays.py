@@ -39,7 +39,6 @@ class Invitation:
         self._late, self._shown = True, False
 
     def show(self, address: Address | None) -> None:
-        """Show the address; None hides it."""
         self._late = self._late and address is not None
         if self._late or self._shown == (address is not None):
             return
@@ -70,7 +69,6 @@ class ScreenView:
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
     def show(self, poll: Poll | None) -> None:
-        """Update the overlay. `poll`: the shared session's question, in the projector's language."""
         presenter, lessons, record = self._control.presenter, self._control.lessons, self._control.record
         left = presenter.left
         # A class's curves are too slow to draw in every frame.
@@ -112,9 +110,7 @@ def screen_html(
     """Overlay of a projector, shown by `presenter.js`.
 
     Args:
-        view: None while no lesson is open.
         left: remaining time [s]; None without a timer.
-        panels: true if the projector shows them beside the scene.
         record: smallest d − d_m of the class in the step's duel [m], or None.
     """
     made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
@@ -172,7 +168,6 @@ def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collecti
 
 
 def _meter(poll: Poll | None, left: int | None) -> Markup:
-    """Number of answers, and the timer; "" if nothing is counted."""
     if poll is None or not (poll.open or poll.revealed) or poll.outcome:
         return Markup()
     here = poll.tally.handed_in + poll.tally.waiting

@@ -17,7 +17,6 @@ def banner_html(kind: str, text: str) -> Markup:
 
 
 def join_html(address: Address) -> Markup:
-    """Address for the teacher."""
     if address.private:
         hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
     else:

@@ -34,13 +34,11 @@ class Participant:
         id: of its tab, or of its connection if the tab has none.
         lasting: true if the id outlives a reload.
         narrow: true if lesson, 3-D view and controls do not fit side by side.
-        page: the shared session on a teacher's own page; None for others.
         banner, answers, hand_in, panel, invitation: parts beside the shared session, or None.
         group: owner of the breakout session; "" in the shared session.
         mates: present students of the group, with this one.
         visitor: the breakout session of its operator; None for others.
         member: page of a watching member; None for others, and before there is anything to see.
-        takes_over: true if this browser asks for control of the session.
         moved: true if it was asked to reconnect.
     """
 
@@ -88,13 +86,11 @@ class Participant:
             self.panel.close()
 
     def invite(self, address: Address | None) -> None:
-        """Show the address; None hides it."""
         if self.invitation is not None:
             with self.client.atomic():
                 self.invitation.show(address)
 
     def show_panel(self, poll: Poll | None) -> None:
-        """Update a teacher's panel. `poll`: the shared session's question."""
         if self.panel is not None:
             with self.client.atomic():
                 self.panel.show(poll)

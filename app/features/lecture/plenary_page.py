@@ -29,12 +29,7 @@ class PlenaryPage:
     """A page of the shared session. Belongs to the frame loop's thread.
 
     Args:
-        host: the audience, or the teacher's client.
         look: None for the shared session's, which is the operator's.
-        clients: clients that own the camera.
-
-    Attributes:
-        language, book: the page's language, and the lessons in it.
     """
 
     def __init__(
@@ -90,7 +85,6 @@ class PlenaryPage:
         return poll
 
     def flush(self) -> None:
-        """Send the frame at once."""
         self._host.flush()
 
 

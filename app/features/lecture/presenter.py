@@ -20,7 +20,6 @@ TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer
 """Action → time for answers [s]; 0 for no timer."""
 
 MOST_QUOTES: Final = 4
-"""Most reasons shown at once."""
 
 InvitedPages = Literal["", "screens", "teachers", "all"]
 """Pages that show the address: none, projectors, also teachers', also students'."""
@@ -51,7 +50,6 @@ STATION_NAMES: Final = {
     Station.CHALLENGE: N_("the challenge"),
     Station.TRY: N_("the challenge, on the stage"),
 }
-"""Names of the stations."""
 
 _OF_PHASE: Final = {
     Phase.PREDICT: Station.SCENE,
@@ -60,7 +58,6 @@ _OF_PHASE: Final = {
     Phase.EXPLAIN: Station.EXPLANATION,
     Phase.CHALLENGE: Station.CHALLENGE,
 }
-"""First station of each phase."""
 
 
 class _StagePlace(NamedTuple):
@@ -77,7 +74,6 @@ class ShownWork(NamedTuple):
 
     Attributes:
         step: ids of lesson and step; ("", "") outside the lessons.
-        run: true if the student's run is replayed.
     """
 
     step: tuple[str, str]
@@ -95,7 +91,6 @@ class Presenter:
         frozen: true if they keep their picture while the shared session continues.
         panels: true if they show the panels, as students see them.
         expected: number of expected students; 0 if unknown.
-        quotes: students' reasons that the teacher has picked.
         work: one student's work in the station's place, or None.
     """
 
@@ -114,12 +109,7 @@ class Presenter:
     # ---- the stations ------------------------------------------------------------------------------------------------------
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
-        """Show the station that fits the lesson, if that has changed.
-
-        Args:
-            walk: None while no lesson is open.
-            revealed: true if all see the class's answers.
-        """
+        """Show the station that fits the lesson, if that has changed."""
         place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
         if place != self._place:
             before, self._place, self.work = self._place, place, None

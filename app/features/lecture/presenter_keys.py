@@ -17,7 +17,7 @@ PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     # Pressed by the address's script, `page_overlay.js`.
     Hotkey("present_hide", "hide", "Esc", N_("class: the address away"), "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
 )
-"""They replace the keys' usual meaning."""
+"""Keys of a lecture's teacher, which replace their usual meaning."""
 
 CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     *PRESENTER_KEYS,
@@ -25,4 +25,4 @@ CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("clicker_back", "back", "←", N_("class: the thing before"), "4", relayed="ArrowLeft"),
     Hotkey("clicker_blank", "blank", ".", N_("class: the screen black, or live"), "1", relayed="."),
 )
-"""Also keys that some clickers send."""
+"""Teacher keys, and those that some clickers send."""

@@ -15,11 +15,7 @@ from app.web.control_events import on_press
 
 
 class ScreenPanel:
-    """The controls, in the caller's open tab.
-
-    Args:
-        keyed: true if the teacher has a key, which the projector receives.
-    """
+    """The controls, in the caller's open tab."""
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl, keyed: bool) -> None:
         self._presenter, self._lessons, act = control.presenter, control.lessons, control.post
@@ -78,7 +74,6 @@ def next_station_label(presenter: Presenter, following: Station | None) -> str:
 
 
 def covers_html(presenter: Presenter) -> Markup:
-    """Reminder of a covered picture or the time, or ""."""
     pills: list[tuple[str, str]] = []
     if presenter.blank:
         pills.append(("halt", tr("the screen is black")))

@@ -64,11 +64,7 @@ class Banner:
 
 
 class Answers:
-    """Buttons, keys and texts for one student's answers.
-
-    Args:
-        student: id of the tab.
-    """
+    """Buttons, keys and texts for one student's answers."""
 
     def __init__(self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str) -> None:
         self._client, self._panel, self._control, self._student = client, panel, control, student
@@ -121,7 +117,6 @@ class Answers:
             box.visible = place == asked
 
     def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
-        """Update everything. `mine`: the newest ballot; `first`: see `mine_html`."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return
@@ -188,7 +183,6 @@ class HandInBox:
 
     Args:
         post_work: receives both, as plain data.
-        student: id of the tab.
         group: owner of the breakout session; "" in the shared one.
     """
 
@@ -223,7 +217,6 @@ class HandInBox:
         """Update the form.
 
         Args:
-            offered: true if there is something to hand in.
             tab: the lesson's, if the controls are folded.
         """
         in_lesson = tab is not None

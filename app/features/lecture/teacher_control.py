@@ -177,7 +177,6 @@ class TeacherControl:
     # ---- the projector -----------------------------------------------------------------------------------------------------
 
     def present(self) -> None:
-        """Make the projectors follow the shared session; once a frame."""
         poll, presenter, player = self.poll(), self.presenter, self.session.player
         presenter.follow(self._walk, poll is not None and poll.revealed, not self.session.paused)
         runs = presenter.work is not None and presenter.work.run

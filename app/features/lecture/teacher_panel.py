@@ -173,7 +173,6 @@ class TeacherPanel:
         on_press(command, act)
 
     def show(self, poll: Poll | None) -> None:
-        """Update all tabs. `poll`: the shared session's question."""
         presenter, classroom = self._control.presenter, self._control.classroom
         self._screen.show()
         self._board.show()
@@ -217,7 +216,6 @@ class AssistantPanel:
     """Tab of a teacher while another one leads: a line, a button, and the notes.
 
     Args:
-        notes: Markdown by lesson id; None without a key.
         take_over: called on the network's thread.
     """
 

@@ -13,7 +13,6 @@ from controllers.errors import BadSetting
 T = TypeVar("T")
 
 LARGEST: Final = 1e6
-"""Largest number in a lesson."""
 
 NEEDED: Final[Any] = object()
 """Default that makes a key required."""

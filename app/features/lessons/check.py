@@ -27,7 +27,6 @@ from app.plots.curve_chart import COLUMNS
 from scenes.settings import LawSettings
 
 WRONG_PATHS: Final = 3
-"""Fewest wrong paths of a lesson."""
 
 PathKind = Literal["reference", "answer", "drawing", "untouched", "attempt", "lesson"]
 
@@ -116,7 +115,6 @@ def _ensure(condition: bool, text: str) -> None:
 
 
 def _reference(walk: Walkthrough) -> str:
-    """Walk with the right answers and the first attempt that passes; return the measured values."""
     lesson, found = walk.lesson, list[str]()
     for number, step in enumerate(lesson.steps):
         where = f"step {number + 1}, {step.id}"

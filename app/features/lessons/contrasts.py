@@ -46,7 +46,6 @@ class ContrastSize:
 
     @property
     def moves_otherwise(self) -> bool:
-        """True if the curves differ at a glance."""
         return self.turn >= LEAST_TURN and self.swing >= LEAST_SWING
 
     @property

@@ -70,9 +70,7 @@ class Contrast:
 
     Attributes:
         headline: the difference, and if the answer is right in this run.
-        keys: settings that differ.
         here, asked: the difference as in this run, and as in the step's run.
-        names: short names of the two runs, for a legend.
     """
 
     headline: str

@@ -104,7 +104,6 @@ class Question:
         return values[0] / values[1]
 
     def supported(self, value: Value) -> int | None:
-        """Index of the choice that a measured value supports, or None."""
         if value is None or value != value or not self.expects:
             return None
         ranges = [e for e in self.expects if isinstance(e, tuple)]
@@ -274,11 +273,7 @@ class LessonProblem:
 
 @dataclass(frozen=True)
 class LessonBook:
-    """All readable lessons, in order, and the faults of the others.
-
-    Attributes:
-        translated: returns the book in another language; None if there is no translation.
-    """
+    """All readable lessons, in order, and the faults of the others."""
 
     lessons: tuple[Lesson, ...]
     problems: tuple[LessonProblem, ...]
@@ -289,7 +284,6 @@ class LessonBook:
 
     @property
     def first(self) -> int:
-        """Index of the first lesson that is not a test."""
         return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
     def index(self, name: object) -> int:

@@ -88,7 +88,6 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
 
 
 def problems_of(path: Path, fault: Fault, more: str = "") -> list[LessonProblem]:
-    """All faults of a file. `more`: appended to each message."""
     return [LessonProblem(path.name, one.line, one.message + more) for one in fault.all]
 
 

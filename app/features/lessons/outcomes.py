@@ -75,7 +75,6 @@ class StepOutcome:
         """Format every number with its label, and the remarks on the run.
 
         Args:
-            tabled: ids of measurements that have a table elsewhere.
             told: ids of those that a text shows; their lines are left out if others remain.
         """
         lines, words = list[str](), words_of(language)
@@ -186,7 +185,6 @@ class Attempt:
 
     @property
     def text(self) -> str:
-        """The whole text, misses first."""
         ordered = sorted(self.judgements, key=lambda j: j.passed)
         return " ".join((self.note, *(j.text for j in ordered))).strip()
 

@@ -30,7 +30,6 @@ def kept_reason(typed: str) -> str:
 
 
 MOST_TRIES: Final = 30
-"""Number of tries that are kept."""
 
 
 class Try(NamedTuple):
@@ -51,7 +50,6 @@ class StepProgress:
     """Progress in one step.
 
     Attributes:
-        choice: index of the answer, or None.
         guess: guessed distance on the line of contact [m], or None.
         why: outcome of the run that shows why the answer is wrong.
         because: reason for the prediction.
@@ -96,7 +94,6 @@ class Progress:
     steps: dict[tuple[str, str], StepProgress] = field(default_factory=dict)
 
     def at(self, lesson: str, step: str) -> StepProgress:
-        """Progress in a step, created if missing."""
         return self.steps.setdefault((lesson, step), StepProgress())
 
 
@@ -137,7 +134,6 @@ _Word = Annotated[str, msgspec.Meta(max_length=80)]
 
 
 def _read(value: object, kind: Any, otherwise: Any) -> Any:
-    """Convert plain data to a type; `otherwise` if that fails."""
     try:
         return msgspec.convert(value if kind in (str, _Word) else _numbers(value), kind, dec_hook=_text)
     except (msgspec.MsgspecError, RecursionError):

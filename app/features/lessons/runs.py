@@ -16,7 +16,6 @@ from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs, values
 
 Pairs = tuple[tuple[str, Any], ...]
-"""Ordered keys and values: a hashable dictionary."""
 
 InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
 """The experiment's autopilot, none, the student, a script, a recorded file, or the student's motion in an

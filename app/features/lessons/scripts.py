@@ -22,7 +22,6 @@ Motion = Callable[[float], Target]
 """Time [s] → target."""
 
 POSTURES: Final = 150
-"""Number of postures along one null-space motion."""
 
 
 def _hand(simulation: Simulation) -> Array:
@@ -176,7 +175,6 @@ class ScriptEntry:
     beside: tuple[Obstacle, ...]
 
     def fits(self, scene: str) -> bool:
-        """True if the experiment has something for it to move."""
         experiment = EXPERIMENTS[scene]
         return experiment.moves == self.moves and experiment.obstacle in self.beside
 
@@ -186,7 +184,6 @@ class ScriptEntry:
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Names of the parameters that are places."""
         return tuple(key for key, parameter in self.parameters.items() if parameter.annotation is RoomPlace)
 
 
@@ -235,5 +232,4 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
 
 
 def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> Scripted:
-    """Target source of a script, in a simulation that has just begun."""
     return Scripted(SCRIPTS[name].make(simulation, **dict(parameters)))

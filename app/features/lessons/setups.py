@@ -51,7 +51,6 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
 
 
 def usual_setup(folder: Path) -> Setup:
-    """Default run of a lesson. `folder`: of its files."""
     return Setup((), AUTOPILOT, None, USUAL, folder)
 
 

@@ -18,7 +18,6 @@ from app.i18n.speaking import N_
 _SENTENCE_END: Final = re.compile(r"(?<=[.!?])\s+")
 
 PLOTTED_TRIES: Final = 3
-"""Fewest tries at a search that are plotted."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +38,7 @@ class StepView(StepPosition):
     Attributes:
         texts: (phase or "goal", text), those that may be seen by now, in order.
         drawing: the drawn curve, with the truth once the outcome is known; None without a drawing.
-        locked: true if Run is locked until a prediction.
         why_outcome: measured lines of the run that shows why the answer is wrong.
-        own_curve: true if a drawn λ(d) can be run now.
         why: true if a run shows why the answer is wrong; `showing` while it is on.
         contrast: difference of that run, while it is on.
         tries: at a search, once there are enough to plot; pushes of a duel.
@@ -76,7 +73,6 @@ class LessonEntry:
 
     Attributes:
         finished: for each step.
-        here: true if the student was in this lesson last.
         step: where it opens (0-based).
     """
 
@@ -166,7 +162,6 @@ def contrast(at: StepPosition) -> Contrast | None:
 
 
 def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
-    """Verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None

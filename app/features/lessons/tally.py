@@ -7,7 +7,6 @@ from typing import NamedTuple
 from app.plots.curve_chart import Curve
 
 QuestionId = tuple[str, str]
-"""Lesson id and step id."""
 
 
 class Ballot(NamedTuple):
@@ -21,7 +20,6 @@ class Tally(NamedTuple):
 
     Attributes:
         waiting: present students without an answer or a curve.
-        handed_in: students with an answer or a curve.
     """
 
     counts: tuple[int, ...]
@@ -68,7 +66,6 @@ def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
 
 
 def switches_between(before: Mapping[str, Ballot], after: Mapping[str, Ballot]) -> tuple[Switch, ...]:
-    """Count each pair of answers that a student gave in two rounds."""
     pairs = Counter[tuple[int, int]]()
     for student in before.keys() & after.keys():
         old, new = before[student].choice, after[student].choice

@@ -236,7 +236,6 @@ class Walkthrough:
         return True
 
     def hint(self) -> str | None:
-        """Open the next hint; None if all are open."""
         hints, done = self.step.hints, self.done
         if done.hints >= len(hints):
             return None
@@ -262,7 +261,6 @@ class Walkthrough:
 
     @property
     def yours(self) -> bool:
-        """True if the student moves in the current run."""
         return self.setup.input.kind == "yours"
 
     @property
@@ -271,7 +269,6 @@ class Walkthrough:
 
     @property
     def pushes(self) -> bool:
-        """True if the current run is a push of a duel."""
         return self.duel and self.challenge is not None
 
     @property
@@ -281,7 +278,6 @@ class Walkthrough:
 
     @property
     def nearest(self) -> Recorded | None:
-        """Nearest push of the step's duel, or None."""
         person = self.kept.get(self._nearest) if self.pushes and self.done.tries else None
         return person.recorded if isinstance(person, RecordedPerson) else None
 
@@ -305,7 +301,6 @@ class Walkthrough:
         return asked
 
     def finished(self, simulation: Simulation) -> bool:
-        """True if the run is as long as the step asks for."""
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
     def observe(self, simulation: Simulation) -> StepOutcome:
@@ -388,7 +383,6 @@ class Walkthrough:
         return make_view(self._place(book), self.yours, self._ahead() is not None, self._behind() is not None)
 
     def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
-        """Yield every lesson with the student's progress. `book`: as for `view`."""
         begun = self.begun or self.step is not self.book.lessons[self.book.first].steps[0]
         for lesson in (book or self.book).lessons:
             finished = tuple(is_finished(step, self.done_in(lesson.id, step.id)) for step in lesson.steps)
@@ -404,7 +398,6 @@ class Walkthrough:
     # ---- inside ------------------------------------------------------------------------------------------------------------
 
     def _enter(self, at: Bookmark, phase: Phase) -> None:
-        """Enter a phase of a step; a run begins if it differs from the current one."""
         showed, self.beside = self.showing, None
         self._at, self.phase = at, phase
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.

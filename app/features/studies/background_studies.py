@@ -31,7 +31,6 @@ class BackgroundParts(Generic[Part, Result]):
     """A result in parts, computed on demand, and again when the settings change.
 
     Args:
-        wake: called when a part is ready.
         compute: (settings, part) → result, at a module's top level.
         relevant: replaces irrelevant settings of a run by fixed values.
     """

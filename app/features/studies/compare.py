@@ -120,12 +120,10 @@ class ComparePanel(PagePanel):
         self._broken.content = _in_panel(_tip(attack_html(attack)))
 
     def _asked(self, questions: Studies) -> Markup:
-        """Answer to “what if”; before it, the place of the slider, which flashes."""
         block = _what_if_block(questions)
         return block if questions.what_if is not None else flash_html(self._controls.places(("dm",))) + block
 
     def _found(self, search: KnobSearch) -> Markup:
-        """Result of “same distance”; its slider flashes."""
         words = _tip(tr("Computing …") if search.busy else tr(search.message))
         return flash_html(self._controls.places(search.turned)) + words
 

@@ -59,7 +59,7 @@ AHEAD: Final = 0.01
 """Desired margin of the nearest pair above d_m at the start [m]."""
 
 FIRM: Final = 0.4
-"""|J_d| below which a pair is left out there [m/rad]."""
+"""|J_d| below which a pair is ignored at the start [m/rad]."""
 
 REFINEMENTS: Final = 60
 """Refinement runs per candidate."""
@@ -240,7 +240,6 @@ class _Search:
         self._worst: Found | None = None
 
     def found(self, refine: bool) -> Found:
-        """Worst run. `refine`: refine it in any case."""
         # Loads too slowly for the first picture.
         from scipy.optimize import minimize
 
@@ -323,7 +322,7 @@ class _Search:
         return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
 
     def _way(self, start: Array) -> Array:
-        """Random waypoints (`LEGS`, size): about elbow, wrist or hand of the arm that is not guided, or about `REST`."""
+        """Random waypoints (`LEGS`, size) about `REST`, or elbow, wrist or hand of the arm that is not guided."""
         dice = self._dice
         if self._settings.experiment.moves == "person":
             return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))

@@ -19,7 +19,6 @@ STARTS: Final = 16
 """Fewest start postures: on a busy machine a search lasts longer."""
 
 NAME: Final = LazyText("the worst run found")
-"""Name of the replay."""
 
 
 class CounterexampleSearch:
@@ -30,7 +29,6 @@ class CounterexampleSearch:
         wake: called from any thread on a new result.
 
     Attributes:
-        replayed: newest replayed attack.
         message: for the visitor: why nothing can be searched or replayed, or "".
     """
 

@@ -27,7 +27,6 @@ class KnobSearch:
 
     Attributes:
         message: result or reason, for the visitor; "" before the first search.
-        turned: keys of the settings that the last search has set.
     """
 
     def __init__(
@@ -48,11 +47,7 @@ class KnobSearch:
         return self._asked is not None
 
     def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
-        """Search for the knob of the ghost's law at the run's distance; with a frozen ghost the reverse.
-
-        Args:
-            frozen: settings of a frozen ghost.
-        """
+        """Search for the knob of the ghost's law at the run's distance; with a frozen ghost the reverse."""
         self.turned = ()
         settings = self._settings()
         run, ghost = settings.run, settings.page.ghost

@@ -38,7 +38,6 @@ MATCH: Final = 0.001
 """Largest difference of two equal smallest distances [m]."""
 
 MOST_RERUNS: Final = 24
-"""Most runs of a search."""
 
 _FIRST_LOOK: Final = 7
 """Number of first values, spread over the knob's range."""
@@ -92,11 +91,7 @@ def knob_range(knob: Knob) -> tuple[float, float]:
 
 
 def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted: float) -> tuple[float | None, float]:
-    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m].
-
-    Args:
-        distance: of a value [m].
-    """
+    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m]."""
     low, high = ends
     found = {
         value: distance(value) - wanted

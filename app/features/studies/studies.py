@@ -29,7 +29,6 @@ SMOOTHNESS_WINDOW: Final = 10.0
 Who = Literal["law", "ghost"]
 
 LEAST: Final = 50
-"""Fewest steps to measure."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,6 @@ class Studies:
         wake: called from any thread on a new result.
 
     Attributes:
-        what_if: the last part of the run with the current settings, or None.
         message: why something could not be computed, for the visitor, or "".
     """
 
@@ -65,7 +63,6 @@ class Studies:
 
     @property
     def busy(self) -> bool:
-        """True if anything is being computed, or about to be."""
         return self._rested is not None or any(kind != "warm" for kind in self._jobs.kinds)
 
     def prepare(self, settings: Settings) -> None:

@@ -28,7 +28,6 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
 
     Args:
         size: finished share, from 0 to 1.
-        run: its n and v are marked.
         height: [CSS px].
     """
     chart = Chart(FRAME)
@@ -78,7 +77,6 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
 
     Args:
         size: finished share, from 0 to 1.
-        run: its law is drawn thick.
         height: [CSS px].
     """
     inside = [p.e2_max for points in curves.values() for p in points if 0.0 <= p.d_min <= 0.8 * FAR]

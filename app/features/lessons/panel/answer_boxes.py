@@ -97,9 +97,6 @@ def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
     """Data of the card for a guess: label, value [mm], step, and box ("" if closed); {} if the step asks for
     no distance, or the reader is not the operator.
-
-    Args:
-        box: id of the box on an operator's page, else "".
     """
     if not box or not lessons.open or lessons.listing or not asks_for_distance(lessons.walk.step):
         return {}
@@ -159,7 +156,6 @@ def takes_reason(step: Step, phase: Phase) -> bool:
 
 
 def add_readers(gui: viser.GuiApi, tab: viser.GuiTabHandle, order: float) -> viser.GuiHtmlHandle:
-    """Add a hidden line below a box that says who reads it."""
     words = element("p", tr("Only your lab report shows it; you decide who gets that."), class_="crumb")
     with tab:
         return gui.add_html(element("div", "", words, class_="duet duet-lesson"), order=order, visible=False)

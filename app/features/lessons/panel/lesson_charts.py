@@ -27,7 +27,6 @@ BOTTOM: Final = 132.0
 """Edges of the plot [px]."""
 
 MARGIN: Final = 0.12
-"""Margin of the axes, as a share of the shown range."""
 
 
 def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language) -> Markup:
@@ -81,7 +80,6 @@ TRACK_POINTS: Final = 240
 
 
 def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:
-    """Chart of two complete runs of equal length, with d_m."""
     end, critical = own.time, own.settings.law.critical_distance
     tracks = [_track(run.history.table()) for run in (own, rival)]
     low, high = min(-0.05, *(float(ys.min()) for _, ys in tracks)), max(float(ys.max()) for _, ys in tracks)

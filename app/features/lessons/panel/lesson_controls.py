@@ -332,7 +332,6 @@ class LessonControls(PagePanel):
 
 
 def flash_style(places: tuple[tuple[str, str], ...]) -> str:
-    """CSS that makes controls flash. `places`: see `Controls.places`."""
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )

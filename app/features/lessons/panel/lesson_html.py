@@ -38,11 +38,7 @@ _DUEL: Final = "features/lessons/panel/duel.html"
 
 
 def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
-    """HTML of every block, "" for an empty one.
-
-    Args:
-        operated: true if the reader has answer buttons; otherwise the answers are listed.
-    """
+    """HTML of every block, "" for an empty one."""
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
     observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
     verdict = _verdict_html(view, computing)
@@ -176,5 +172,4 @@ def rules_html(css: str) -> Markup:
 
 
 def choice_label(number: int, text: str, chosen: bool) -> str:
-    """Label of an answer's button; `number` is 1-based."""
     return f"{'● ' if chosen else ''}{number}   {plain(text)}"

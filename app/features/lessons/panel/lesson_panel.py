@@ -32,7 +32,6 @@ NARROW_WIDTH: Final = 300
 """Width in a narrow window [CSS px]."""
 
 ORDER: Final = {name: float(10 * place) for place, name in enumerate(BLOCKS, 1)}
-"""Order of each block; buttons are between them."""
 
 VERDICT: Final = 0.5
 """First, so that a phone shows it."""
@@ -71,9 +70,7 @@ class LessonPanel:
         self.panel: viser.PanelHandle | None = None
         self.tab: viser.GuiTabHandle | None = None
         self.openers: dict[str, str] = {}
-        """Lesson id → id of its button, on an operator's page."""
         self.guess_box = ""
-        """Id of the box for a guess of d, on an operator's page."""
         self.edits = False
         self.contrast: Contrast | None = None
         self.run_names: tuple[str, str] | None = None
@@ -196,5 +193,4 @@ def asks_for_settings(view: StepView) -> bool:
 
 
 def panel_style(width: float, hidden: str = "") -> str:
-    """CSS that makes room for the panel. `hidden`: selectors to hide."""
     return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))

@@ -24,7 +24,6 @@ from controllers.errors import LazyText
 log = logging.getLogger("duet.lessons")
 
 MOST_PROBLEMS = 5
-"""Most faults shown to a visitor at once."""
 
 
 class LessonServer(ServerPart):

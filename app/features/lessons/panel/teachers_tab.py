@@ -13,7 +13,6 @@ from app.page.panels.server_load import ServerLoad, load_pills
 from app.text.templates import element, macros
 
 ORDER: Final = -20.0
-"""Order of a teacher's tabs: above the controls."""
 
 
 class NotesView:

@@ -40,7 +40,6 @@ OF_STEPS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plo
 _SEEN: Final = "seen"
 _KEPT: Final = "kept"
 _TAB: Final = "\t"
-"""Separator in a recording's name."""
 
 
 class LessonSession(SessionPart):
@@ -69,7 +68,6 @@ class LessonSession(SessionPart):
         self.version += 1
         self.pace: OpenSteps | None = None
         self.left: SavedLesson | None = None
-        """Saved state, until `resume`; else None."""
         self._reopened: SavedLesson | None = None
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._walk: Walkthrough | None = None
@@ -186,7 +184,6 @@ class LessonSession(SessionPart):
         )
 
     def resume(self, saved: SavedLesson, reopen: bool) -> None:
-        """Restore saved state. `reopen`: also the visitor's place."""
         if not self.book.lessons:
             return
         self.left = None
@@ -256,7 +253,6 @@ class LessonSession(SessionPart):
 
     @property
     def computing(self) -> bool:
-        """True while something waits for a further run."""
         return self._waiting is not None
 
     def act(self, action: lesson_actions.LessonAction) -> None:

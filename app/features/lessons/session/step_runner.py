@@ -30,7 +30,6 @@ _RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
 
 
 def _make_runs(step: Step, why: Setup | None) -> None:
-    """Simulate all further runs of a step in advance."""
     try:
         if why is not None:
             reference(step, why)
@@ -72,7 +71,6 @@ class StepRunner:
 
     Attributes:
         further: simulation of the further runs; done if nothing is pending.
-        seen: (lesson, step) → run in which the visitor saw its outcome.
     """
 
     def __init__(self, session: Session) -> None:
@@ -136,7 +134,6 @@ class StepRunner:
         self._session.notify("A setting of the lesson is not possible here", problem)
 
     def observe(self, walk: Walkthrough) -> None:
-        """Measure the run, and keep it if it answers the question."""
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
         if walk.observe(self._session.simulation).complete and not showing and self._session.law_status.file is None:
             recorded = self._session.inputs.window(LONGEST)
@@ -168,7 +165,6 @@ class StepRunner:
         walk.attempt(session.simulation, forecasts, person)
 
     def advance_law_tests(self, walk: Walkthrough) -> bool:
-        """Poll the custom law's tests; true if anything is new."""
         before, self._tests = self._tests, tests_of(self._session)
         if self._tests == before:
             return False
