@@ -93,7 +93,7 @@ def plain_svg(svg: str) -> Markup:
 
 
 def records_html(records: Sequence[StepRecord]) -> Markup:
-    """ "" without records."""
+    """Element with the records; "" without records."""
     if not records:
         return Markup()
     data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}
