@@ -35,8 +35,6 @@ class SweepFiles:
 
     Args:
         folder: created by `recording`.
-        grid: its points are the rows.
-        form: of the complete table.
 
     Raises:
         BadSetting: it holds another sweep, or pyarrow is missing for Parquet.

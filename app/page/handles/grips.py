@@ -20,12 +20,7 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 
 
 class Grip:
-    """Nodes, of which one is pulled at a time.
-
-    Args:
-        nodes: that can be pulled.
-        holder: who pulls.
-    """
+    """Nodes, of which one is pulled at a time."""
 
     def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
         self._holder = holder
