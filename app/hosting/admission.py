@@ -23,7 +23,7 @@ class Admission:
     """Arriving and leaving browsers, and the queue for pages. Belongs to the frame loop's thread.
 
     Args:
-        build: begins a client's page; the language of others may be set between two pieces.
+        build: begins a client's page; the language of others may be set between two pieces, which it does not notice.
         failed: called in the handler of an exception that `build` raised.
     """
 

@@ -28,9 +28,7 @@ class AppContext:
     """What all hosts and visitors share.
 
     Attributes:
-        jobs: background jobs of all sessions.
         law: makes the late law of a session.
-        errors: log of failures in the pages' frames.
         panels: makers of the features' panels on an operator's page.
         key_help: rows of features in the page's table of keys.
         overlays: makers of what features draw on a page that shows a session.

@@ -28,7 +28,6 @@ class FrameLoop:
 
     Args:
         frame: advances and draws everything, given the wall time and the time since the last frame [s].
-        due: set to ask for a frame at once.
         note: called after every frame with its wall time and the time since the last one [s].
         clock: wall time [s].
     """

@@ -24,7 +24,6 @@ class PrivateHost:
 
     Attributes:
         visitors: by client id, once their pages are built.
-        joining: pages of those who join.
     """
 
     def __init__(self, context: AppContext) -> None:

@@ -40,10 +40,6 @@ class FeatureOptions:
     def held(self, port: int, until: ExitStack) -> Self:
         """Take what the server holds while it runs, such as a file's lock; return the options to serve with.
 
-        Args:
-            port: at which the server listens.
-            until: the server's end.
-
         Raises:
             DuetError: another server has it.
         """

@@ -45,7 +45,6 @@ class Guesses:
     Belongs to the network's thread.
 
     Args:
-        key: the teacher's, or None.
         clock: time [s].
     """
 

@@ -49,7 +49,6 @@ class Visitor:
     """A private session and its page: claimed from the store, or new. The page exists once `build` has ended.
 
     Args:
-        problems: messages about the visitor's link.
         private: True if the session belongs to no student: others may join it.
         query: key of the session in the store; None for the page's own.
 

@@ -1,4 +1,5 @@
-"""A visitor's camera: shows whole arms, and follows until the visitor moves it."""
+"""A visitor's camera: shows the experiment, or what a part of the page asks for, and follows until the visitor
+moves it."""
 
 import math
 from collections import deque
@@ -30,7 +31,7 @@ NEAR_EDGE: Final = 0.04
 """Margin of the free part at which the camera begins to follow [share]."""
 
 ROOM: Final = 0.12
-"""Margin of the free part after a move [share]."""
+"""Margin of the free part after a move, so that the camera need not follow soon again [share]."""
 
 SETTLING: Final = 6.0
 """Time during which a newcomer's camera follows the picture's shape at once [s of wall time]."""

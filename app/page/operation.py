@@ -47,8 +47,6 @@ class Operation:
         whole: whether all settings are shown.
         private: whether this is the page of a private session.
         owners: whether this is the page of the person who started the server.
-        panels: makers of the features' panels.
-        key_help: rows of features for the table of keys.
 
     Attributes:
         whole: the visitor's later choice.

@@ -28,7 +28,6 @@ class PanelContext:
         private: whether the session is this visitor's alone, not of a class or group.
         owners: True on the page of the person who started the server.
         instead: keys with another meaning on this page, which others watch.
-        made: panels made so far.
         links: each returns the content of a link in place of settings, or None.
     """
 

@@ -53,11 +53,8 @@ class View:
         language: of the reader; None for the session's.
         folds: whether the controls make room for a panel at the left on a narrow window.
         tip: what the reader can do and watch; None for the visitor's, or the class's.
-        overlays: makers of the features' parts.
 
     Attributes:
-        private: whether this is the page of one client.
-        narrow: whether its window is narrow.
         camera: set by a part: returns what of the live run must be seen; None for the experiment's own view.
         keeps_back: set by a part: True while a question waits for its answer, so that the law's values are
             hidden.

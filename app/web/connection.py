@@ -117,7 +117,7 @@ class FilteredConnection(ServerConnection):
 
     @property
     def address(self) -> str:
-        """ "" if unknown."""
+        """Address of the browser; "" if unknown."""
         peer = self.remote_address
         return str(peer[0]) if peer else ""
 

@@ -51,7 +51,6 @@ class Entries:
         claimed.
 
         Args:
-            control: its id on the page.
             settle: gives the control this value on the server, overwriting later writes.
         """
         with self._lock:

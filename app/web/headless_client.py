@@ -148,7 +148,6 @@ class HeadlessClient:
 
     Args:
         url: of the page, such as `http://127.0.0.1:8080` (or `ws://`).
-        query: the deep link's, without `?`.
         decode: False only counts frames and bytes, which is far cheaper.
         headers: extra ones, such as a page's Origin or a browser's Accept-Language.
 

@@ -29,7 +29,6 @@ class PageAssets:
 
     Attributes:
         scripts: JavaScript files in running order.
-        styles: CSS files.
         constants: properties of `window.duet`, as JSON can hold them.
     """
 
@@ -104,7 +103,6 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
     """Add our parts to viser's page.
 
     Args:
-        client_html: viser's own `index.html`.
         assets: further scripts and style sheets; a script may add to `duet.query` what the server needs to
             know.
         body: HTML at the beginning of the page's body.

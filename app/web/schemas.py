@@ -223,7 +223,6 @@ class Control:
         enabled: False while it is greyed out.
         low, high: bounds, one for all components or one each, or None.
         options: allowed texts; None for any.
-        takes_files: True for an upload button.
     """
 
     scope: Scope

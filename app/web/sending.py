@@ -232,7 +232,7 @@ class ClientBuffer(MessageBuffer):
                     yield found
 
     def _take(self) -> list[Message]:
-        """Oldest waiting messages; empty within an atomic block."""
+        """Oldest waiting messages; empty within an atomic block, which wakes the sender at its end."""
         with self.buffer_lock:
             self._woken = self._timed = False
             if self.atomic_counter:

@@ -87,14 +87,12 @@ class DuetServer(viser.ViserServer):
         max_clients: places; when all are taken a browser gets a page that waits for one. None for no limit.
         documents: further pages by path, such as "/documents/model", rendered outside the network's thread.
         assets: scripts and style sheets of every page, before viser's own.
-        body: HTML at the beginning of every page's body.
         delay: of an answer to an address and a query [s]. Called on the network's thread.
         listener: source of connections, already bound to `port`.
         run: see below; "" makes one.
 
     Attributes:
         max_clients: may be set at any time.
-        gate: filter of messages.
         always_admits: whether a page with a query gets in when every place is taken.
         trusts: whether a page with a query may connect from an unknown address.
         takes_over: whether a page with a query ends the earlier connections of its tab.

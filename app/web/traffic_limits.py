@@ -51,7 +51,6 @@ class Allowance:
 
     Args:
         per_second: rate at which it fills.
-        most: capacity.
     """
 
     def __init__(self, per_second: float, most: float) -> None:

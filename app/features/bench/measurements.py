@@ -31,7 +31,6 @@ def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
     """All figures.
 
     Args:
-        steps: measured steps of each scene.
         seconds: duration of each measurement of a visitor [s].
     """
     yield from measure_steps(steps, robot).items()

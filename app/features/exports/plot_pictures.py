@@ -35,7 +35,7 @@ HEIGHT: Final = 1.85
 """Height of a picture, and of each of its panels [inch]."""
 
 MOST_MARKS: Final = 40
-"""Most marked changes of settings."""
+"""Most marked changes of settings; more would be a grey area."""
 
 LONGEST: Final = 2.4
 """Largest end of the axis of speeds [m/s]."""

@@ -30,10 +30,8 @@ def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "
     from a stored state with the recorded inputs, in the text or, if too long, in a file.
 
     Args:
-        whole: the whole recorded run.
         recorded: its newest piece, at least `seconds` long, or all that there is.
         seconds: length to compute [s].
-        name: of the program's files, without ending.
     """
     steps = newest_steps(recorded, seconds)
     if is_fresh(whole):

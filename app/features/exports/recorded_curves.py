@@ -64,7 +64,6 @@ class Panel:
     Attributes:
         unit: of the axis, or "".
         times: (k,) [s].
-        limits: both ends of the axis.
         rows: names of the axis's whole numbers, from 0; empty for an axis of numbers.
         note: sentence in place of the lines.
     """

@@ -37,7 +37,6 @@ class Track:
     """Changes of one property of one node.
 
     Attributes:
-        node: name in the scene.
         what: `TURN`, `PLACE`, `SEEN`, or one of the node's own properties.
         frames: of the changes, ascending from 0.
         values: from each frame on: a row of numbers, an array, a text, a number, a flag.
@@ -73,9 +72,6 @@ class Filmed:
 
 def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed:
     """Film of the last `seconds` [s] of a recorded piece; inf for all.
-
-    Args:
-        page: theme, profile and kind of picture.
 
     Raises:
         BadSetting: it cannot be made here.

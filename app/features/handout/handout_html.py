@@ -22,7 +22,6 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
     """Page to print in the current language; it loads and runs nothing.
 
     Args:
-        lesson: with the texts of that language.
         notes: the teacher's, as Markdown; None for the student's copy, which reveals no outcome.
     """
     read = None if notes is None else read_notes(notes)

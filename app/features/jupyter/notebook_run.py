@@ -126,7 +126,6 @@ class NotebookRun:
         settings: with which it begins.
 
     Attributes:
-        key: of its pages.
         port: of the server, at 127.0.0.1.
         server_run: the server's random word, by which a page recognises it.
         closed: True once it has ended; it can't begin again.

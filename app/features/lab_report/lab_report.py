@@ -57,7 +57,6 @@ class ReportEntry:
 
     Attributes:
         view: of the step at its end, with the student's work.
-        settings: in readable form.
         plot: <svg> element, as from `app.features.exports.plot_pictures.inline_svg`.
     """
 

@@ -42,7 +42,6 @@ class StepRecord:
         prediction: number of the chosen answer, from 1, or None.
         right: None if the outcome was not seen.
         passed: None without a challenge.
-        attempts: at the challenge.
     """
 
     lesson: _Name
@@ -64,8 +63,6 @@ def locked_page(template: str, title: str, styles: Sequence[Path], **values: obj
 
     Args:
         template: that extends "features/lab_report/page.html".
-        styles: style sheets.
-        values: of the template's names.
     """
     files = "".join(file.read_text(encoding="utf-8") for file in styles)
     sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
@@ -93,7 +90,7 @@ def plain_svg(svg: str) -> Markup:
 
 
 def records_html(records: Sequence[StepRecord]) -> Markup:
-    """ "" without records."""
+    """Element with the records; "" without records."""
     if not records:
         return Markup()
     data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}

@@ -52,7 +52,6 @@ class LeagueRow(NamedTuple):
         at_bounds: share of the time.
         step_us: median of the scenes [µs].
         values: of the knob, one per scene; SI.
-        notes: why runs are missing.
     """
 
     entrant: Entrant

@@ -50,7 +50,6 @@ class Person(NamedTuple):
     Attributes:
         half: "public", or "hidden" if the seed is in no file.
         number: in that half, from 1.
-        seed: of the motion.
         speed: largest [m/s]; the experiment's own person, faster or slower.
     """
 
@@ -119,7 +118,6 @@ class LeagueRun(NamedTuple):
     """Result of one run; SI units.
 
     Attributes:
-        half, number, speed: of the person.
         lost: how far d fell from d_m or above to below it while w ≤ v [m].
         d_min: smallest distance [m].
         e2_max: largest squared error, m² or rad².

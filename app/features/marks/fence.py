@@ -85,7 +85,7 @@ def fenced(
 
 
 def isolation_of(limits: FenceLimits) -> str:
-    """ "full", "network" or "none"; "" if no process can be started."""
+    """Isolation of a file here: "full", "network" or "none"; "" if no process can be started."""
     levels: list[str] = []
     fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
     return levels[0] if levels else ""

@@ -45,7 +45,6 @@ class Remark(NamedTuple):
     Attributes:
         passed: None for a remark on the whole file.
         text: the reason.
-        maximum: points that it is worth.
         more: what to try, and which lesson to read.
         curve: of the failed run, or None.
     """
@@ -65,7 +64,6 @@ class GradedFile:
 
     Attributes:
         isolation: see `app.features.marks.marked.LawMarks`.
-        records: of a report.
         full_marks: text if nothing failed, else "".
     """
 

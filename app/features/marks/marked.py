@@ -48,10 +48,7 @@ def marked(
     """Marks of a file.
 
     Args:
-        name: of the file, for its messages.
-        text: content of the file.
         stopped: polled; True gives up.
-        language: of the reasons.
     """
     marks = LawMarks()
     why = fenced("app.features.marks.marked", [name, language], text, partial(take, marks), limits, stopped)

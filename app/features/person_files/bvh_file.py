@@ -224,7 +224,7 @@ class _Reader:
         return line
 
     def _words(self, first: str, count: int | None) -> list[str]:
-        """Words after `first` in the next line."""
+        """Words after the first of the next line, which must be `first`."""
         words = self._next(first).split()
         if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
             if count is None:

@@ -48,10 +48,6 @@ def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
     """The revolute joints from the root to the hand; without a named hand, up to a fork, a gripper or the
     end.
 
-    Args:
-        name: of the file, for messages.
-        hand: name of the hand's link.
-
     Raises:
         BadInputFile: no chain of 5 to 7 revolute joints, or no link of that name.
     """

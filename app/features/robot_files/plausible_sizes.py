@@ -47,7 +47,6 @@ class Solid:
 
     Attributes:
         joint: index of the joint that carries it.
-        form: as in the file.
         mesh: in the frame of that joint [m].
         colour: (3,) in 0 … 255.
         pose: (4, 4) of its form in the frame of that joint [m].

@@ -31,9 +31,7 @@ class RobotFile:
 
     Attributes:
         key: of the setting `robot`: file name, and a hash of file, meshes and a named hand.
-        text: content of the file.
         meshes: name of a mesh, as in the URDF → its file.
-        guesses: line that names what was guessed.
     """
 
     key: str

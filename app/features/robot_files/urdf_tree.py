@@ -101,7 +101,6 @@ class UrdfJoint:
 
     Attributes:
         kind: one of `KINDS`.
-        parent, child: names of links.
         pose: (4, 4) of the child in the frame of the parent at angle 0 [m].
         axis: (3,), not normalised.
         lower, upper, velocity: as in the file [rad, rad/s], or None.
@@ -128,7 +127,6 @@ class UrdfTree:
     """A robot: one tree of links from one root.
 
     Attributes:
-        version: of the format.
         links, joints: in the order of the file, with unique names.
         root: name of the link without a parent.
     """

@@ -14,10 +14,6 @@ from scenes.targets import HandTarget, LinkTarget, Target
 class SecondHand:
     """A guest's hand, with a session's interface for its handles, see `app.page.handles.holder.Holder`.
 
-    Args:
-        session: of the host.
-        do: carries out the guest's actions.
-
     Attributes:
         posts: waiting actions, kept out of the session's own queue, where they could mean more than a pull.
     """

@@ -66,7 +66,6 @@ class Change(NamedTuple):
 
     Attributes:
         saved: [s since 1970].
-        parts: new ones by name.
         gone: names of parts that are no longer needed.
     """
 

@@ -58,7 +58,6 @@ class HeatmapPlan:
     """Use of the axes.
 
     Attributes:
-        x: along the picture.
         y: up a heat map; None for lines.
         series: a line each; None for a heat map, or a single line.
         panels: settings of each panel, as index of a value for each of `beside`.

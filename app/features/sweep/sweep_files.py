@@ -34,8 +34,6 @@ class SweepFiles:
 
     Args:
         folder: made by `recording` if it is not there.
-        grid: its points are the rows.
-        form: of the complete table.
 
     Raises:
         BadSetting: it holds another sweep, or Parquet is asked for and pyarrow is not installed.

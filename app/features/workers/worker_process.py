@@ -23,7 +23,6 @@ class WorkerProcess:
     """A running worker.
 
     Args:
-        start: what it serves.
         now: the time [s].
 
     Raises:
@@ -34,7 +33,6 @@ class WorkerProcess:
         has_served: whether it lives and has served, so that it has something to save.
         has_started: whether it could serve.
         began: its start [s].
-        clients: browsers that it has counted.
         report: its load; () before the first report.
         silent: consecutive checks without a sign of work.
         waiting: connections for when it is ready.

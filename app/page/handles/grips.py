@@ -21,12 +21,7 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget, WallTarget
 
 
 class Grip:
-    """Nodes, of which one is pulled at a time.
-
-    Args:
-        nodes: that can be pulled.
-        holder: who pulls.
-    """
+    """Nodes, of which one is pulled at a time."""
 
     def __init__(
         self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle], holder: Holder

@@ -20,7 +20,7 @@ AUTOPILOT_SIZE: Final = 0.6
 
 class TransformHandle:
     """Transform controls; a subclass defines their place and the meaning of a drag. A free handle returns to
-    what it moves.
+    what it moves; a dragged one is left alone.
 
     Args:
         name: of the node under `/gizmo`, and of the handle in a `Drag`.

@@ -70,7 +70,6 @@ class ContactCard:
         """Send changes: every `PERIOD`, and at once while the run is paused.
 
         Args:
-            further: returns more words.
             asking: whether a question waits for its answer, so that the law's values are hidden.
         """
         if frame.now < self._next and not frame.pace.paused:

@@ -37,7 +37,6 @@ class Hotkey(Generic[AnyAction]):
 
     Attributes:
         shown: the key as a person knows it.
-        text: what it does.
         key: to which viser listens.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its
             camera; `hotkeys.js` turns it into `key` with Alt and Shift.
@@ -134,7 +133,6 @@ def help_html(instead: tuple[Hotkey[Any], ...] = (), further: Sequence[KeyHelp] 
 
     Args:
         instead: keys with another meaning on this page.
-        further: rows of features.
     """
     theirs = tuple(row for row in further if isinstance(row, Hotkey))
     ranges = [row for row in further if isinstance(row, KeyRange)]

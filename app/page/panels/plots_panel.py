@@ -58,7 +58,6 @@ class Plots:
         height: of one plot [CSS px].
 
     Attributes:
-        shown: names of the visible plots.
         only: plots in place of the first two; empty for the first two.
         run_names: names of the run and the ghost in the legends; None for the usual ones.
         span: ends of the time axis [s]; None before the second step.

@@ -32,7 +32,6 @@ class Scrubber:
     """The slider; hidden at first.
 
     Args:
-        kind: of the slider's actions.
         seek: takes the chosen moment [s], on the session's thread.
         step: of the slider [s].
         period: between two writes while the moment advances [s].

@@ -75,7 +75,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
 
 @quantity(N_("a T at {time}, T = {dead}"), "", 2, obstacle=True)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
-    """a T = n (u + w) T / d* for a dead time T [s]: a rest is stable below π/2."""
+    """a T = n (u + w) T / d* with u and w at `time`, for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
         return None
