@@ -110,7 +110,14 @@ class Simulation:
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
-        self._stages = WorldStages(self.world) if self.settings.world else None
+        stages = WorldStages(self.world) if self.settings.world else None
+        self._gliding = [
+            (stage, wanted[part])
+            for task, wanted in self._by_person
+            for part, stage in (stages.inside(task.joints) if stages else ())
+        ]
+        for group in self._groups:
+            group.stages = stages.inside(group.joints) if stages else []
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
 
@@ -244,9 +251,8 @@ class Simulation:
 
     def _glide(self) -> None:
         """Keep the arms that a person moves clear of their surroundings."""
-        if self._stages:
-            for task, wanted in self._by_person:
-                wanted[:] = self._stages.kept(task.joints, wanted)
+        for stage, velocities in self._gliding:
+            stage.keep(velocities)
 
     def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Command the arms that avoid; return the columns of the history. `error`: of all measured distances [m]."""
@@ -274,10 +280,11 @@ class Simulation:
         self.answers = *self.answers, wanted
         s = lever(float(row.dot(row)))
         velocities, authority, joint = self._bound(group, row, wanted, lam, s)
-        if self._stages:
-            kept = self._stages.kept(group.joints, velocities)
-            lost = float(row.dot(velocities)) - float(row.dot(kept))
-            if lam > 0.5 and lost > TOLERANCE and authority is Authority.FULL:
+        if group.stages:
+            kept = velocities.copy()
+            for part, stage in group.stages:
+                stage.keep(kept[part])
+            if lam > 0.5 and authority is Authority.FULL and float(row.dot(velocities - kept)) > TOLERANCE:
                 authority = Authority.WORLD
             velocities = kept
         return velocities, situation.pull, w, w_law, int(authority), joint, s

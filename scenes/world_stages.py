@@ -4,26 +4,58 @@ It acts on what the stages before it ask for: a person's hand, the law that keep
 table stays clear of it, and its distance from the other arm gives way.
 """
 
+from typing import Final
+
+from controllers.first_tasks.surroundings import Surroundings
 from controllers.kinematics import Array
+from controllers.limits import VelocityBox
+from controllers.row_stage import smooth_stage
 from scenes.room import World
-from scenes.surroundings import world_stage
+from scenes.surroundings import surroundings
+
+ORDER: Final = 6.0
+"""n."""
+
+
+class WorldStage:
+    """Keeps one arm clear of its surroundings by the paper's law, one-sided.
+
+    The same as a `RowStage` by `SmoothPriority`, in one call of a loop unless a joint meets its bounds.
+
+    Args:
+        task: what is kept.
+        box: bounds of q̇ of the arm.
+    """
+
+    def __init__(self, task: Surroundings, box: VelocityBox) -> None:
+        self.task = task
+        self._law = task.law(ORDER, box.lower, box.upper)
+        self._within_bounds = smooth_stage(task, box, ORDER, one_sided=True)
+
+    def keep(self, velocities: Array) -> None:
+        """Replace what was asked for (n,) by q̇ within the joints' bounds [rad/s]."""
+        if not self._law(velocities):
+            velocities[:] = self._within_bounds(velocities)
 
 
 class WorldStages:
-    """Keeps the arms of a room clear of their surroundings. `world`: the room as it stands now."""
+    """Keeps the arms of a room clear of their surroundings.
+
+    Args:
+        world: its present state.
+
+    Attributes:
+        stages: columns in q of each arm that can meet anything, and its stage.
+    """
 
     def __init__(self, world: World) -> None:
-        made = ((arm.joints, world_stage(world, arm)) for arm in world.room.arms)
-        self._stages = [(joints, stage) for joints, stage in made if stage is not None]
+        made = ((arm.joints, surroundings(world, arm)) for arm in world.room.arms)
+        self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
 
-    def kept(self, joints: slice, velocities: Array) -> Array:
-        """Return q̇ (n,) within the joints' bounds in place of what was asked for [rad/s], of some columns of q with whole arms."""
-        kept = velocities
-        for columns, stage in self._stages:
-            if joints.start <= columns.start and columns.stop <= joints.stop:
-                part = slice(columns.start - joints.start, columns.stop - joints.start)
-                own = stage(kept[part])
-                if kept is velocities:
-                    kept = velocities.copy()
-                kept[part] = own
-        return kept
+    def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
+        """Stages of the arms in some columns of q, each with its columns counted from the first of them."""
+        return [
+            (slice(columns.start - joints.start, columns.stop - joints.start), stage)
+            for columns, stage in self.stages
+            if joints.start <= columns.start and columns.stop <= joints.stop
+        ]
