@@ -1,5 +1,6 @@
 """What an arm can meet apart from the other arm: table, stand, floor and itself, as one first task."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import coal
@@ -46,6 +47,34 @@ def surroundings(world: World, arm: Arm, critical_value: float = MARGIN, nominal
     joints = [arm.joint(number) for number in range(1, arm.joints.stop - arm.joints.start + 1)]
     things = names, bodies, meetings, furniture.boxes
     return Surroundings(world.kinematics, arm, joints, *things, critical_value, nominal_rate)
+
+
+@dataclass(frozen=True)
+class _Ball:
+    """Columns of the ball in q."""
+
+    joints: slice
+
+
+def ball_surroundings(world: World) -> Surroundings | None:
+    """Distance of the ball from pedestals, stand and furniture; None if the room has no ball, or it begins at one of them."""
+    room, ball_columns = world.room, world.room.ball
+    if ball_columns is None:
+        return None
+    ball = room.geometry.geometryObjects[room.geometry.getGeometryId("ball")]
+    fixed = [body for body in room.geometry.geometryObjects if body.parentJoint == 0]
+    furniture = furniture_of(room.rig)
+    columns = [LinkCapsule(0, (one.start + one.end) / 2.0, (one.end - one.start) / 2.0, one.radius) for one in furniture.columns]
+    bodies = [LinkCapsule(ball.parentJoint, np.zeros(3), np.zeros(3), ball.geometry.radius), *map(_capsule, fixed), *columns]
+    names = ["ball", *("pedestal" for _ in fixed), *(f"stand {i}" for i in range(len(columns)))]
+    meetings = [Meeting(0, i) for i in range(1, len(bodies))]
+    meetings += [Meeting(0, box, over_box=True) for box in range(len(furniture.boxes))]
+
+    def at(kinematics: Kinematics) -> Surroundings:
+        things = names, bodies, meetings, furniture.boxes
+        return Surroundings(kinematics, _Ball(ball_columns), [ball.parentJoint], *things, MARGIN, RETREAT)
+
+    return at(world.kinematics) if at(_start_of(room)).margin().value >= TOUCHING else None
 
 
 def _start_of(room: Room) -> Kinematics:

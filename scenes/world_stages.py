@@ -11,7 +11,7 @@ from controllers.kinematics import Array
 from controllers.limits import VelocityBox
 from controllers.row_stage import smooth_stage
 from scenes.room import World
-from scenes.surroundings import surroundings
+from scenes.surroundings import ball_surroundings, surroundings
 
 ORDER: Final = 6.0
 """n."""
@@ -39,17 +39,19 @@ class WorldStage:
 
 
 class WorldStages:
-    """Keeps the arms of a room clear of their surroundings.
+    """Keeps the arms and the ball of a room clear of their surroundings.
 
     Args:
         world: its present state.
 
     Attributes:
-        stages: columns in q of each arm that can meet anything, and its stage.
+        stages: columns in q of each arm, and of the ball, that can meet anything, and its stage.
     """
 
     def __init__(self, world: World) -> None:
-        made = ((arm.joints, surroundings(world, arm)) for arm in world.room.arms)
+        made = [(arm.joints, surroundings(world, arm)) for arm in world.room.arms]
+        if world.room.ball is not None:
+            made.append((world.room.ball, ball_surroundings(world)))
         self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
 
     def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
