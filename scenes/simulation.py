@@ -110,7 +110,8 @@ class Simulation:
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
-        stages = WorldStages(self.world) if self.settings.world else None
+        self.stages = stages = WorldStages(self.world) if self.settings.world else None
+        """What keeps the arms clear of their surroundings; None if that is off."""
         self._gliding = [
             (stage, wanted[part])
             for task, wanted in self._by_person

@@ -4,17 +4,41 @@ It acts on what the stages before it ask for: a person's hand, the law that keep
 table stays clear of it, and its distance from the other arm gives way.
 """
 
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
 
 from controllers.first_tasks.surroundings import Surroundings
 from controllers.kinematics import Array
 from controllers.limits import VelocityBox
 from controllers.row_stage import smooth_stage
+from scenes.furniture import FLOOR_BOX
 from scenes.room import World
-from scenes.surroundings import ball_surroundings, surroundings
+from scenes.surroundings import MARGIN, ball_surroundings, surroundings
 
 ORDER: Final = 6.0
 """n."""
+
+
+TOUCHED: Final = 1.6 * MARGIN
+"""A thing that is nearer than this counts as touched: it slows the arm down by 5 % and more [m]."""
+
+Thing = Literal["table", "floor", "stand", "pedestal", "itself"]
+"""What an arm or a ball can touch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """Where an arm or a ball is stopped.
+
+    Attributes:
+        thing: what it touches.
+        point: on the surface of that thing (3,), world [m].
+    """
+
+    thing: Thing
+    point: Array
 
 
 class WorldStage:
@@ -37,6 +61,28 @@ class WorldStage:
         if not self._law(velocities):
             velocities[:] = self._within_bounds(velocities)
 
+    def touch(self) -> Touch | None:
+        """Return what is touched at the configuration of the last `Kinematics.update`; None if nothing is near."""
+        task = self.task
+        task.margin()
+        nearest = int(task.contacts[:, 0].argmin())
+        margin, *numbers = task.contacts[nearest].tolist()
+        if margin > TOUCHED:
+            return None
+        point, direction = np.array(numbers).reshape(2, 3)
+        meeting, way = task.meetings[nearest], direction / max(float(np.linalg.norm(direction)), 1e-9)
+        if meeting.over_box:
+            radius = task.capsules[meeting.first].radius
+            return Touch("floor" if meeting.second == FLOOR_BOX else "table", point - (radius + margin) * way)
+        inner = task.inner_of(meeting)
+        return Touch(_thing(task.names[inner], task.capsules[inner].joint), point + task.capsules[inner].radius * way)
+
+
+def _thing(name: str, joint: int) -> Thing:
+    if joint:
+        return "itself"
+    return "stand" if name.startswith("stand") else "pedestal"
+
 
 class WorldStages:
     """Keeps the arms and the ball of a room clear of their surroundings.
@@ -53,6 +99,14 @@ class WorldStages:
         if world.room.ball is not None:
             made.append((world.room.ball, ball_surroundings(world)))
         self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
+
+    def touches(self) -> tuple[Touch, ...]:
+        """Return what the arms and the ball touch at the configuration of the last `Kinematics.update`."""
+        return tuple(touch for columns, _ in self.stages if (touch := self.touch_of(columns)) is not None)
+
+    def touch_of(self, joints: slice) -> Touch | None:
+        """Return what one arm, or the ball, touches; None if nothing is near. `joints`: its columns in q."""
+        return next((stage.touch() for columns, stage in self.stages if columns == joints), None)
 
     def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
         """Stages of the arms in some columns of q, each with its columns counted from the first of them."""

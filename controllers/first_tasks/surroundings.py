@@ -209,6 +209,7 @@ class Surroundings(FirstTask):
         self.names, self.capsules = tuple(names), tuple(capsules)
         self.meetings = tuple(meetings)
         self._bodies = np.array([_body(capsule, at) for capsule, at in zip(capsules, carriers, strict=True)])
+        self._moving = counts
         self._meetings = np.array([_indices(meeting, counts) for meeting in meetings], np.int64)
         self._boxes, self._jacobian = boxes, kinematics.jacobian[:, columns]
         self.contacts = np.empty((len(meetings), 7))
@@ -220,6 +221,10 @@ class Surroundings(FirstTask):
         self._placements.read()
         row = np.empty(len(self._row))
         return Margin(margin_of_all(*self._seen, row), row)
+
+    def inner_of(self, meeting: Meeting) -> int:
+        """Capsule of a meeting of two whose axis the point in `contacts` is on: fewer joints move it."""
+        return min(meeting.second, meeting.first, key=lambda capsule: self._moving[capsule])
 
     def law(self, order: float, lower: Array, upper: Array) -> Callable[[Array], bool]:
         """Return the one-sided law of eq. (32) with this task: it replaces q̇_n (n,) in place, see `keep_clear`.
