@@ -76,7 +76,7 @@ def least_of_ball(world: bool) -> float:
     assert task is not None
     base, least = simulation.room.rig.bases[0].translation, np.inf
     for _ in range(800):
-        simulation.step(BallTarget(base + np.array([0.0, 0.0, -0.1])))
+        simulation.step(BallTarget(base + np.array([0.0, 0.0, 0.15])))
         simulation.kinematics.update(simulation.positions)
         least = min(least, task.margin().value)
         assert inside_limits(simulation)

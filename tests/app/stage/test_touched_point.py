@@ -35,7 +35,7 @@ def test_the_point_is_on_the_table_below_the_hand() -> None:
 def test_the_ball_touches_the_pedestal() -> None:
     simulation = Simulation(given_settings(scene="ball", world=True))
     base = simulation.room.rig.bases[0].translation
-    _, touch = touch_after(BallTarget(base + np.array([0.0, 0.0, -0.1])), "ball")
+    _, touch = touch_after(BallTarget(base + np.array([0.0, 0.0, 0.15])), "ball")
     assert touch.thing == "pedestal" and np.hypot(*(touch.point - base)[:2]) < 0.13
 
 
