@@ -223,7 +223,7 @@ class Surroundings(FirstTask):
         return Margin(margin_of_all(*self._seen, row), row)
 
     def inner_of(self, meeting: Meeting) -> int:
-        """Capsule of a meeting of two whose axis the point in `contacts` is on: fewer joints move it."""
+        """Capsule of a meeting of two that fewer joints move; the point in `contacts` is on its axis."""
         return min(meeting.second, meeting.first, key=lambda capsule: self._moving[capsule])
 
     def law(self, order: float, lower: Array, upper: Array) -> Callable[[Array], bool]:

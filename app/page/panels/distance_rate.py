@@ -257,7 +257,7 @@ PRESSED: Final[dict[Thing | None, str]] = {
 
 
 def _pressing(simulation: Simulation, sample: Sample) -> Thing | None:
-    """What the arm is pressed against whose distance gives way; None if it is not known."""
+    """What the arm is pressed against that lets its distance give way; None if it is not known."""
     if simulation.stages is None:
         return None
     arm = simulation.avoiding if sample.authority == Authority.WORLD else simulation.guided
