@@ -261,6 +261,22 @@ def asks_for_nothing(query: Mapping[str, str]) -> bool:
     return all(key in LOOKS or (is_foreign(key) and key not in shown) for key in keys)
 
 
+def first_settings(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
+    """Settings of a new page, and messages as of `from_query`.
+
+    The arms of a page that is to begin as usual glide along what they meet. A link that asks for something
+    replays what it was made from, which may be older than that setting.
+
+    Args:
+        query: of the page's link.
+        start: settings that the server was started with.
+    """
+    settings, problems = from_query(query, start)
+    if asks_for_nothing(query) and start.run == RunSettings():
+        settings = replace(settings, run=replace(settings.run, world=True))
+    return settings, problems
+
+
 def is_appended(key: str) -> bool:
     """True for an appended key that is not Duet's or viser's."""
     return key not in FOREIGN_KEYS and key not in specs(Settings) and APPENDED.fullmatch(key) is not None

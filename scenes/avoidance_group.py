@@ -10,6 +10,7 @@ from controllers.null_space_saturation import saturated
 from controllers.proximity import Proximity
 from scenes.arm_tasks.arm_task import ArmTask
 from scenes.room import World
+from scenes.world_stages import WorldStage
 
 
 class AvoidanceGroup:
@@ -22,6 +23,8 @@ class AvoidanceGroup:
         joints: columns of q.
         nominal: q̇_n (n,), filled before `situation` [rad/s].
         velocities: q̇ (n,), a view of the world's.
+        box: bounds of q̇.
+        stages: keep the arms clear of their surroundings, after the law; each with its columns, from the group's first.
     """
 
     def __init__(self, world: World, tasks: tuple[ArmTask, ...], all_tasks: tuple[ArmTask, ...]) -> None:
@@ -34,6 +37,7 @@ class AvoidanceGroup:
         self._others = [(other, other.joints, world.velocities[other.joints]) for other in others]
         self.nominal = np.zeros(self.joints.stop - self.joints.start)
         self._detector = world.detector
+        self.stages: list[tuple[slice, WorldStage]] = []
 
     def part(self, task: ArmTask) -> Array:
         """Part of q̇_n of one task (n,), a view."""

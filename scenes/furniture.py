@@ -39,6 +39,10 @@ FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)
 """Centre and half size of the box that stands for the floor [m]."""
 
 
+FLOOR_BOX: Final = 0
+"""Row of the floor among the boxes of every rig."""
+
+
 def bench_half_length(separation: float) -> float:
     """Return half of the bench's size along x, for bases at x = ± half the separation [m]."""
     return separation / 2 + BENCH_OVERHANG

@@ -110,7 +110,15 @@ class Simulation:
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
         self._further = scenario_of(self.settings).stages(self.world, self.settings)
-        self._stages = WorldStages(self.world) if self.settings.world else None
+        self.stages = stages = WorldStages(self.world) if self.settings.world else None
+        """Keep the arms clear of their surroundings; None if that is off."""
+        self._gliding = [
+            (stage, wanted[part])
+            for task, wanted in self._by_person
+            for part, stage in (stages.inside(task.joints) if stages else ())
+        ]
+        for group in self._groups:
+            group.stages = stages.inside(group.joints) if stages else []
         self.bound_bites = False
         """True if a law's velocity was outside its arm's bounds in the last step."""
 
@@ -248,9 +256,9 @@ class Simulation:
         self.time += settings.dt
 
     def _glide(self) -> None:
-        if self._stages:
-            for task, wanted in self._by_person:
-                wanted[:] = self._stages.kept(task.joints, wanted)
+        """Keep the arms that a person moves clear of their surroundings."""
+        for stage, velocities in self._gliding:
+            stage.keep(velocities)
 
     def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Command the arms that avoid; return the columns of the history. `error`: of all measured distances
@@ -282,11 +290,12 @@ class Simulation:
         self.answers = *self.answers, wanted
         s = lever(float(row.dot(row)))
         velocities, authority, joint = self._bound(group, row, wanted, lam, s)
-        if self._further or self._stages:
-            kept = through_stages(velocities, self._further)
-            kept = self._stages.kept(group.joints, kept) if self._stages else kept
-            lost = float(row.dot(velocities)) - float(row.dot(kept))
-            if lam > 0.5 and lost > TOLERANCE and authority is Authority.FULL:
+        if self._further or group.stages:
+            kept = through_stages(velocities, self._further).copy()
+            for part, stage in group.stages:
+                stage.keep(kept[part])
+            lost = float(row.dot(velocities - kept))
+            if lam > 0.5 and authority is Authority.FULL and lost > TOLERANCE:
                 authority = Authority.WORLD
             velocities = kept
         return velocities, situation.pull, w, w_law, int(authority), joint, s

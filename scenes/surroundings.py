@@ -1,18 +1,16 @@
 """What an arm can meet apart from the other arm: table, stand, floor and itself, as one first task."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-from controllers.first_tasks.first_task import FirstTask
 from controllers.first_tasks.links_over_boxes import LinkCapsule, LinksOverBoxes
-from controllers.first_tasks.own_links import OwnLinks
-from controllers.first_tasks.several_at_once import SeveralAtOnce
-from controllers.kinematics import Arm, Kinematics
-from controllers.row_stage import RowStage, smooth_stage
-from scenes.furniture import Column, Furniture, furniture_of
+from controllers.first_tasks.surroundings import Meeting, Surroundings
+from controllers.kinematics import Arm, Array, Kinematics
+from scenes.furniture import Column, furniture_of
 from scenes.own_pairs import own_pairs
 from scenes.room import Room, World
 
@@ -22,15 +20,12 @@ MARGIN: Final = 0.03
 RETREAT: Final = 0.05
 """v: how fast it leaves what it touches [m/s]."""
 
-ORDER: Final = 6.0
-"""n."""
-
 TOUCHING: Final = 2.0 * MARGIN
 """What is nearer than this in the start posture is left out [m]: such things belong together, as a pedestal and its table."""
 
 
-def surroundings(world: World, arm: Arm, critical_value: float = MARGIN, nominal_rate: float = RETREAT) -> FirstTask | None:
-    """Return the distance of an arm from furniture, floor and its own links; None if it can meet nothing.
+def surroundings(world: World, arm: Arm, critical_value: float = MARGIN, nominal_rate: float = RETREAT) -> Surroundings | None:
+    """Distance of an arm from furniture, floor and its own links; None if it can meet nothing.
 
     Args:
         world: with the arm.
@@ -39,22 +34,47 @@ def surroundings(world: World, arm: Arm, critical_value: float = MARGIN, nominal
         nominal_rate: v [m/s].
     """
     room, furniture = world.room, furniture_of(world.room.rig)
-    found: list[FirstTask] = []
     geometry = own_pairs(room, arm, TOUCHING)
     _add_columns(room, geometry, furniture.columns)
-    if len(geometry.collisionPairs):
-        found.append(OwnLinks(world.kinematics, arm, geometry, critical_value, nominal_rate))
-    links = _links(room, arm, furniture)
-    if links:
-        found.append(LinksOverBoxes(world.kinematics, arm, links, furniture.boxes, critical_value, nominal_rate))
-    # One threshold for all of them: their plain smooth minimum, with the β of each.
-    return SeveralAtOnce(found, "distance from table, stand and itself", 100.0 * critical_value) if found else None
+    bodies = [_capsule(body) for body in geometry.geometryObjects]
+    names = [body.name.removeprefix(f"{arm.name} ") for body in geometry.geometryObjects]
+    meetings = [Meeting(pair.first, pair.second) for pair in geometry.collisionPairs]
+    for number, body in enumerate(bodies):
+        if body.joint and _starts_clear(room, arm, body, furniture.boxes):
+            meetings += [Meeting(number, box, over_box=True) for box in range(len(furniture.boxes))]
+    if not meetings:
+        return None
+    joints = [arm.joint(number) for number in range(1, arm.joints.stop - arm.joints.start + 1)]
+    things = names, bodies, meetings, furniture.boxes
+    return Surroundings(world.kinematics, arm, joints, *things, critical_value, nominal_rate)
 
 
-def world_stage(world: World, arm: Arm) -> RowStage | None:
-    """Return the stage that keeps an arm clear of its surroundings by the paper's law; None if it can meet nothing."""
-    task = surroundings(world, arm)
-    return None if task is None else smooth_stage(task, world.bounds.part(arm.joints), ORDER, one_sided=True)
+@dataclass(frozen=True)
+class _Ball:
+    """Columns of the ball in q."""
+
+    joints: slice
+
+
+def ball_surroundings(world: World) -> Surroundings | None:
+    """Distance of the ball from pedestals, stand and furniture; None if the room has no ball, or it begins at one of them."""
+    room, ball_columns = world.room, world.room.ball
+    if ball_columns is None:
+        return None
+    ball = room.geometry.geometryObjects[room.geometry.getGeometryId("ball")]
+    fixed = [body for body in room.geometry.geometryObjects if body.parentJoint == 0]
+    furniture = furniture_of(room.rig)
+    columns = [LinkCapsule(0, (one.start + one.end) / 2.0, (one.end - one.start) / 2.0, one.radius) for one in furniture.columns]
+    bodies = [LinkCapsule(ball.parentJoint, np.zeros(3), np.zeros(3), ball.geometry.radius), *map(_capsule, fixed), *columns]
+    names = ["ball", *("pedestal" for _ in fixed), *(f"stand {i}" for i in range(len(columns)))]
+    meetings = [Meeting(0, i) for i in range(1, len(bodies))]
+    meetings += [Meeting(0, box, over_box=True) for box in range(len(furniture.boxes))]
+
+    def at(kinematics: Kinematics) -> Surroundings:
+        things = names, bodies, meetings, furniture.boxes
+        return Surroundings(kinematics, _Ball(ball_columns), [ball.parentJoint], *things, MARGIN, RETREAT)
+
+    return at(world.kinematics) if at(_start_of(room)).margin().value >= TOUCHING else None
 
 
 def _start_of(room: Room) -> Kinematics:
@@ -87,15 +107,11 @@ def _add_columns(room: Room, geometry: pin.GeometryModel, columns: tuple[Column,
             geometry.removeCollisionPair(pin.CollisionPair(*pair))
 
 
-def _links(room: Room, arm: Arm, furniture: Furniture) -> list[LinkCapsule]:
-    """Return the moving capsules of an arm that touch no box in the start posture."""
-    kinematics, found = _start_of(room), list[LinkCapsule]()
-    for capsule in room.robots[room.arms.index(arm)].capsules:
-        body = room.geometry.geometryObjects[room.geometry.getGeometryId(f"{arm.name} {capsule.name}")]
-        if body.parentJoint == 0:
-            continue
-        half = body.placement.rotation[:, 2] * body.geometry.halfLength
-        link = LinkCapsule(body.parentJoint, body.placement.translation.copy(), half, capsule.radius)
-        if LinksOverBoxes(kinematics, arm, (link,), furniture.boxes).margin().value >= TOUCHING:
-            found.append(link)
-    return found
+def _capsule(body: pin.GeometryObject) -> LinkCapsule:
+    half = body.placement.rotation[:, 2] * body.geometry.halfLength
+    return LinkCapsule(body.parentJoint, body.placement.translation.copy(), half, body.geometry.radius)
+
+
+def _starts_clear(room: Room, arm: Arm, link: LinkCapsule, boxes: Array) -> bool:
+    """True if a link touches no box in the start posture."""
+    return LinksOverBoxes(_start_of(room), arm, (link,), boxes).margin().value >= TOUCHING

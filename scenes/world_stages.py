@@ -4,26 +4,114 @@ It acts on what the stages before it ask for: a person's hand, the law that keep
 table stays clear of it, and its distance from the other arm gives way.
 """
 
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from controllers.first_tasks.surroundings import Surroundings
 from controllers.kinematics import Array
+from controllers.limits import VelocityBox
+from controllers.row_stage import smooth_stage
+from scenes.furniture import FLOOR_BOX
 from scenes.room import World
-from scenes.surroundings import world_stage
+from scenes.surroundings import MARGIN, ball_surroundings, surroundings
+
+ORDER: Final = 6.0
+"""n."""
+
+
+TOUCHED: Final = 1.6 * MARGIN
+"""A thing that is nearer than this counts as touched: it slows the arm down by 5 % and more [m]."""
+
+Thing = Literal["table", "floor", "stand", "pedestal", "itself"]
+"""What an arm or a ball can touch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """Where an arm or a ball is stopped.
+
+    Attributes:
+        thing: what it touches.
+        point: on the surface of that thing (3,), world [m].
+    """
+
+    thing: Thing
+    point: Array
+
+
+class WorldStage:
+    """Keeps one arm clear of its surroundings by the paper's law, one-sided.
+
+    The same as a `RowStage` by `SmoothPriority`, in one call of a loop unless a joint meets its bounds.
+
+    Args:
+        task: what is kept.
+        box: bounds of q̇ of the arm.
+    """
+
+    def __init__(self, task: Surroundings, box: VelocityBox) -> None:
+        self.task = task
+        self._law = task.law(ORDER, box.lower, box.upper)
+        self._within_bounds = smooth_stage(task, box, ORDER, one_sided=True)
+
+    def keep(self, velocities: Array) -> None:
+        """Replace what was asked for (n,) by q̇ within the joints' bounds [rad/s]."""
+        if not self._law(velocities):
+            velocities[:] = self._within_bounds(velocities)
+
+    def touch(self) -> Touch | None:
+        """Return what is touched at the configuration of the last `Kinematics.update`; None if nothing is near."""
+        task = self.task
+        task.margin()
+        nearest = int(task.contacts[:, 0].argmin())
+        margin, *numbers = task.contacts[nearest].tolist()
+        if margin > TOUCHED:
+            return None
+        point, direction = np.array(numbers).reshape(2, 3)
+        meeting, way = task.meetings[nearest], direction / max(float(np.linalg.norm(direction)), 1e-9)
+        if meeting.over_box:
+            radius = task.capsules[meeting.first].radius
+            return Touch("floor" if meeting.second == FLOOR_BOX else "table", point - (radius + margin) * way)
+        inner = task.inner_of(meeting)
+        return Touch(_thing(task.names[inner], task.capsules[inner].joint), point + task.capsules[inner].radius * way)
+
+
+def _thing(name: str, joint: int) -> Thing:
+    if joint:
+        return "itself"
+    return "stand" if name.startswith("stand") else "pedestal"
 
 
 class WorldStages:
-    """Keeps the arms of a room clear of their surroundings. `world`: the room as it stands now."""
+    """Keeps the arms and the ball of a room clear of their surroundings.
+
+    Args:
+        world: its present state.
+
+    Attributes:
+        stages: columns in q of each arm, and of the ball, that can meet anything, and its stage.
+    """
 
     def __init__(self, world: World) -> None:
-        made = ((arm.joints, world_stage(world, arm)) for arm in world.room.arms)
-        self._stages = [(joints, stage) for joints, stage in made if stage is not None]
+        made = [(arm.joints, surroundings(world, arm)) for arm in world.room.arms]
+        if world.room.ball is not None:
+            made.append((world.room.ball, ball_surroundings(world)))
+        self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
 
-    def kept(self, joints: slice, velocities: Array) -> Array:
-        """Return q̇ (n,) within the joints' bounds in place of what was asked for [rad/s], of some columns of q with whole arms."""
-        kept = velocities
-        for columns, stage in self._stages:
-            if joints.start <= columns.start and columns.stop <= joints.stop:
-                part = slice(columns.start - joints.start, columns.stop - joints.start)
-                own = stage(kept[part])
-                if kept is velocities:
-                    kept = velocities.copy()
-                kept[part] = own
-        return kept
+    def touches(self) -> tuple[Touch, ...]:
+        """Return what the arms and the ball touch at the configuration of the last `Kinematics.update`."""
+        return tuple(touch for columns, _ in self.stages if (touch := self.touch_of(columns)) is not None)
+
+    def touch_of(self, joints: slice) -> Touch | None:
+        """Return what one arm, or the ball, touches; None if nothing is near. `joints`: its columns in q."""
+        return next((stage.touch() for columns, stage in self.stages if columns == joints), None)
+
+    def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
+        """Stages of the arms in some columns of q, each with its columns counted from the first of them."""
+        return [
+            (slice(columns.start - joints.start, columns.stop - joints.start), stage)
+            for columns, stage in self.stages
+            if joints.start <= columns.start and columns.stop <= joints.stop
+        ]

@@ -13,7 +13,7 @@ from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.page.panels.key_notice import name_mistake
 from app.session.session_state import go_on_from, state_of
-from app.settings import from_query
+from app.settings import first_settings
 from app.web.request import request_query
 
 log = logging.getLogger("duet.hosts")
@@ -80,7 +80,7 @@ class PrivateHost:
         if joined is not None:
             yield from joined.build(client, self.visitors.values())
             return
-        settings, problems = from_query(query, context.options.settings)
+        settings, problems = first_settings(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was duplicated and
         # keeps its own session.
         tab = tab_id(query)

@@ -12,6 +12,7 @@ from app.stage.contact_view import ClosestLine, ContactSkin
 from app.stage.hand_marks import GripMark, PathLine, TargetPlace, Trace
 from app.stage.person_figure import FigureView
 from app.stage.stage_part import KeepFree, StagePart
+from app.stage.touch_view import TouchedPoints
 from app.stage.wall_view import WallView
 from app.theme import PALETTES, Palette
 from scenes.room_shells import furniture_glb
@@ -126,7 +127,7 @@ class Stage:
         views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
         self.yours = None if yours is None else views[yours.name]
         self.other = views[simulation.avoiding.name] if experiment.for_two else None
-        parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
+        parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene), TouchedPoints(self.scene)]
         if self.yours is not None and experiment.moves != "person":
             parts.append(GripMark(self.scene))
         if self.other is not None:

@@ -78,6 +78,39 @@ def slope_along(cx: float, cy: float, cz: float, ax: float, ay: float, az: float
 
 
 @loop(
+    "UniTuple(float64, 7)(float64, float64, float64, float64, float64, float64, float64, float64, float64[:])",
+)
+def capsule_over_box(
+    cx: float, cy: float, cz: float, ax: float, ay: float, az: float, radius: float, kappa: float, box: Vector
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return m of a capsule and a box [m], the point P on the axis, world [m], and ∇b there.
+
+    Args:
+        cx, cy, cz, ax, ay, az: centre and half axis, world [m].
+        radius: of the capsule [m].
+        kappa: κ [m].
+        box: centre and half sizes (6,), world [m].
+    """
+    low, high = -1.0, 1.0
+    # Mostly an end is the nearest.
+    if slope_along(cx, cy, cz, ax, ay, az, 1.0, kappa, box) <= 0.0:
+        low = 1.0
+    elif slope_along(cx, cy, cz, ax, ay, az, -1.0, kappa, box) >= 0.0:
+        high = -1.0
+    else:
+        for _ in range(HALVINGS):
+            s = 0.5 * (low + high)
+            if slope_along(cx, cy, cz, ax, ay, az, s, kappa, box) > 0.0:
+                high = s
+            else:
+                low = s
+    s = 0.5 * (low + high)
+    px, py, pz = cx + s * ax, cy + s * ay, cz + s * az
+    d, gx, gy, gz = box_distance(px, py, pz, box)
+    return d + 0.25 * kappa * (s * s - 1.0) - radius, px, py, pz, gx, gy, gz
+
+
+@loop(
     "float64(float64[:, :], float64[:, :], float64[:], int64[:], float64[:, :], float64[:, :], float64, float64, float64[:])",
     fills=("row",),
 )
@@ -115,25 +148,8 @@ def links_over_boxes(
         ay = M[1] * own[3] + M[4] * own[4] + M[7] * own[5]
         az = M[2] * own[3] + M[5] * own[4] + M[8] * own[5]
         for b in range(len(boxes)):
-            box = boxes[b]
-            low, high = -1.0, 1.0
-            # Mostly an end is the nearest.
-            if slope_along(cx, cy, cz, ax, ay, az, 1.0, kappa, box) <= 0.0:
-                low = 1.0
-            elif slope_along(cx, cy, cz, ax, ay, az, -1.0, kappa, box) >= 0.0:
-                high = -1.0
-            else:
-                for _ in range(HALVINGS):
-                    s = 0.5 * (low + high)
-                    if slope_along(cx, cy, cz, ax, ay, az, s, kappa, box) > 0.0:
-                        high = s
-                    else:
-                        low = s
-            s = 0.5 * (low + high)
-            px, py, pz = cx + s * ax, cy + s * ay, cz + s * az
-            d, gx, gy, gz = box_distance(px, py, pz, box)
-            margins[at] = d + 0.25 * kappa * (s * s - 1.0) - radii[k]
-            least = min(least, margins[at])
+            m, px, py, pz, gx, gy, gz = capsule_over_box(cx, cy, cz, ax, ay, az, radii[k], kappa, boxes[b])
+            margins[at], least = m, min(least, m)
             lines[at, 0], lines[at, 1], lines[at, 2] = gx, gy, gz
             lines[at, 3], lines[at, 4], lines[at, 5] = py * gz - pz * gy, pz * gx - px * gz, px * gy - py * gx
             at += 1

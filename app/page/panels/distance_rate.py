@@ -22,6 +22,7 @@ from scenes.promise import Condition, missing_now
 from scenes.quantities import DISTANCE
 from scenes.settings import HardwareSettings, RunSettings
 from scenes.simulation import Simulation
+from scenes.world_stages import Thing
 
 MISSED: Final = 0.01
 """Difference from the law's ḋ that is reported [m/s]."""
@@ -246,6 +247,25 @@ def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
     return simulation.room.geometry.geometryObjects[body].parentJoint == 0
 
 
+PRESSED: Final[dict[Thing | None, str]] = {
+    "table": N_("pressed against the table"),
+    "floor": N_("pressed against the floor"),
+    "stand": N_("pressed against the stand"),
+    "pedestal": N_("pressed against the pedestal"),
+    "itself": N_("pressed against itself"),
+    None: N_("pressed against its surroundings"),
+}
+
+
+def _pressing(simulation: Simulation, sample: Sample) -> Thing | None:
+    """What the arm is pressed against that lets its distance give way; None if it is not known."""
+    if simulation.stages is None:
+        return None
+    arm = simulation.avoiding if sample.authority == Authority.WORLD else simulation.guided
+    touch = simulation.stages.touch_of(arm.joints)
+    return None if touch is None else touch.thing
+
+
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
     match condition:
         case Condition.SPEED:
@@ -264,7 +284,7 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
                 joint = simulation.joint_label(second.joint, second=True)
             return tr("{joint} at its limit", joint=tr(joint))
         case Condition.WORLD:
-            return tr("pressed against its surroundings")
+            return tr(PRESSED[_pressing(simulation, sample)])
         case Condition.ROBOT:
             return tr("the robot is not ideal")
         case Condition.PAIRS:

@@ -4,9 +4,10 @@ import pytest
 
 from app.session.session import Session
 from app.session.session_state import go_on_from, state_of
-from app.settings import Settings, asks_for_nothing
+from app.settings import Settings, asks_for_nothing, first_settings, from_query, to_query
 from scenes.headless import run
 from scenes.opening import Opening
+from scenes.settings import RunSettings
 from tests.app.conftest import Made, visitor_of
 from tests.app.session.conftest import bits, go
 
@@ -85,6 +86,21 @@ def test_a_session_goes_on_in_it_to_the_same_bits(opened: Session, seconds: floa
 )
 def test_a_link_that_asks_for_something_is_another_page(query: dict[str, str], usual: bool) -> None:
     assert asks_for_nothing(query) is usual
+
+
+@pytest.mark.parametrize("query", [{}, {"theme": "dark", "embed": "1"}])
+def test_on_a_usual_page_arms_glide_along_things_and_its_link_says_so(query: dict[str, str]) -> None:
+    settings, problems = first_settings(query, Settings())
+    assert settings.run == RunSettings(world=True) and not problems
+    assert from_query(to_query(settings), Settings()) == (settings, ())
+
+
+@pytest.mark.parametrize(
+    "query", [{"whole": "1"}, {"seed": "1"}, {"world": "0"}, {"lesson": "1"}, {"push": "x"}, {"attack": "x"}]
+)
+def test_a_link_that_does_not_name_it_replays_without(query: dict[str, str]) -> None:
+    assert first_settings(query, Settings())[0].run == RunSettings()
+    assert not first_settings({}, Settings(RunSettings(rig="table")))[0].run.world
 
 
 @pytest.mark.parametrize(("link", "usual"), [("", True), ("theme=dark", True), ("autopilot=1&seed=3", False), ("seed=1", False)])

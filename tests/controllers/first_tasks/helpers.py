@@ -19,6 +19,7 @@ from controllers.row_stage import smooth_stage
 from scenes.own_pairs import own_pairs
 from scenes.room import Room, World, build_room
 from scenes.solo import build_alone
+from scenes.surroundings import surroundings
 
 ORDER = 6.0
 
@@ -120,6 +121,13 @@ def several(world: World, arm: Arm) -> FirstTask:
     return SeveralAtOnce([wall(world, arm), stops(world, arm), tipping(world, arm)], "several", 5.0)
 
 
+def around(world: World, arm: Arm) -> FirstTask:
+    """Its own links, the floor and the column that it stands on."""
+    found = surroundings(world, arm)
+    assert found is not None
+    return found
+
+
 def arms(world: World, arm: Arm) -> FirstTask:
     world.velocities[world.room.arms[1].joints] = np.linspace(-0.3, 0.4, 7)
     return ArmsDistance(world.detector, arm, world.velocities)
@@ -134,6 +142,7 @@ ALONE: dict[str, Callable[[World, Arm], FirstTask]] = {
     "centre of mass": tipping,
     "a bench and the floor": bench,
     "several at once": several,
+    "surroundings": around,
 }
 NAMES = (*ALONE, "the other arm")
 
