@@ -69,9 +69,10 @@ def test_the_autopilot_shows_it_in_its_first_seconds_and_the_law_keeps_it(first:
     assert least_of(of(first, law="unprotected"), 20.0) < 0.13
 
 
-def test_without_the_law_the_arm_goes_through_the_wall_and_becomes_singular() -> None:
+def test_without_the_law_the_arm_enters_the_wall_becomes_singular_and_tips() -> None:
     assert least_of(of("wall", law="unprotected"), 20.0) < 0.0
     assert least_of(of("singular", law="unprotected"), 20.0) < 0.001
+    assert least_of(of("tip", law="unprotected"), 20.0) < -0.005
 
 
 def test_of_stages_the_last_one_wins_and_of_ratios_none_is_below() -> None:
