@@ -92,6 +92,13 @@ def test_of_stages_the_last_one_wins_and_of_ratios_none_is_below() -> None:
         assert (least.min() >= 0.15 - 2e-4) or together == "stages"
 
 
+@pytest.mark.parametrize(("first", "together"), ALL_WAYS)
+def test_joint_speeds_change_without_jumps(first: str, together: str) -> None:
+    """The largest step of q̇ falls with the time step; a jump would stay."""
+    steps = [run(of(first, together=together, dt=dt), 6.0).summary.dq_step_max for dt in (0.005, 0.00125)]
+    assert steps[0] < 0.05 and steps[1] < 0.4 * steps[0]
+
+
 def test_the_wall_stops_before_the_base_and_at_its_speed() -> None:
     simulation = Simulation(of("wall"))
     wall, shoulder = simulation.room.wall, simulation.kinematics.joint_point(simulation.avoiding.shoulder)
