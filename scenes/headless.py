@@ -114,8 +114,8 @@ def run(
     simulation.use(law)
     if start is not None:
         simulation.reset(start)
-    if (problem := simulation.start_problem()) is not None:
-        raise problem
+    if simulation.start_problem is not None:
+        raise simulation.start_problem
     active = source or simulation.source()
     times = np.empty(steps, dtype=np.int64)
     for i in range(steps):

@@ -10,7 +10,7 @@ from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from scenes.experiments import EXPERIMENTS, HOLD, MASTER_SLAVE, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
-from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, Quantity
+from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, KeptQuantity
 from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ class RunSettings:
         return EXPERIMENTS[self.scene]
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> KeptQuantity:
         """The first task: what the law keeps at or above a threshold."""
         return FIRST_TASKS[self.first] if "first" in self.experiment.reads else DISTANCE
 

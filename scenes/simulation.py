@@ -141,7 +141,7 @@ class Simulation:
         elif (settings.avoid, settings.one_row, settings.world) != (before.avoid, before.one_row, before.world):
             self._form()
         elif settings.law is not before.law:
-            self._further = scenario_of(settings).stages(self.world, settings)
+            self._further, self.start_problem = scenario_of(settings).stages(self.world, settings), None
 
     def reset(self, positions: Array | None = None) -> None:
         """Restart at time 0, at rest, in the settings' start posture or at q (nv,) [rad]. The settings stay."""
@@ -160,6 +160,8 @@ class Simulation:
         self.world.update()
         for task in self.roles.tasks:
             task.begin()
+        self.start_problem: BadSetting | None = scenario_of(self.settings).problem(self.world, self.settings)
+        """Reason for which the start cannot keep what the settings ask for, with its remedy; None if it can."""
 
     def use(self, law: Law | None) -> None:
         """Use a given law instead of the settings' law; None for the settings' law."""
@@ -183,11 +185,6 @@ class Simulation:
     def opening(self) -> TargetSource | None:
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).opening(self.world, self.settings)
-
-    def start_problem(self) -> BadSetting | None:
-        """Reason for which the present posture cannot keep what the settings ask for, with its remedy; None if it can."""
-        self.world.update()
-        return scenario_of(self.settings).problem(self.world, self.settings)
 
     @property
     def avoiding_joints(self) -> int:

@@ -20,7 +20,7 @@ from app.plots.time_series import DRIVEN, JOINTS
 from app.theme import SYMBOL_COLOURS, Palette
 from controllers.kinematics import Array
 from scenes.law_answers import LawOfFile
-from scenes.quantities import DISTANCE, Quantity
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
@@ -142,7 +142,7 @@ def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, flo
     return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 
-def _distance(rests: bool, kept: Quantity) -> TimePlot:
+def _distance(rests: bool, kept: KeptQuantity) -> TimePlot:
     d = kept.symbol
     lines = (
         PlotLine("d", "d", 2.2),

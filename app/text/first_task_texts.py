@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 from app.i18n.speaking import N_
-from scenes.quantities import ALL, DISTANCE, SINGULAR, STOPS, TIP, WALL, Quantity
+from scenes.quantities import ALL, DISTANCE, SINGULAR, STOPS, TIP, WALL, KeptQuantity
 from scenes.setting_spec import Spec
 
 
@@ -73,7 +73,7 @@ FIRST_TASK_TEXTS: Final[dict[str, FirstTaskTexts]] = {
 """Name of a first task → its words."""
 
 
-def in_unit(spec: Spec, quantity: Quantity) -> Spec:
+def in_unit(spec: Spec, quantity: KeptQuantity) -> Spec:
     """Return a setting as it is shown while a first task is chosen: d_m, d_0 and v in its unit, with its symbol."""
     if quantity is DISTANCE:
         return spec

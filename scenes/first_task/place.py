@@ -13,6 +13,7 @@ from controllers.first_tasks.joint_stops import JointStops
 from controllers.first_tasks.points_over_plane import PointsOverPlane, landmarks
 from controllers.first_tasks.smallest_singular_value import SmallestSingularValue
 from controllers.kinematics import Arm, Array
+from controllers.laws.situation import AUTHORITY
 from scenes.first_task.detector import FirstTaskDetector
 from scenes.first_task.wall import BASE_CLEAR, add_wall, normal_of, plane_of
 from scenes.furniture import CART_HALF
@@ -68,7 +69,10 @@ def made_task(name: str, world: World, posture: Array, load: float) -> FirstTask
         return JointStops(posture[j], room.model.lowerPositionLimit[j], room.model.upperPositionLimit[j], 1.0)
     if name == SINGULAR:
         return SmallestSingularValue(kinematics, arm, 1.0)
-    return CentreOfMass(kinematics, arm, foot_of(room.rig.bases[0].translation), load, 1.0)
+    balance = CentreOfMass(kinematics, arm, foot_of(room.rig.bases[0].translation), load, 1.0)
+    # The cart is light: a stage is damped where the law itself is.
+    balance.authority = AUTHORITY
+    return balance
 
 
 @cache

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.i18n.speaking import decimal, tr
+from app.i18n.speaking import N_, decimal, tr
 from app.page.panels.distance_rate import (
     BOLTED,
     Term,
@@ -144,7 +144,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         **({} if kept is None else {"mm": quantity.page_unit, "symbol": quantity.symbol}),
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
         if kept is None or quantity.against
-        else [tr("the margin falls"), tr("the margin holds"), tr("the margin grows")],
+        else [tr(text, symbol=quantity.symbol) for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
         "legend": _legend() if kept is None else _first_task_legend(simulation.room.wall is not None),

@@ -23,6 +23,7 @@ from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
+from scenes.first_task.wall import WallTask
 from scenes.history import ArmSample, Sample
 from scenes.simulation import Simulation
 
@@ -193,6 +194,10 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))
         return pills_html([*pills, *(("alarm", reason) for reason in reasons)])
     pills += [("alarm", reason) for reason in reasons]
+    if simulation.start_problem is not None:
+        pills.append(("alarm", tr(str(simulation.start_problem))))
+    if any(isinstance(task, WallTask) and task.held_back for task in simulation.roles.tasks):
+        pills.append(("halt", tr("The wall stops before the base, which cannot give way.")))
     ball, other = simulation.room.ball is not None, FIRST_TASK_TEXTS.get(run.quantity.name)
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))

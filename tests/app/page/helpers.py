@@ -22,6 +22,7 @@ STAGES: dict[str, dict[str, Any]] = {
     **{key: {"scene": "solo"} for key in ("path", "kx")},
     **{key: {"scene": "ball"} for key in ("point", "ball")},
     **{key: {"scene": "imitation", "source": "clips"} for key in ("source", "clip")},
+    **{key: {"scene": "first_task", "first": "all"} for key in ("first", "together", "load")},
     "following": {"scene": "master_slave"},
     "start": {"rig": "torso", "robot": "lwr"},
     **{key: {"law": "potential_field"} for key in ("d0", "eta")},

@@ -69,9 +69,10 @@ def test_the_autopilot_shows_it_in_its_first_seconds_and_the_law_keeps_it(first:
     assert least_of(of(first, law="unprotected"), 20.0) < 0.13
 
 
-def test_without_the_law_the_arm_goes_through_the_wall_and_becomes_singular() -> None:
+def test_without_the_law_the_arm_enters_the_wall_becomes_singular_and_tips() -> None:
     assert least_of(of("wall", law="unprotected"), 20.0) < 0.0
     assert least_of(of("singular", law="unprotected"), 20.0) < 0.001
+    assert least_of(of("tip", law="unprotected"), 20.0) < -0.005
 
 
 def test_of_stages_the_last_one_wins_and_of_ratios_none_is_below() -> None:
@@ -89,6 +90,13 @@ def test_of_stages_the_last_one_wins_and_of_ratios_none_is_below() -> None:
         assert detector.pair_names[-1][1] == "edge of the foot"
         assert least[-1] >= 0.15 - 2e-4
         assert (least.min() >= 0.15 - 2e-4) or together == "stages"
+
+
+@pytest.mark.parametrize(("first", "together"), ALL_WAYS)
+def test_joint_speeds_change_without_jumps(first: str, together: str) -> None:
+    """The largest step of q̇ falls with the time step; a jump would stay."""
+    steps = [run(of(first, together=together, dt=dt), 6.0).summary.dq_step_max for dt in (0.005, 0.00125)]
+    assert steps[0] < 0.05 and steps[1] < 0.4 * steps[0]
 
 
 def test_the_wall_stops_before_the_base_and_at_its_speed() -> None:

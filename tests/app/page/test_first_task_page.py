@@ -1,0 +1,98 @@
+"""Another first task as a visitor without a browser has it: the chooser, the wall by its handle, words and units."""
+
+import html
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.page.panels.contact_card import contact_note, contact_words, symbol_sentences
+from app.page.panels.distance_rate import budget_terms
+from app.page.panels.readout import status_html
+from app.page.panels.scene_words import scene_sentence
+from app.plots.time_plots import time_plot_of
+from app.session.frame import Frame, freeze
+from app.session.session import Session
+from app.settings import Settings, from_query, to_query
+from app.text.first_task_texts import in_unit
+from app.text.law_texts import equation_html
+from scenes.quantities import FIRST_TASKS
+from scenes.settings import LawSettings, RunSettings, specs
+from scenes.simulation import Simulation
+from scenes.targets import WallTarget
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.page.helpers import page_label
+
+
+def frame_of(first: str, **others: Any) -> Frame:
+    simulation = Simulation(RunSettings(scene="first_task", first=first, **others))
+    source = simulation.source()
+    for _ in range(300):
+        simulation.step(source.target(simulation.time))
+    frame = freeze(Session(Settings(simulation.settings)), 0.0)
+    return replace(frame, simulation=simulation, sample=simulation.sample())
+
+
+@pytest.mark.parametrize("first", FIRST_TASKS)
+def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> None:
+    frame, kept = frame_of(first), FIRST_TASKS[first]
+    run = frame.simulation.settings
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    words = contact_words(frame, terms)
+    assert str(words["apart"]).startswith(f"{kept.page_unit} ") and words["symbol"] == kept.symbol
+    assert contact_note(frame.simulation, frame.sample, frame.contact, terms)[1].startswith(
+        f"{kept.symbol} ≥ {kept.symbol}<sub>m</sub>"
+    )
+    assert symbol_sentences(frame)["dm"].startswith(f"{kept.symbol}_m: ")
+    plot = time_plot_of("distance", frame.simulation)
+    assert plot.unit == kept.unit and kept.short in plot.title and plot.lines[1].name == f"{kept.symbol}<sub>m</sub>"
+    assert time_plot_of("speeds", frame.simulation).unit == f"{kept.unit}/s"
+    assert in_unit(specs()["dm"], kept).title().endswith(f"{kept.symbol}_m [{kept.page_unit}]")
+    assert in_unit(specs()["v"], kept).page_unit == f"{kept.unit}/s"
+    assert f"{kept.symbol} = " in scene_sentence(frame) and f" {kept.page_unit};" in scene_sentence(frame)
+    strict = replace(run, law=replace(run.law, law="strict_switched", pairs="single"))
+    assert ("sigma ≤ sigma" in equation_html(strict)) == (first == "singular")
+
+
+def test_what_the_start_cannot_keep_is_said() -> None:
+    simulation = Simulation(RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25)))
+    said = html.unescape(status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()))
+    assert "more than the" in said and "take a smaller d_m" in said
+    simulation.apply(replace(simulation.settings, law=LawSettings()))
+    assert "smaller" not in status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample())
+
+
+def test_a_wall_held_before_the_base_is_said() -> None:
+    simulation = Simulation(RunSettings(scene="first_task", first="wall"))
+    for _ in range(900):
+        simulation.step(WallTarget(np.array([-2.0, 0.0, 1.4]), np.zeros(2)))
+    said = status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample())
+    assert "The wall stops before the base" in said
+
+
+def test_a_link_opens_it_with_its_choices() -> None:
+    settings, problems = from_query({"scene": "first_task", "first": "all", "together": "stages", "load": "3"}, Settings())
+    assert not problems
+    assert settings.run == RunSettings(scene="first_task", first="all", together="stages", load=3.0)
+    assert from_query(to_query(settings), Settings())[0] == settings
+
+
+def test_a_visitor_chooses_a_first_task_and_drags_and_turns_the_wall(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "scene=first_task&autopilot=0&speed=2")
+    one.visitor.wait_for(lambda v: {"/wall", "/kept_from_wall", "/gizmo/wall"} <= set(v.mirror.nodes))
+    chooser = one.visitor.mirror.labelled(page_label("first"))
+    assert chooser["visible"] and len(chooser["options"]) == len(FIRST_TASKS)
+    c, s = np.cos(0.2), np.sin(0.2)
+    goal = np.array([0.15, 0.1, 1.35])
+    one.visitor.move_gizmo("/gizmo/wall", phase="start")
+    one.visitor.move_gizmo("/gizmo/wall", tuple(goal.tolist()), wxyz=(float(c), 0.0, 0.0, float(s)))
+    one.wait(lambda x: isinstance(x.held, WallTarget))
+    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes["/wall"]["position"]) - goal) < 0.03)
+    one.wait(lambda x: abs(x.simulation.positions[x.simulation.room.wall][3] - 0.4) < 0.05)
+    one.visitor.move_gizmo("/gizmo/wall", phase="end")
+    one.wait(lambda x: x.held is None)
+    one.visitor.set_value(page_label("first"), FIRST_TASKS["tip"].label)
+    one.wait(lambda x: x.settings.run.first == "tip" and x.simulation.room.wall is None)
+    one.visitor.wait_for(lambda v: "/wall" not in v.mirror.nodes and {"/balance/centre", "/balance/foot"} <= set(v.mirror.nodes))
+    one.visitor.wait_for(lambda v: v.mirror.labelled(page_label("load"))["visible"])
