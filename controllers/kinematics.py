@@ -55,11 +55,14 @@ class Kinematics:
         self.data = model.createData()
         self.jacobian: Array = self.data.J
         """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""
+        self.positions: Array = pin.neutral(model)
+        """q (nv,) of the last `update`, the very array [rad]."""
         self._hand_poses = {arm.hand: self.data.oMf[arm.hand] for arm in arms}
 
     def update(self, positions: Array) -> None:
         """Compute every joint and hand pose and the Jacobian at q (nv,) [rad]."""
         model, data = self.model, self.data
+        self.positions = positions
         pin.computeJointJacobians(model, data, positions)
         for hand in self._hand_poses:
             pin.updateFramePlacement(model, data, hand)

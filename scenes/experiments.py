@@ -6,8 +6,8 @@ An experiment is a `Scenario` of `scenes.roles`, its entry here, and its words i
 from dataclasses import dataclass
 from typing import Final, Literal
 
-Obstacle = Literal["nothing", "ball", "arm"]
-"""What there is to keep clear of."""
+Obstacle = Literal["nothing", "ball", "arm", "task"]
+"""What there is to keep clear of; with "task", a first task that the settings choose, see `scenes.quantities`."""
 
 Moved = Literal["arm", "ball", "person"]
 """What the visitor moves: an arm, the ball, or the figure of the person who is imitated."""
@@ -55,6 +55,7 @@ BALL: Final = "ball"
 HOLD: Final = "hold"
 MASTER_SLAVE: Final = "master_slave"
 IMITATION: Final = "imitation"
+FIRST_TASK: Final = "first_task"
 """Those that figures, tests of laws and benchmarks are made of."""
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
@@ -79,6 +80,10 @@ EXPERIMENTS: Final[dict[str, Experiment]] = {
         Experiment(
             IMITATION, "Imitation (Figs 7, 8)", "imitation", "imitation:Imitation", "arm", "person", "person",
             ("clip",), both_avoid=True,
+        ),
+        Experiment(
+            FIRST_TASK, "Another first task (eqs 9–13)", "another first task", "first_task.scenario:AnotherFirstTask",
+            "task", "arm", "nothing", ("first", "together", "load", "task"),
         ),
     )
 }  # fmt: skip

@@ -32,6 +32,9 @@ TORSO_STUB: Final = 0.0725
 POST: Final = 0.05
 """Radius of the column under a base that stands alone [m]."""
 
+CART_HALF: Final = (0.32, 0.24)
+"""Half of the cart's size along x and y; its base stands in the middle [m]."""
+
 FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)
 """Centre and half size of the box that stands for the floor [m]."""
 
@@ -69,6 +72,9 @@ def furniture_of(rig: Rig) -> Furniture:
         half = bench_half_length(-2.0 * float(rig.bases[0].translation[0]))
         bench = (0.0, 0.0, BENCH_TOP / 2, half, BENCH_HALF_DEPTH, BENCH_TOP / 2)
         return Furniture(np.array([FLOOR, bench]), ())
+    if rig.name == "cart":
+        x, y, _ = rig.bases[0].translation.tolist()
+        return Furniture(np.array([FLOOR, (x, y, BENCH_TOP / 2, CART_HALF[0], CART_HALF[1], BENCH_TOP / 2)]), ())
     if rig.name == "torso":
         block = np.array(TORSO_BLOCK)
         foot = block * np.array([1.0, 1.0, 0.0])

@@ -102,6 +102,9 @@ def run(
         start: q (nv,) [rad], None for the room's start posture.
         on_progress: called now and then with the number of steps made since the last call.
         law: one that the settings do not know, None for theirs.
+
+    Raises:
+        BadSetting: the start cannot keep what the settings ask for.
     """
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
@@ -111,6 +114,8 @@ def run(
     simulation.use(law)
     if start is not None:
         simulation.reset(start)
+    if (problem := simulation.start_problem()) is not None:
+        raise problem
     active = source or simulation.source()
     times = np.empty(steps, dtype=np.int64)
     for i in range(steps):

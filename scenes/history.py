@@ -22,13 +22,13 @@ _HEAD: Final = len(SCALARS)
 _FIRST: Final = COLUMN["e2_b"]
 
 
-def unit_of(column: str, error_unit: str) -> str:
-    """Return the unit of a column, "" for a number without one. `error_unit`: of the squared error."""
-    known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
-    known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
+def unit_of(column: str, error_unit: str, unit: str = "m") -> str:
+    """Return the unit of a column, "" for a number without one. `error_unit`: of the squared error; `unit`: of the first task."""
+    known = {"t": "s", "d": unit, "law_d": unit, "e2": error_unit, "e2_b": error_unit}
+    known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), f"{unit}/s")
     if column in known or column in SCALARS:
         return known.get(column, "")
-    length = column.startswith("ball_")
+    length = column.endswith(("_x", "_y", "_z"))
     if "_dq" in column:
         return "m/s" if length else "rad/s"
     return "m" if length else "rad"

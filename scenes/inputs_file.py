@@ -18,7 +18,7 @@ from controllers.kinematics import Array
 from scenes.files import input_content
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
-from scenes.packing import ANGLES, JOINTS, KINDS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
+from scenes.packing import ANGLES, JOINTS, KINDS, LINK, ROTATION, TURNED, WALL, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
 from scenes.roles import TargetSource, room_of
 from scenes.settings import RunSettings, changed, values
@@ -261,7 +261,9 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
     for change in changes:
         for key, value in change.items():
             _check(
-                key not in ("scene", "rig", "robot", "guided", "path", "point"), "changes {key} in the middle of the run", key=key
+                key not in ("scene", "rig", "robot", "guided", "path", "point", "first", "load", "together"),
+                "changes {key} in the middle of the run",
+                key=key,
             )
             settings = changed(settings, key, value)
         found.append(settings)
@@ -299,6 +301,9 @@ def _check_targets(kind: int, rows: Array, joints: int) -> None:
     if kind == LINK:
         _check(np.isin(rows[:, 0], range(1, joints + 1)).all(), "pulls a link that no arm has")
         places = rows[:, 1:]
+    elif kind == WALL:
+        _check((np.abs(rows[:, 3:]) <= WIDEST).all(), "has an angle beyond two turns")
+        places = rows[:, :3]
     elif kind & (ROTATION | TURNED):
         _check(_are_rotations(rows[:, 3:12]), "has an orientation that is none")
         places = np.delete(rows, np.s_[3:12], axis=1)

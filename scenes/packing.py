@@ -7,7 +7,17 @@ from typing import Final, NamedTuple, cast
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, HeldTarget, JointTarget, LinkTarget, PairTarget, Target
+from scenes.targets import (
+    AnglesTarget,
+    BallTarget,
+    HandTarget,
+    HeldTarget,
+    JointTarget,
+    LinkTarget,
+    PairTarget,
+    Target,
+    WallTarget,
+)
 
 NOTHING: Final = 0
 HAND: Final = 1
@@ -21,6 +31,8 @@ UNSEEN: Final = 17
 ANGLES: Final = 18
 LINK: Final = 19
 """Joint, offset, position."""
+WALL: Final = 20
+"""Position, turn and tilt."""
 JOINTS: Final = 64
 """Plus the number of joints."""
 
@@ -37,6 +49,7 @@ WIDTHS: Final[dict[int, int]] = {
     UNSEEN: 0,
     ANGLES: 8,
     LINK: 7,
+    WALL: 5,
     **_HANDS,
     **{JOINTS + n: n for n in range(1, MOST_JOINTS + 1)},
 }
@@ -126,6 +139,8 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
         return (UNSEEN, b"") if target.angles is None else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
     if isinstance(target, BallTarget):
         return BALL, np.asarray(target.position, np.float64).tobytes()
+    if isinstance(target, WallTarget):
+        return WALL, np.concatenate([target.position, target.turn]).tobytes()
     if isinstance(target, LinkTarget):
         return LINK, np.array([target.joint, *target.offset, *target.position], np.float64).tobytes()
     if isinstance(target, PairTarget):
@@ -145,6 +160,8 @@ def decoded(code: int, numbers: Array) -> Target | None:
         return AnglesTarget(numbers.reshape(2, 4))
     if code == BALL:
         return BallTarget(numbers)
+    if code == WALL:
+        return WallTarget(numbers[:3], numbers[3:])
     if code == LINK:
         return LinkTarget(int(numbers[0]), numbers[1:4], numbers[4:])
     if code >= PAIR:

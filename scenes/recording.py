@@ -214,8 +214,11 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     second = () if np.isnan(table[:, COLUMN["authority_b"]]).all() else CSV_SECOND
     followed = np.flatnonzero(~np.isnan(desired[-1]))
     joints = [name.format(kind) for kind in ("q", "dq") for name in columns]
+    settings_of = simulation.settings
     header = (*CSV_SCALARS, *second, *joints, *(columns[i].format("qd") for i in followed))
-    units = {name: unit_of(name, simulation.settings.experiment.error_unit) for name in header} | {"pair": "names"}
+    units = {name: unit_of(name, settings_of.experiment.error_unit, settings_of.quantity.unit) for name in header} | {
+        "pair": "names"
+    }
     out.write(f"# units = {', '.join(f'{name} [{unit or 1}]' for name, unit in units.items())}\n")
     out.write(",".join(header) + "\n")
     pairs = [pair_label(names) for names in simulation.detector.pair_names]

@@ -167,3 +167,6 @@ _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
 _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
 ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
 """Where a single arm stands, whatever the rig of two: upright at the end of the table."""
+
+CART: Final = replace(ALONE, name="cart")
+"""The same place, on a cart instead of the bench."""

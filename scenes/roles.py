@@ -7,7 +7,9 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array
+from controllers.row_stage import RowStage
 from scenes.arm_tasks.arm_task import ArmTask
 from scenes.room import Room, World
 from scenes.settings import AvoidChoice, RunSettings
@@ -86,6 +88,14 @@ class Scenario:
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
         """Source for the start of a page that nothing else was asked of; None if the experiment begins like any other time."""
+        return None
+
+    def stages(self, world: World, settings: RunSettings) -> tuple[RowStage, ...]:
+        """Further first tasks of the arm that avoids, each with priority over the law and over those before it."""
+        return ()
+
+    def problem(self, world: World, settings: RunSettings) -> BadSetting | None:
+        """Reason for which the settings cannot be kept from the start on, with its remedy; None if they can."""
         return None
 
     def way(self, settings: RunSettings, home: Array) -> Array:

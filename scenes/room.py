@@ -1,6 +1,7 @@
 """Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet; and how it all
 stands now."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Final
@@ -44,6 +45,8 @@ class Room:
         start: q (nv,) [rad, m].
         ball: columns of the ball in q, None if there is none.
         point: what keeps clear of the ball.
+        wall: columns of the wall in q, None if there is none.
+        watch: makes what the laws act on in place of the distances of the bodies; None for these.
     """
 
     rig: Rig
@@ -54,12 +57,16 @@ class Room:
     start: Array
     ball: slice | None = None
     point: ControlPoint = "arm"
+    wall: slice | None = None
+    watch: "Callable[[World], ProximityDetector] | None" = None
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Name of every column of q, with {} where "q", "dq" or "qd" belongs: "left_{}1" …"""
         arms = (f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start))
-        return (*arms, *((f"ball_{{}}_{axis}" for axis in "xyz") if self.ball is not None else ()))
+        ball = (f"ball_{{}}_{axis}" for axis in "xyz") if self.ball is not None else ()
+        wall = (f"wall_{{}}_{axis}" for axis in (*"xyz", "turn", "tilt")) if self.wall is not None else ()
+        return (*arms, *ball, *wall)
 
     def arm(self, side: ArmName) -> Arm:
         """Return the arm of a side; the only one where one stands alone."""
@@ -93,9 +100,9 @@ class World:
     def __init__(self, room: Room, limit_gain: float) -> None:
         self.room = room
         self.kinematics = Kinematics(room.model, room.arms)
-        self.detector = ProximityDetector(self.kinematics, room.geometry)
         self.positions: Array = room.start.copy()
         self.velocities: Array = np.zeros(room.model.nv)
+        self.detector = ProximityDetector(self.kinematics, room.geometry) if room.watch is None else room.watch(self)
         model = room.model
         self.bounds = VelocityBox(
             model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy(), limit_gain
@@ -112,6 +119,8 @@ def random_bounds(room: Room) -> tuple[Array, Array]:
     low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
     if room.ball is not None:
         low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
+    if room.wall is not None:
+        low[room.wall] = high[room.wall] = room.start[room.wall]
     return low, high
 
 

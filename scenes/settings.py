@@ -10,6 +10,7 @@ from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from scenes.experiments import EXPERIMENTS, HOLD, MASTER_SLAVE, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
+from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, Quantity
 from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ ControlPoint = Literal["hand", "elbow", "arm"]
 """What the ball must not touch: one point of the arm, fixed once and for all, or the whole arm."""
 BallMotion = Literal["still", "cross"]
 ClipName = Literal["medley", "wave", "clap", "cross", "reach"]
+Together = Literal["ratios", "stages"]
+"""How several first tasks are kept at once: as one, or one after the other, of which the last wins."""
 T = TypeVar("T")
 
 ABOVE, ABOVE_LAST, ELSEWHERE = Tab("above"), Tab("above", 1), Tab("elsewhere")
@@ -201,6 +204,16 @@ class RunSettings:
     ball: BallMotion = ARMS.choice(
         "still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path"
     )
+    first: str = ARMS.choice(
+        WALL, lambda: {name: quantity.label for name, quantity in FIRST_TASKS.items()}, "first", "first task",
+        "What the arm must keep before anything else; d_m and v are then in its unit.",
+    )  # fmt: skip
+    together: Together = ARMS.choice(
+        "ratios", Together, "together", "all at once",
+        "How several first tasks are one: the smooth minimum of their ratios, or one stage after the other.",
+        "By ratios", "By stages",
+    )  # fmt: skip
+    load: float = ARMS.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
     clip: ClipName = ARMS_TASK.choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
@@ -240,6 +253,11 @@ class RunSettings:
     def experiment(self) -> Experiment:
         """What is declared of the experiment."""
         return EXPERIMENTS[self.scene]
+
+    @property
+    def quantity(self) -> Quantity:
+        """The first task: what the law keeps at or above a threshold."""
+        return FIRST_TASKS[self.first] if "first" in self.experiment.reads else DISTANCE
 
     @property
     def draws_circle(self) -> bool:
@@ -304,7 +322,7 @@ def values(settings: Any) -> dict[str, Any]:
     return {key: reduce(getattr, path, settings) for key, (path, _) in leaves(type(settings)).items()}
 
 
-LATER: Final = {"world": False}
+LATER: Final = {"world": False, "first": WALL, "together": "ratios", "load": 6.0}
 """Key → value of settings that came after the first files: tables name them only where they have another value."""
 
 

@@ -12,10 +12,12 @@ import controllers.first_tasks.links_over_boxes  # noqa: F401
 import controllers.first_tasks.points_over_plane  # noqa: F401
 import controllers.first_tasks.smallest_singular_value  # noqa: F401
 import scenes.person.retarget  # noqa: F401
+from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
 from controllers.limits import TOLERANCE, Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
+from controllers.row_stage import through_stages
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.avoidance_group import AvoidanceGroup
@@ -110,6 +112,7 @@ class Simulation:
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
+        self._further = scenario_of(self.settings).stages(self.world, self.settings)
         self._stages = WorldStages(self.world) if self.settings.world else None
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
@@ -132,6 +135,8 @@ class Simulation:
             self._begin()
         elif (settings.avoid, settings.one_row, settings.world) != (before.avoid, before.one_row, before.world):
             self._form()
+        elif settings.law is not before.law:
+            self._further = scenario_of(settings).stages(self.world, settings)
 
     def reset(self, positions: Array | None = None) -> None:
         """Restart at time 0, at rest, in the settings' start posture or at q (nv,) [rad]. The settings stay."""
@@ -175,6 +180,11 @@ class Simulation:
         """Source of targets for the start of a page, see `Scenario.opening`; None if the experiment has none for these settings."""
         self.kinematics.update(self.positions)
         return scenario_of(self.settings).opening(self.world, self.settings)
+
+    def start_problem(self) -> BadSetting | None:
+        """Reason for which the present posture cannot keep what the settings ask for, with its remedy; None if it can."""
+        self.world.update()
+        return scenario_of(self.settings).problem(self.world, self.settings)
 
     @property
     def avoiding_joints(self) -> int:
@@ -274,6 +284,8 @@ class Simulation:
         self.answers = *self.answers, wanted
         s = lever(float(row.dot(row)))
         velocities, authority, joint = self._bound(group, row, wanted, lam, s)
+        if self._further:
+            velocities = through_stages(velocities, self._further)
         if self._stages:
             kept = self._stages.kept(group.joints, velocities)
             lost = float(row.dot(velocities)) - float(row.dot(kept))

@@ -49,6 +49,18 @@ class BallTarget(NamedTuple):
     position: Array
 
 
+class WallTarget(NamedTuple):
+    """Where the person wants the wall.
+
+    Attributes:
+        position: of its middle (3,), world [m].
+        turn: about the upright, and tilt (2,) [rad].
+    """
+
+    position: Array
+    turn: Array
+
+
 class AnglesTarget(NamedTuple):
     """How a person holds their own arms.
 
@@ -75,7 +87,7 @@ class PairTarget(NamedTuple):
     second: HeldTarget
 
 
-Target = HandTarget | JointTarget | LinkTarget | BallTarget | AnglesTarget | PairTarget
+Target = HandTarget | JointTarget | LinkTarget | BallTarget | WallTarget | AnglesTarget | PairTarget
 
 
 def quintic(s: float) -> tuple[float, float]:

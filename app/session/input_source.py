@@ -146,4 +146,17 @@ def ahead(place: Array, way: Array, here: Array) -> Array:
 
 def source_settings(run: RunSettings) -> tuple[object, ...]:
     """Return the settings that the experiment's own source depends on: when one changes, the source starts again."""
-    return (run.scene, run.rig, run.robot, run.guided, run.path, run.point, run.ball, run.clip, run.seed)
+    return (
+        run.scene,
+        run.rig,
+        run.robot,
+        run.guided,
+        run.path,
+        run.point,
+        run.ball,
+        run.clip,
+        run.seed,
+        run.first,
+        run.load,
+        run.together,
+    )

@@ -5,6 +5,7 @@ from typing import Final
 
 from app.settings import Settings
 from scenes.experiments import EXPERIMENTS
+from scenes.quantities import ALL, TIP
 from scenes.settings import LawSettings, specs
 
 
@@ -30,6 +31,8 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     # A point of the arm and the ball are one pair.
     "beta": lambda s: s.run.law.pairs != "single" and (s.run.point == "arm" or "point" not in s.run.experiment.reads),
     "eps": lambda s: s.run.law.pairs == "smooth",
+    "together": lambda s: s.run.first == ALL,
+    "load": lambda s: s.run.first in (TIP, ALL),
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
 }
 """Key → what must hold, too, for it to matter."""
@@ -51,6 +54,6 @@ def built_of(settings: Settings) -> tuple[object, ...]:
     """Settings of which room, arms, handles and page are made: a change of one builds something again."""
     run, page = settings.run, settings.page
     return (
-        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start),
+        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start, run.first, run.load, run.together),
         *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source, page.gizmo),
     )

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from app.i18n.speaking import tr
-from scenes.experiments import BALL, HOLD, IMITATION, MASTER_SLAVE, SOLO
+from scenes.experiments import BALL, FIRST_TASK, HOLD, IMITATION, MASTER_SLAVE, SOLO
+from scenes.quantities import ALL, SINGULAR, STOPS, TIP, WALL
 from scenes.settings import RunSettings
 
 
@@ -70,6 +71,19 @@ def _imitation(run: RunSettings, itself: bool) -> ExperimentTexts:
     return ExperimentTexts(f"{watched} {tr('Pull the arms of the figure anywhere.')}", watched)
 
 
+def _first_task(run: RunSettings, itself: bool) -> ExperimentTexts:
+    watched = {
+        WALL: tr("Elbow, wrist and hand keep their distance from the wall."),
+        STOPS: tr("No joint comes near its stops."),
+        SINGULAR: tr("The arm never stretches out: it keeps away from singular postures."),
+        TIP: tr("The centre of mass stays over the cart's foot. The masses of the links are estimates."),
+        ALL: tr("The arm keeps all of these at once; the least margin counts."),
+    }[run.first]
+    takes_over = tr("The autopilot shows it; drag the hand to take over.")
+    drag = tr("Drag the hand, or the wall.") if run.first in (WALL, ALL) else tr("Drag the hand as far as you can.")
+    return ExperimentTexts(f"{takes_over if itself else drag} {watched}", watched)
+
+
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
     """Name of the arm that keeps clear. `free`, `guided`: the text where it is one of them alone."""
     return tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
@@ -81,5 +95,6 @@ EXPERIMENT_TEXTS: Final[dict[str, Callable[[RunSettings, bool], ExperimentTexts]
     HOLD: _hold,
     MASTER_SLAVE: _master_slave,
     IMITATION: _imitation,
+    FIRST_TASK: _first_task,
 }
 """Name → what is said of it; the second argument is whether it runs by itself."""

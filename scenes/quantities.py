@@ -1,0 +1,55 @@
+"""What a law keeps at or above a threshold, as it is written: symbol, unit, names. Nothing here loads a library.
+
+The distance of the arms is one. A law computes in the unit of its first task: d_m and v of the settings are then h_m and v in it.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A first task as it is written.
+
+    Attributes:
+        name: in links and in files.
+        label: what a person reads in the chooser.
+        short: what it is a value of, as in "distance".
+        symbol: of the value, TeX.
+        unit: SI unit of it.
+        against: what is kept clear of, in plain words; "" if the arm keeps clear of nothing outside it.
+    """
+
+    name: str
+    label: str
+    short: str
+    symbol: str
+    unit: str
+    against: str = ""
+
+    @property
+    def page_unit(self) -> str:
+        """Unit on the page, a thousandth of the SI unit."""
+        return f"m{self.unit}"
+
+
+DISTANCE: Final = Quantity("distance", "Distance of the arms", "distance", "d", "m", "arm")
+"""The paper's."""
+
+WALL: Final = "wall"
+STOPS: Final = "stops"
+SINGULAR: Final = "singular"
+TIP: Final = "tip"
+ALL: Final = "all"
+
+FIRST_TASKS: Final[dict[str, Quantity]] = {
+    quantity.name: quantity
+    for quantity in (
+        Quantity(WALL, "A wall", "distance from the wall", "d", "m", "wall"),
+        Quantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
+        Quantity(SINGULAR, "Out of singularity", "smallest singular value", "\\sigma", "m/rad"),
+        Quantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
+        Quantity(ALL, "All at once", "least of all margins", "h", "m"),
+    )
+}
+"""Name → first task, in the order of the chooser."""
