@@ -32,7 +32,7 @@ TORSO_STUB: Final = 0.0725
 POST: Final = 0.05
 """Radius of the column under a base that stands alone [m]."""
 
-CART_HALF: Final = (0.32, 0.24)
+CART_HALF: Final = (0.32, 0.22)
 """Half of the cart's size along x and y; its base stands in the middle [m]."""
 
 FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)

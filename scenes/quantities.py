@@ -8,14 +8,14 @@ from typing import Final
 
 
 @dataclass(frozen=True)
-class Quantity:
+class KeptQuantity:
     """A first task as it is written.
 
     Attributes:
         name: in links and in files.
         label: what a person reads in the chooser.
         short: what it is a value of, as in "distance".
-        symbol: of the value, TeX.
+        symbol: of the value.
         unit: SI unit of it.
         against: what is kept clear of, in plain words; "" if the arm keeps clear of nothing outside it.
     """
@@ -33,7 +33,7 @@ class Quantity:
         return f"m{self.unit}"
 
 
-DISTANCE: Final = Quantity("distance", "Distance of the arms", "distance", "d", "m", "arm")
+DISTANCE: Final = KeptQuantity("distance", "Distance of the arms", "distance", "d", "m", "arm")
 """The paper's."""
 
 WALL: Final = "wall"
@@ -42,14 +42,14 @@ SINGULAR: Final = "singular"
 TIP: Final = "tip"
 ALL: Final = "all"
 
-FIRST_TASKS: Final[dict[str, Quantity]] = {
+FIRST_TASKS: Final[dict[str, KeptQuantity]] = {
     quantity.name: quantity
     for quantity in (
-        Quantity(WALL, "A wall", "distance from the wall", "d", "m", "wall"),
-        Quantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
-        Quantity(SINGULAR, "Out of singularity", "smallest singular value", "\\sigma", "m/rad"),
-        Quantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
-        Quantity(ALL, "All at once", "least of all margins", "h", "m"),
+        KeptQuantity(WALL, "A wall", "distance from the wall", "d", "m", "wall"),
+        KeptQuantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
+        KeptQuantity(SINGULAR, "Out of singularity", "smallest singular value", "σ", "m/rad"),
+        KeptQuantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
+        KeptQuantity(ALL, "All at once", "least of all margins", "h", "m"),
     )
 }
 """Name → first task, in the order of the chooser."""

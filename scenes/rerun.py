@@ -18,7 +18,7 @@ from scenes.inputs import Recorded, Stretch, merged_stretches
 from scenes.law_answers import ReplayedLaw
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, leaves, replaced, specs, values
 from scenes.simulation import Simulation
-from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target
+from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target, WallTarget
 from scenes.wanted import while_wanted
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
@@ -236,6 +236,9 @@ def target_between(first: Target | None, second: Target | None, share: float) ->
         if first.elbow is not None and second.elbow is not None:
             elbow = _part(first.elbow, second.elbow, share)
         return HandTarget(_part(first.position, second.position, share), rotation, elbow)
+    if isinstance(first, WallTarget):
+        assert isinstance(second, WallTarget)
+        return WallTarget(_part(first.position, second.position, share), _part(first.turn, second.turn, share))
     if isinstance(first, LinkTarget):
         assert isinstance(second, LinkTarget)
         return first._replace(position=_part(first.position, second.position, share))

@@ -61,6 +61,11 @@ class Room:
     watch: "Callable[[World], ProximityDetector] | None" = None
 
     @property
+    def meets_bodies(self) -> bool:
+        """True if the laws act on distances of bodies, which can be drawn."""
+        return self.watch is None
+
+    @property
     def columns(self) -> tuple[str, ...]:
         """Name of every column of q, with {} where "q", "dq" or "qd" belongs: "left_{}1" …"""
         arms = (f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenes import furniture, glb, rigs, surfaces
-from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, POST, TORSO_BLOCK, TORSO_STUB, bench_half_length
+from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, CART_HALF, POST, TORSO_BLOCK, TORSO_STUB, bench_half_length
 from scenes.glb import Material
 from scenes.rigs import RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
@@ -154,6 +154,24 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> by
     return _packed({"dark": join(columns)}, coarse)
 
 
+@functools.cache
+def cart_glb(place: tuple[float, float], coarse: bool) -> bytes:
+    """A cart on four wheels, with a plate for a base in its middle [m]; `coarse` as above."""
+    half_x, half_y, corner, top = *CART_HALF, 0.04, BENCH_TOP
+    body = rounded([(0, 0.09), (corner, 0.09), (corner, 0.40), (0, 0.40)], 0.006, 3)
+    column = rounded([(0.13, 0.395), (0.11, top), (0.0, top)], 0.01, 3)
+    plate = rounded([(0.105, top - 0.001), (0.105, TABLE_HEIGHT), (0.0, TABLE_HEIGHT)], 0.004, 4)
+    wheel = rounded([(0.0, -0.02), (0.06, -0.02), (0.06, 0.02), (0.0, 0.02)], 0.008, 3)
+    on_edge = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    corners = [(sx * (half_x - 0.06), sy * (half_y - 0.02), 0.06) for sx in (-1, 1) for sy in (-1, 1)]
+    parts = {
+        "light": revolve(body, 40, stretch=(half_x - corner, half_y - corner)),
+        "dark": revolve(column, FEW),
+        "black": join([revolve(plate, 72), *(moved(revolve(wheel, FEW), on_edge, at) for at in corners)]),
+    }
+    return _packed({name: moved(part, shift=(*place, 0.0)) for name, part in parts.items()}, coarse)
+
+
 def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
     return (glb.merged_glb if coarse else glb.glb)(parts, MATERIALS)
 
@@ -168,5 +186,8 @@ def furniture_glb(rig: Rig, coarse: bool) -> bytes:
         return torso_glb(coarse)
     if rig.name == "table":
         return table_glb(-2.0 * float(rig.bases[0].translation[0]), coarse, len(rig.bases))
+    if rig.name == "cart":
+        x, y, _ = rig.bases[0].translation.tolist()
+        return cart_glb((x, y), coarse)
     feet = (base.translation.tolist() for base in rig.bases)
     return stands_glb(tuple((x, y, z) for x, y, z in feet), coarse)

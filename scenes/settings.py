@@ -10,7 +10,7 @@ from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from scenes.experiments import EXPERIMENTS, HOLD, MASTER_SLAVE, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
-from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, Quantity
+from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, KeptQuantity
 from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
 if TYPE_CHECKING:
@@ -204,16 +204,16 @@ class RunSettings:
     ball: BallMotion = ARMS.choice(
         "still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path"
     )
-    first: str = ARMS.choice(
+    first: str = ABOVE.choice(
         WALL, lambda: {name: quantity.label for name, quantity in FIRST_TASKS.items()}, "first", "first task",
         "What the arm must keep before anything else; d_m and v are then in its unit.",
     )  # fmt: skip
-    together: Together = ARMS.choice(
+    together: Together = ABOVE.choice(
         "ratios", Together, "together", "all at once",
         "How several first tasks are one: the smooth minimum of their ratios, or one stage after the other.",
         "By ratios", "By stages",
     )  # fmt: skip
-    load: float = ARMS.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
+    load: float = ABOVE.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
     clip: ClipName = ARMS_TASK.choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
@@ -255,7 +255,7 @@ class RunSettings:
         return EXPERIMENTS[self.scene]
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> KeptQuantity:
         """The first task: what the law keeps at or above a threshold."""
         return FIRST_TASKS[self.first] if "first" in self.experiment.reads else DISTANCE
 

@@ -284,10 +284,9 @@ class Simulation:
         self.answers = *self.answers, wanted
         s = lever(float(row.dot(row)))
         velocities, authority, joint = self._bound(group, row, wanted, lam, s)
-        if self._further:
-            velocities = through_stages(velocities, self._further)
-        if self._stages:
-            kept = self._stages.kept(group.joints, velocities)
+        if self._further or self._stages:
+            kept = through_stages(velocities, self._further)
+            kept = self._stages.kept(group.joints, kept) if self._stages else kept
             lost = float(row.dot(velocities)) - float(row.dot(kept))
             if lam > 0.5 and lost > TOLERANCE and authority is Authority.FULL:
                 authority = Authority.WORLD

@@ -78,7 +78,9 @@ class Operation:
         with self._keep:
             replay_bar = ReplayBar(client.gui, session, handlers)
         hands_off = lambda: session.parts.hands_off  # noqa: E731
-        self._gizmos = gizmos = Gizmos(client, session.hand, lambda: view.stage.yours, hands_off, handlers)
+        self._gizmos = gizmos = Gizmos(
+            client, session.hand, lambda: view.stage.yours, hands_off, handlers, lambda: view.stage.wall
+        )
         self._page = page = PanelContext(
             client, session, view, handlers, self._controls, gizmos, self._keep, private, owners, instead, [replay_bar]
         )

@@ -6,7 +6,7 @@ and when its data change in the same moment viser keeps the old time axis in the
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from app.plots.time_series import DRIVEN, JOINTS
 from app.theme import SYMBOL_COLOURS, Palette
 from controllers.kinematics import Array
 from scenes.law_answers import LawOfFile
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
@@ -147,14 +148,16 @@ def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, flo
     return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 
-def _distance(rests: bool) -> TimePlot:
+def _distance(rests: bool, kept: KeptQuantity) -> TimePlot:
+    d = kept.symbol
     lines = (
         PlotLine("d", "d", 2.2),
-        PlotLine("d_m", "dm", 1.6, (7.0, 5.0), name="d<sub>m</sub>"),
-        PlotLine("d*", "rest", 1.6, (2.0, 4.0), name="d*" if rests else "", held=False),
+        PlotLine("d_m", "dm", 1.6, (7.0, 5.0), name=f"{d}<sub>m</sub>"),
+        PlotLine("d*", "rest", 1.6, (2.0, 4.0), name=f"{d}*" if rests else "", held=False),
         *_shadows("d", "d"),
     )
-    return TimePlot(N_('distance <b class="d">d</b>'), "m", lines, top=CEILING)
+    title = N_('distance <b class="d">d</b>') if kept is DISTANCE else f'{tr(kept.short)} <b class="d">{d}</b>'
+    return TimePlot(title, kept.unit, lines, top=CEILING)
 
 
 def _squared_error(unit: str, arms: tuple[str, str]) -> TimePlot:
@@ -202,7 +205,9 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
             two = run.experiment.follows == "person" and run.both_avoid and not run.one_row
             return _squared_error(run.experiment.error_unit, (avoiding, other) if two else ("", ""))
         case "distance":
-            return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
+            return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile), run.quantity)
+        case "speeds" if run.quantity is not DISTANCE:
+            return replace(TIME_PLOTS[name], unit=f"{run.quantity.unit}/s")
         case "joints":
             return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0), DEGREES)
         case "rates":

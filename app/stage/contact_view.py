@@ -18,6 +18,7 @@ from app.stage.stage_part import LABEL_TEXT, StagePart, fresh, quaternion
 from app.theme import PALETTES, Palette, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from controllers.kinematics import Array
+from scenes.quantities import DISTANCE
 from scenes.room import Room
 from scenes.simulation import Simulation
 
@@ -68,9 +69,10 @@ class ClosestLine(StagePart):
             self._line.colors = np.array(colour, np.uint8)
         # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
-        mm = sample.distance * 1000.0
+        mm, kept = sample.distance * 1000.0, frame.simulation.settings.quantity
         # The word is the second cue of an overlap, beside its colour.
-        said = f"{-mm:.0f} {tr('mm of overlap')}" if overlap else f"d = {mm:.0f} mm"
+        bodies = overlap and kept is DISTANCE
+        said = f"{-mm:.0f} {tr('mm of overlap')}" if bodies else f"{kept.symbol} = {mm:.0f} {kept.page_unit}"
         self._label.text = said.replace("-", "−")
         place = (a + b) / 2.0 + np.array([0.0, 0.0, LABEL_ABOVE])
         if self.keep_free is not None:
@@ -178,7 +180,7 @@ class ContactSkin(StagePart):
             tint.position = (share if arm.name in avoiding else 0.0, 0.0, 0.0)
         wanted: dict[tuple[int, str], float] = {}
         self._obstacle = None
-        if seen:
+        if seen and self._room.meets_bodies:
             avoider, obstacle = bodies_of_pair(simulation, sample.pair)
             self._obstacle = obstacle
             wanted = {

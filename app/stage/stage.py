@@ -6,11 +6,13 @@ import viser
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView, TranslucentArms, ghost_posture
+from app.stage.balance_view import BalanceView, balance_of
 from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
 from app.stage.hand_marks import GripMark, PathLine, TargetPlace, Trace
 from app.stage.person_figure import FigureView
 from app.stage.stage_part import KeepFree, StagePart
+from app.stage.wall_view import WallView
 from app.theme import PALETTES, Palette
 from scenes.room_shells import furniture_glb
 from scenes.simulation import Simulation
@@ -81,6 +83,8 @@ class Stage:
         """What the visitor can take hold of; another one with every experiment."""
         self.other: ArmView | None = None
         """The arm that keeps its place, where it can be held too; None in most experiments."""
+        self.wall: WallView | None = None
+        """The wall, which the visitor can take hold of, too; None where there is none."""
         self.keep_free: KeepFree | None = None
         """Keeps labels in the free part of the picture; None where the picture is not known."""
         self._room: tuple[viser.GlbHandle, ...] = ()
@@ -145,6 +149,11 @@ class Stage:
         if room.ball is not None:
             self.yours = BallView(self.scene, room, self._arms[0])
             parts.append(self.yours)
+        self.wall = None if room.wall is None else WallView(self.scene, room)
+        if self.wall is not None:
+            parts.append(self.wall)
+        if (balance := balance_of(simulation)) is not None:
+            parts.append(BalanceView(self.scene, balance))
         if any(mover.desired is not None for mover in simulation.roles.tasks):
             # q_d of the followers.
             parts.append(TranslucentArms(self.scene, "wish", fine, lambda frame: frame.sample.desired))

@@ -12,6 +12,7 @@ from app.text.formula import coloured, formula
 from app.text.templates import macros, tr_html
 from controllers.curve import kept_distance
 from scenes.laws import BARRIER_LAW, DEFAULT_LAW, DRAWN_LAW, LEVER_LAW, NO_AVOIDANCE
+from scenes.quantities import DISTANCE
 from scenes.settings import LawSettings, RunSettings
 
 
@@ -160,6 +161,7 @@ ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
 _LAW_DISTANCE: Final = f"{coloured('d', 'd')}_{{{coloured('d', 'law')}}}"
+_TEX: Final = {"σ": r"\sigma"}
 _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
 
@@ -175,6 +177,11 @@ def equation_html(run: RunSettings) -> Markup:
     # A law of all pairs takes each pair's own d.
     named = run.has_law_distance and run.law.entry.sees == "one row"
     symbols = {**_COLOURED, "d": _LAW_DISTANCE} if named else _COLOURED
+    if run.quantity is not DISTANCE:
+        # x_a is another quantity, and its row is J_a.
+        symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
+        symbols = {**symbols, "d": coloured("d", symbol), "dm": coloured("dm", f"{symbol}_m")}
+        equation = tuple(line.replace("J_d", "J_a").replace("J_{{d,i}}", "J_{{a,i}}") for line in equation)
     lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation)
     drawings = [Markup(formula(line, False, 17.0)) for line in lines]
     if named:

@@ -147,10 +147,25 @@ class CentreOfMass(FirstTask):
             self._masses[carrier] += load
             self._centres[carrier] = moment / self._masses[carrier]
         self._fixed = np.concatenate(((foot.mass,), foot.mass * foot.centre_of_mass))
-        self._edges = foot.edges()
+        self.foot, self._edges = foot, foot.edges()
         self._jacobian = kinematics.jacobian[:, arm.joints]
 
     def margin(self) -> Margin:
         row = np.empty(self._jacobian.shape[1])
         links = self._placements.read(), self._centres, self._masses
         return Margin(centre_over_foot(*links, self._fixed, self._jacobian, self._edges, SHARPNESS, row), row)
+
+    def centre(self) -> Array:
+        """Return the centre of mass of all (3,), world [m]."""
+        placed = self._placements.read()
+        moved = sum(m * (M[:9].reshape(3, 3).T @ c + M[9:]) for M, c, m in zip(placed, self._centres, self._masses, strict=True))
+        whole: Array = (moved + self._fixed[1:]) / (float(self._masses.sum()) + float(self._fixed[0]))
+        return whole
+
+    def ground_points(self) -> tuple[Array, Array]:
+        """Return the centre of mass on the ground, and the nearest point of the line of the nearest edge of the foot (3,), world [m]."""
+        x, y = self.centre()[:2].tolist()
+        margins = self._edges[:, :2] @ np.array([x, y]) - self._edges[:, 2]
+        k = int(margins.argmin())
+        edge = np.array([x, y]) - self._edges[k, :2] * margins[k]
+        return np.array([x, y, 0.0]), np.array([*edge, 0.0])

@@ -184,3 +184,11 @@ class PointsOverPlane(FirstTask):
         points = placed.read(), self._places, self._radii, placed.moving
         h, w = points_over_plane(*points, self._jacobian, self._numbers, SHARPNESS, row)
         return Margin(h, row, w)
+
+    def nearest_point(self) -> Array:
+        """Return the point (3,) of the arm that is nearest to the plane, on the side that faces it, world [m]."""
+        plane, placed = self._plane, self._placements.read()
+        points = np.array([M[:9].reshape(3, 3).T @ place + M[9:] for M, place in zip(placed, self._places, strict=True)])
+        points -= plane.normal * self._radii[:, np.newaxis]
+        nearest: Array = points[int((points @ plane.normal).argmin())]
+        return nearest

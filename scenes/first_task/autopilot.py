@@ -22,10 +22,10 @@ SPREAD: Final = 0.04
 
 HAND_PLACES: Final[dict[str, tuple[tuple[float, float, float], ...]]] = {
     WALL: ((0.35, 0.0, -0.10), (0.0, 0.25, 0.0)),
-    STOPS: ((-0.30, 0.10, 0.05), (-0.10, -0.35, -0.30)),
+    STOPS: ((-0.20, 0.0, -0.25), (-0.10, -0.35, -0.30)),
     SINGULAR: ((0.75, 0.0, 0.10), (0.30, 0.60, 0.30)),
     TIP: ((0.20, 0.75, -0.20), (0.60, -0.40, -0.10)),
-    ALL: ((0.60, 0.55, -0.10), (-0.30, 0.10, 0.05)),
+    ALL: ((0.60, 0.55, -0.10), (-0.20, 0.0, -0.25)),
 }
 """First task → places of the hand that it forbids, from where the hand is at the start (3,) [m]."""
 

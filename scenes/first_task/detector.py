@@ -6,7 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.choices import Treatment
+from controllers.first_tasks.centre_of_mass import CentreOfMass
 from controllers.first_tasks.first_task import FirstTask, Margin
+from controllers.first_tasks.joint_stops import JointStops
 from controllers.first_tasks.points_over_plane import Plane, PointsOverPlane
 from controllers.kinematics import Array
 from controllers.proximity import Proximity, ProximityDetector, smooth_minimum
@@ -38,7 +40,8 @@ class FirstTaskDetector(ProximityDetector):
         super().__init__(world.kinematics, pin.GeometryModel())
         self.tasks, self._wall, self._stages = tasks, wall, stages
         self.pair_names = tuple((world.room.arms[0].name, name) for name in names)
-        self._joints, self._posture = world.room.arms[0].joints, posture
+        self._arm, self._posture = world.room.arms[0], posture
+        self._joints = self._arm.joints
         self._values, self._all_rows = np.zeros(len(tasks)), np.zeros((len(tasks), world.room.model.nv))
 
     @property
@@ -99,3 +102,20 @@ class FirstTaskDetector(ProximityDetector):
     def distances(self) -> Array:
         """Return the value of every task (tasks,) at the last `detect`, a copy."""
         return self._values.copy()
+
+    def witness_points(self, pair: int) -> tuple[Array, Array]:
+        """Return the points (3,) between which a task's value is drawn, world [m]; both are one where it is no length."""
+        task = self.tasks[pair]
+        if isinstance(task, PointsOverPlane):
+            point = task.nearest_point()
+            plane = task.plane
+            return point, point - plane.normal * float(plane.normal.dot(point - plane.point))
+        if isinstance(task, CentreOfMass):
+            return task.ground_points()
+        arm = self._arm
+        if isinstance(task, JointStops):
+            joint = arm.joints.start + 1 + int(np.abs(self._all_rows[pair, arm.joints]).argmax())
+            place = self.kinematics.joint_point(joint)
+        else:
+            place = self.kinematics.hand_pose(arm).translation.copy()
+        return place, place

@@ -59,6 +59,12 @@ def angles_of(normal: Array) -> Array:
     return np.array([np.arctan2(-y, -x), np.arcsin(min(max(z, -1.0), 1.0))])
 
 
+def turn_of(coordinates: Array) -> Array:
+    """Return the orientation (3, 3) of a wall with its coordinates (5,); its first axis points away from the arm."""
+    turn, tilt = coordinates[3:].tolist()
+    return np.asarray(pin.rpy.rpyToMatrix(0.0, tilt, turn), np.float64)
+
+
 def plane_of(coordinates: Array) -> Plane:
     """Return the plane of a wall at rest with its coordinates (5,) [m, rad]."""
     return Plane(normal_of(*coordinates[3:].tolist()), coordinates[:3].copy())

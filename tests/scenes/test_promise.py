@@ -45,7 +45,7 @@ def columns(done: Run) -> dict[str, Array]:
 def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatment, seed: int) -> None:
     """J_d q̇ of all joints, from the q and q̇ columns alone, is the sum of s λ (v + u) − u of the arms that keep clear, less w."""
     drawn = replace(random_run(7, seed).settings, hardware=HardwareSettings())
-    settings = with_values(drawn, scene=scene, pairs=pairs, law="smooth_priority", dt=0.01)
+    settings = with_values(drawn, scene=scene, pairs=pairs, law="smooth_priority", dt=0.01, together="ratios")
     done = run(settings, 2.0)
     law, found, room = settings.law, columns(done), done.simulation.room
     lam = np.array([activation(d, law.critical_distance, law.order) for d in found["law_d"]])

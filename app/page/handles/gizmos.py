@@ -6,9 +6,9 @@ from typing import Final, Literal
 import numpy as np
 import viser
 
-from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip
+from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip, WallGrip
 from app.page.handles.holder import Holder
-from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
+from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, WallHandle, swing_elbow
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
@@ -17,6 +17,7 @@ from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView
 from app.stage.stage import Yours
+from app.stage.wall_view import WallView
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
@@ -36,6 +37,7 @@ class Gizmos:
     Args:
         holder: the person; for the visitor it is the session itself.
         yours: returns what is drawn of it on the same scene; None if nothing can be held.
+        wall: returns the wall on that scene, which can be held as well; None if there is none.
         hands_off: returns whether a part of the session moves what the visitor would.
         handlers: of the page.
     """
@@ -47,7 +49,10 @@ class Gizmos:
         yours: Callable[[], Yours | None],
         hands_off: Callable[[], bool],
         handlers: ActionHandlers,
+        wall: Callable[[], WallView | None] = lambda: None,
     ) -> None:
+        self._wall = wall
+        self._wall_grip: WallGrip | None = None
         self._client, self._holder, self._yours, self._hands_off = client, holder, yours, hands_off
         self._grip: Grip | None = None
         self._gripped: object = None
@@ -83,6 +88,9 @@ class Gizmos:
             for handle in self._handles:
                 handle.remove()
             self._handles = self._make() if yours is not None else ()
+            if self._wall_grip is not None:
+                # Nothing else turns it.
+                self._handles += (WallHandle(self._client.scene, holder),)
         if self._grip is not None:
             self._grip.show()
         # Arrows that came by the pointer alone would only be in the picture of a pull.
@@ -92,11 +100,15 @@ class Gizmos:
 
     @property
     def _pulled_at(self) -> tuple[Grip | TransformHandle, ...]:
-        return self._handles if self._grip is None else (self._grip, *self._handles)
+        return tuple(each for each in (self._grip, self._wall_grip, *self._handles) if each is not None)
 
     def _take_up(self, yours: Yours | None) -> None:
         if self._grip is not None:
             self._grip.remove(nodes_stay=self._gripped is self._yours())
+        if self._wall_grip is not None:
+            self._wall_grip.remove(nodes_stay=self._gripped is self._yours())
+        wall = self._wall() if yours is not None else None
+        self._wall_grip = None if wall is None else WallGrip(wall, self._holder)
         self._gripped, node = yours, ""
         match yours:
             case ArmView():

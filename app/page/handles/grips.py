@@ -13,10 +13,11 @@ from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView, on_person
 from app.stage.stage_part import in_room
+from app.stage.wall_view import WallView
 from controllers.kinematics import Array
 from scenes.person.figure import Figure, Grasp
 from scenes.settings import ArmName
-from scenes.targets import AnglesTarget, BallTarget, LinkTarget
+from scenes.targets import AnglesTarget, BallTarget, LinkTarget, WallTarget
 
 
 class Grip:
@@ -27,7 +28,7 @@ class Grip:
         holder: who pulls, and to whom a pull is posted.
     """
 
-    def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
+    def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle], holder: Holder) -> None:
         self._holder = holder
         self._nodes = {node.name: node for node in nodes}
         self._taken: str | None = None
@@ -120,6 +121,22 @@ class BallGrip(Grip):
 
     def _pull(self, place: Array) -> None:
         self._holder.hold(BallTarget(place - self._offset))
+
+
+class WallGrip(Grip):
+    """Moves the wall as it is turned; the pull holds it at the point that was taken."""
+
+    def __init__(self, view: WallView, holder: Holder) -> None:
+        super().__init__((view.wall,), holder)
+        self._offset, self._turn = np.zeros(3), np.zeros(2)
+
+    def _take(self, name: str, point: Array) -> None:
+        simulation = self._holder.simulation
+        at = simulation.positions[simulation.room.wall]
+        self._offset, self._turn = point - at[:3], at[3:].copy()
+
+    def _pull(self, place: Array) -> None:
+        self._holder.hold(WallTarget(place - self._offset, self._turn))
 
 
 class FigureGrip(Grip):

@@ -12,7 +12,8 @@ from app.page.handles.holder import Holder
 from app.session.actions import Drag
 from app.stage.stage_part import fresh, in_room, quaternion, rotation_of
 from controllers.kinematics import Array
-from scenes.targets import BallTarget, HandTarget, Target
+from scenes.first_task.wall import angles_of, turn_of
+from scenes.targets import BallTarget, HandTarget, Target, WallTarget
 
 AUTOPILOT_SIZE: Final = 0.6
 """How much smaller they are while the autopilot plays."""
@@ -208,3 +209,18 @@ class BallHandle(TransformHandle):
     def _seat(self) -> tuple[Array, Array]:
         simulation = self._holder.simulation
         return simulation.positions[simulation.room.ball], np.eye(3)
+
+
+class WallHandle(TransformHandle):
+    """The arrows and arcs on the wall."""
+
+    def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
+        super().__init__(scene, holder, "wall", 0.26)
+
+    def _target(self, place: Array, turn: Array) -> WallTarget:
+        return WallTarget(place, angles_of(-turn[:, 0]))
+
+    def _seat(self) -> tuple[Array, Array]:
+        simulation = self._holder.simulation
+        at = simulation.positions[simulation.room.wall]
+        return at[:3], turn_of(at)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.i18n.speaking import decimal, tr
+from app.i18n.speaking import N_, decimal, tr
 from app.page.panels.distance_rate import (
     BOLTED,
     Term,
@@ -27,6 +27,7 @@ from app.page.panels.distance_rate import (
 )
 from app.plots.time_series import resting_now
 from app.session.frame import Contact, Frame
+from app.text.first_task_texts import FIRST_TASK_TEXTS
 from app.text.law_texts import LAW_TEXTS
 from app.text.templates import element
 from app.theme import SYMBOLS
@@ -114,6 +115,11 @@ def _legend() -> list[tuple[str, str]]:
     return [("lam", tr("violet: gives way")), ("dm", tr("bubble: distance to keep"))]
 
 
+def _first_task_legend(wall: bool) -> list[tuple[str, str]]:
+    """Legend of a first task; only a wall has something at the distance to keep."""
+    return [_legend()[0], *([("dm", tr("violet plane: distance to keep"))] if wall else [])]
+
+
 def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
     """Text of the card, and the curve λ(d) [mm, ‰], in the visitor's language."""
     simulation, run = frame.simulation, frame.settings.run
@@ -123,6 +129,9 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         yours = "orange", tr("ball")
     elif run.avoid == "guided":
         yours, other = other, yours
+    quantity, kept = run.quantity, FIRST_TASK_TEXTS.get(run.quantity.name)
+    if kept is not None:
+        yours, other = ("silver", tr(kept.other)), ("orange", tr("orange arm"))
     custom = isinstance(simulation.law, LawOfFile)
     return {
         "span": round(1e3 * _span(run)),
@@ -134,12 +143,15 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "arm": other,
         "two": two,
         "terms": [[term.kind, term.symbol, term.word] for term in terms],
-        "apart": tr("mm apart"),
-        "overlap": tr("mm of overlap"),
-        "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")],
+        "apart": tr("mm apart") if kept is None else f"{quantity.page_unit} {tr(kept.apart)}",
+        "overlap": tr("mm of overlap") if kept is None else f"{quantity.page_unit} {tr(kept.beyond)}",
+        **({} if kept is None else {"mm": quantity.page_unit, "symbol": quantity.symbol}),
+        "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
+        if kept is None or quantity.against
+        else [tr(text, symbol=quantity.symbol) for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
-        "legend": _legend(),
+        "legend": _legend() if kept is None else _first_task_legend(simulation.room.wall is not None),
         "ghost": tr("ghost"),
         "gives": tr("gives way"),
         **_common_words(),
@@ -151,6 +163,8 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
     run = frame.settings.run
     if run.both_avoid:
         arm = other = tr("each arm")
+    elif (first := FIRST_TASK_TEXTS.get(run.quantity.name)) is not None:
+        arm, other = tr("the arm"), tr(first.other)
     elif frame.simulation.room.ball is not None:
         # The arm that meets the ball is yours.
         arm, other = tr("the arm"), tr("the ball")
@@ -160,7 +174,11 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
         arm, other = tr("the silver arm"), tr("the orange arm")
         if run.avoid == "guided":
             arm, other = other, arm
-    return {name: tr(symbol.sentence, arm=arm, other=other) for name, symbol in SYMBOLS.items()}
+    sentences = {name: tr(symbol.sentence, arm=arm, other=other) for name, symbol in SYMBOLS.items()}
+    if (kept := FIRST_TASK_TEXTS.get(run.quantity.name)) is not None:
+        symbol = run.quantity.symbol
+        sentences |= {"d": f"{symbol}: {tr(kept.meaning)}", "dm": f"{symbol}_m: {tr(kept.kept)}"}
+    return sentences
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
@@ -248,6 +266,8 @@ def _bodies(simulation: Simulation, run: RunSettings) -> dict[str, list[str]]:
     own, other = (guided, avoiding) if run.avoid == "guided" else (avoiding, guided)
     if simulation.room.ball is not None:
         own, other = guided, "/ball"
+    elif simulation.room.wall is not None:
+        own, other = guided, "/wall"
     giving = [own, other] if run.both_avoid else [own]
     return {"d": line, "dm": ["skin_of_"], "lam": line, "v": giving, "u": giving, "w": [other]}
 

@@ -19,6 +19,7 @@ from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
+from app.text.first_task_texts import in_unit
 from app.text.templates import element, tr_html
 from app.web.control_events import on_entry
 from app.web.viser_internals import container_uuid_of, uuid_of
@@ -35,7 +36,7 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 PICKER: Final = _keys_of(ABOVE.name)
 """Settings above everything else: which experiment."""
 
-SMALL: Final = ("scene", "law", "dm", "n", "v", "k")
+SMALL: Final = ("scene", "first", "together", "load", "law", "dm", "n", "v", "k")
 """Settings that those see who just play."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
@@ -62,6 +63,9 @@ ROBOT: Final = (
 
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
 
+
+IN_UNIT: Final = ("dm", "d0", "v")
+"""Settings whose unit is that of the first task."""
 
 BELOW: Final = 1e6
 """Order of what stands below everything else in its tab."""
@@ -239,6 +243,8 @@ class Controls:
             # What a visitor has just entered elsewhere wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
+            if key in IN_UNIT and (label := in_unit(self._specs[key], settings.run.quantity).title(tr)) != handle.label:
+                handle.label = label
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
         self._note.content = element("div", note, class_="duet duet-tip")
 

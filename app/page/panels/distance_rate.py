@@ -20,6 +20,7 @@ from scenes.history import Sample
 from scenes.law_answers import LawOfFile
 from scenes.laws import LEVER_LAW
 from scenes.promise import Condition, missing_now
+from scenes.quantities import DISTANCE
 from scenes.settings import HardwareSettings, RunSettings
 from scenes.simulation import Simulation
 
@@ -179,8 +180,11 @@ def _in(symbol: str, text: str) -> str:
     return f'<b class="{symbol}">{text}</b>' if text else ""
 
 
-BOUND: Final = Markup("d ≥ d<sub>m</sub>")
-"""What the paper's law promises."""
+def bound_of(run: RunSettings) -> Markup:
+    """Return what the paper's law promises, as HTML."""
+    symbol = run.quantity.symbol
+    return Markup(f"{symbol} ≥ {symbol}<sub>m</sub>")
+
 
 BELOW: Final = 1e-3
 """So far below d_m a distance counts as lost [m]; a time step alone makes less."""
@@ -205,7 +209,7 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     if not custom and (promise := LAW_TEXTS[law.law].promise) is not None:
         pill = ("", promise(law))
     elif custom or not law.entry.promises:
-        pill = ("", tr_html("this law does not promise {bound}", bound=BOUND))
+        pill = ("", tr_html("this law does not promise {bound}", bound=bound_of(simulation.settings)))
     else:
         pill = promise_words(simulation, sample)
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
@@ -224,12 +228,16 @@ def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
     if lost:
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
         said = N_("{bound} has failed: {why}") if failed else N_("{bound} may fail: {why}")
-        return "alarm", tr_html(said, bound=BOUND, why=why)
+        return "alarm", tr_html(said, bound=bound_of(simulation.settings), why=why)
     if failed:
-        return "halt", tr_html("below d<sub>m</sub>, but falling no further")
+        return "halt", tr_html(
+            "below d<sub>m</sub>, but falling no further"
+        ) if simulation.settings.quantity is DISTANCE else tr_html(
+            "below {symbol}<sub>m</sub>, but falling no further", symbol=simulation.settings.quantity.symbol
+        )
     if sample.law_distance < lowest:
         return "halt", tr_html("the law distance is below d<sub>m</sub>, but falling no further")
-    return "go", tr_html("{bound} is promised", bound=BOUND)
+    return "go", tr_html("{bound} is promised", bound=bound_of(simulation.settings))
 
 
 def least_lever(sample: Sample) -> float:
@@ -239,7 +247,7 @@ def least_lever(sample: Sample) -> float:
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
     """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
-    if sample.pair < 0 or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
+    if sample.pair < 0 or not simulation.room.meets_bodies or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
         return False
     body, _ = bodies_of_pair(simulation, sample.pair)
     return simulation.room.geometry.geometryObjects[body].parentJoint == 0

@@ -16,6 +16,7 @@ from app.session.frame import Frame
 from app.session.late_law import LateLawStatus
 from app.session.shown import Shown
 from app.text.experiment_texts import EXPERIMENT_TEXTS
+from app.text.first_task_texts import FIRST_TASK_TEXTS
 from app.text.law_texts import equation_html
 from app.text.lever_texts import lever_text
 from app.text.templates import element, macros
@@ -192,13 +193,16 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))
         return pills_html([*pills, *(("alarm", reason) for reason in reasons)])
     pills += [("alarm", reason) for reason in reasons]
-    ball = simulation.room.ball is not None
+    ball, other = simulation.room.ball is not None, FIRST_TASK_TEXTS.get(run.quantity.name)
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
     # As on the card and in the promise: along the row of the law.
     if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not run.adds_w:
-        pills.append(("alarm", tr("the ball is faster than v") if ball else tr("the hand is faster than v")))
-    if sample.distance < 0.0:
+        faster = tr("the ball is faster than v") if ball else tr("the hand is faster than v")
+        pills.append(("alarm", faster if other is None else tr("the wall is faster than v")))
+    if sample.distance < 0.0 and other is not None:
+        pills.append(("alarm", tr(other.failed)))
+    elif sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if ball else tr("the arms overlap")))
     return pills_html(pills)
 

@@ -59,7 +59,8 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
     if sample.pair >= 0:
-        parts.append(f"d = {1e3 * sample.distance:.0f} mm".replace("-", "−"))
+        kept = simulation.settings.quantity
+        parts.append(f"{kept.symbol} = {1e3 * sample.distance:.0f} {kept.page_unit}".replace("-", "−"))
     said = "; ".join(parts)
     if sample.pair < 0 or asking:
         return f"{said}."

@@ -164,8 +164,8 @@ addEventListener("DOMContentLoaded", () => {
       if (words.terms[i][0] === "lost") value.parentElement.hidden = s.terms[i] === 0;
     });
     const lam = fixed(1000 * s.lam);
-    const length = (mm) => `${mm} mm`.replace("-", "−");
-    const both = { d: length(s.d), "d law": length(s.law), dm: `${words.dm} mm`, lam, v: fixed(words.v) };
+    const length = (mm) => `${mm} ${words.mm ?? "mm"}`.replace("-", "−");
+    const both = { d: length(s.d), "d law": length(s.law), dm: length(words.dm), lam, v: fixed(words.v) };
     // Of two arms that give way, each has a u of its own.
     duet.symbols = words.two ? both : { ...both, u: fixed(s.u), w: fixed(s.w) };
     duet.bodies = words.bodies;

@@ -85,7 +85,7 @@
       body: svg("text", { class: "tick" }),
       lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
     };
-    duet.svg(labels.dm, "tspan").textContent = "d";
+    duet.svg(labels.dm, "tspan").textContent = words.symbol ?? "d";
     duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 11.5 }).textContent = "m";
     duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
     // "gives way" is smaller, so that it finds room beside λ more often.
@@ -125,7 +125,7 @@
       const close = s.rest !== null && Math.abs(x(s.rest) - dm) < 80;
       const side = close ? Math.sign(x(s.rest) - dm) || 1 : 0;
       const measure = (text) => duet.textWidth(text, SMALL);
-      const restText = s.rest === null ? "" : `d* ${Math.round(s.rest)}`;
+      const restText = s.rest === null ? "" : `${words.symbol ?? "d"}* ${Math.round(s.rest)}`;
       say(restText, labels.rest);
       const dmWidth = measure(`dm ${words.dm}`) + 1;
       const dmBoxes = along(dm, dmWidth, top, close ? [-0.8 * side, -side, 0] : [0, 0.8, -0.8]);
@@ -143,7 +143,7 @@
         [{ left: 8, right: 8 + bodyWidth, top: top + 1, bottom: top + 1 + ROW }],
         s.ghost === null ? [] : along(x(s.ghost), measure(words.ghost), top, [0, 1, -1]),
         ...ticks.map(({ mm }, i) => {
-          const text = i === ticks.length - 1 ? `${mm} mm` : `${mm}`;
+          const text = i === ticks.length - 1 ? `${mm} ${words.mm ?? "mm"}` : `${mm}`;
           say(text, ticks[i].text);
           return along(x(mm), measure(text), top, [0]);
         }),

@@ -123,7 +123,7 @@ def test_card_readout_and_tip_are_those_of_a_ball() -> None:
     said = status_html(frame.pace, simulation, fast)
     assert "the ball is faster than v" in said and "the arm overlaps the ball" in said
     table = help_html(further=key_help())
-    assert f"<kbd>6</kbd></td><td>{SHORT}</td>" in table and "<kbd>1</kbd> … <kbd>6</kbd>" in table
+    assert f"<kbd>7</kbd></td><td>{SHORT}</td>" in table and "<kbd>1</kbd> … <kbd>7</kbd>" in table
 
 
 def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
@@ -138,7 +138,7 @@ def test_a_visitor_walks_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive)
     one = arrive(house(), "gizmo=1&autopilot=0&speed=2")
     chooser = one.visitor.mirror.labelled(page_label("scene"))
     assert chooser["options"][-1] == LABEL and len(chooser["options"]) == len(EXPERIMENTS)
-    assert [hotkey.key for hotkey in hotkeys() if hotkey.name == NAME] == ["6"]
+    assert [hotkey.key for hotkey in hotkeys() if hotkey.name == NAME] == ["7"]
     press(one, NAME)
     one.wait(lambda s: s.settings.run.scene == NAME and s.simulation.room.ball is not None)
     of_page = lambda key: one.visitor.mirror.labelled(page_label(key))["visible"]  # noqa: E731

@@ -16,7 +16,7 @@ from tests.app.page.by_hand import LATE_UPDATE, drag_through, hand, visit
 from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
 SCENES = tuple(EXPERIMENTS)
-KEYS = dict(zip(SCENES, "12345", strict=True))
+KEYS = dict(zip(SCENES, "123456", strict=True))
 NAMES = specs(RunSettings)["scene"].options()
 BALL_ARROW = 0.2
 """Length of the ball's arrows [m]."""

@@ -1,0 +1,86 @@
+"""The words of first tasks other than the distance of the arms, and settings and symbols in the unit of a first task."""
+
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+from app.i18n.speaking import N_
+from scenes.quantities import ALL, DISTANCE, SINGULAR, STOPS, TIP, WALL, KeptQuantity
+from scenes.setting_spec import Spec
+
+
+class FirstTaskTexts(NamedTuple):
+    """What is said of a first task, in English.
+
+    Attributes:
+        apart: what a value above 0 is, after its unit.
+        beyond: what the amount of a value below 0 is, after its unit.
+        other: what the arm keeps away from, in one or two words.
+        failed: what has happened at a value below 0.
+        meaning: sentence on the value, after its symbol.
+        kept: sentence on the threshold, after its symbol.
+    """
+
+    apart: str
+    beyond: str
+    other: str
+    failed: str
+    meaning: str
+    kept: str
+
+
+FIRST_TASK_TEXTS: Final[dict[str, FirstTaskTexts]] = {
+    WALL: FirstTaskTexts(
+        N_("to the wall"),
+        N_("inside the wall"),
+        N_("wall"),
+        N_("the arm is in the wall"),
+        N_("distance of elbow, wrist and hand from the wall."),
+        N_("the distance to keep. It is the violet plane in front of the wall."),
+    ),
+    STOPS: FirstTaskTexts(
+        N_("to the joint stops"),
+        N_("beyond a joint stop"),
+        N_("joint stop"),
+        N_("a joint has reached its stop"),
+        N_("the angle left to the nearest joint stop."),
+        N_("the angle to keep from every joint stop."),
+    ),
+    SINGULAR: FirstTaskTexts(
+        N_("from singular"),
+        N_("from singular"),
+        N_("singularity"),
+        N_("the arm is singular"),
+        N_("smallest singular value of J: the hand's speed for joint speeds of 1 rad/s, in the worst direction."),
+        N_("the singular value to keep."),
+    ),
+    TIP: FirstTaskTexts(
+        N_("inside the foot"),
+        N_("outside the foot"),
+        N_("edge of the foot"),
+        N_("the cart tips over"),
+        N_("distance of the centre of mass from the nearest edge of the foot, seen from above."),
+        N_("the distance to keep inside the foot."),
+    ),
+    ALL: FirstTaskTexts(
+        N_("of the least margin"),
+        N_("below the least margin"),
+        N_("nearest limit"),
+        N_("a first task has failed"),
+        N_("the least of all margins, each in its own unit."),
+        N_("the same number for each margin, in its own unit."),
+    ),
+}
+"""Name of a first task → its words."""
+
+
+def in_unit(spec: Spec, quantity: KeptQuantity) -> Spec:
+    """Return a setting as it is shown while a first task is chosen: d_m, d_0 and v in its unit, with its symbol."""
+    if quantity is DISTANCE:
+        return spec
+    if spec.key in ("dm", "d0"):
+        label = spec.label.replace("d_", f"{quantity.symbol}_")
+        words = spec.words if quantity.against or spec.key == "d0" else N_("critical value")
+        return replace(spec, label=label, words=words, page_unit=quantity.page_unit)
+    if spec.key == "v":
+        return replace(spec, page_unit=f"{quantity.unit}/s")
+    return spec
