@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.features.figures import equal_safety
+from app.features.figures import equal_safety, first_tasks
 from app.features.figures import fig1_path as path
 from app.features.figures import fig2_fig4_law as law
 from app.features.figures import fig5_hold as hold
@@ -145,6 +145,13 @@ CATALOGUE: Final = (
         "V̇ = −eᵀ M e, eq. (25). Sufficient for the errors to tend to zero: M is positive definite, which it is if the two tasks are "
         "orthogonal, eq. (16), and the gains positive.",
         stability.draw,
+    ),
+    FigureEntry(
+        "first_tasks",
+        "Any first task: h with and without the law",
+        "Eqs (9)–(13) hold for any first task x_a; the experiments have one, the distance of the arms. The outlook names constraints of "
+        "the task or joint space, and the stability of a humanoid.",
+        first_tasks.draw,
     ),
 )
 

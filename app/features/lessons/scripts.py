@@ -16,7 +16,7 @@ from scenes.experiments import EXPERIMENTS, Moved, Obstacle
 from scenes.roles import Scripted
 from scenes.simulation import Simulation
 from scenes.solo import NullMotions, swing
-from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target, WallTarget, quintic
 
 Motion = Callable[[float], Target]
 """Time [s] → target."""
@@ -161,6 +161,33 @@ def _ball(simulation: Simulation) -> Array:
     return simulation.positions[columns].copy()
 
 
+def wall_to(
+    simulation: Simulation,
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    tilt: float = 0.0,
+    speed: float = 0.2,
+    after: float = 0.0,
+) -> Motion:
+    """The wall goes by a way at a constant speed, tilts on the way, and stays there.
+
+    Parameters: x, y, z of the way [m]; tilt, positive looks up [rad]; speed [m/s]; after, how long it waits first [s].
+    """
+    columns = simulation.room.wall
+    if columns is None:
+        raise BadSetting("The script wall_to needs a wall; set first = wall or first = all.")
+    begin, way = simulation.positions[columns].copy(), np.array([x, y, z])
+    place, length = _straight(begin[:3], way, speed, after), float(np.linalg.norm(way))
+
+    def motion(time: float) -> Target:
+        here = place(time)
+        share = float(np.linalg.norm(here - begin[:3])) / length if length else 1.0
+        return WallTarget(here, begin[3:] + np.array([0.0, tilt * share]))
+
+    return motion
+
+
 @dataclass(frozen=True)
 class ScriptEntry:
     """A script and its use.
@@ -190,10 +217,11 @@ class ScriptEntry:
 SCRIPTS: Final[dict[str, ScriptEntry]] = {
     "push": ScriptEntry(push, "arm", ("arm",)),
     "push_and_back": ScriptEntry(push_and_back, "arm", ("arm",)),
-    "hand_to": ScriptEntry(hand_to, "arm", ("arm", "nothing")),
-    "hand_circle": ScriptEntry(hand_circle, "arm", ("arm", "nothing")),
+    "hand_to": ScriptEntry(hand_to, "arm", ("arm", "nothing", "task")),
+    "hand_circle": ScriptEntry(hand_circle, "arm", ("arm", "nothing", "task")),
     "elbow_to": ScriptEntry(elbow_to, "arm", ("nothing",)),
     "null_motions": ScriptEntry(null_motions, "arm", ("nothing",)),
+    "wall_to": ScriptEntry(wall_to, "arm", ("task",)),
     "ball_to": ScriptEntry(ball_to, "ball", ("ball",)),
     "ball_push": ScriptEntry(ball_push, "ball", ("ball",)),
     "ball_circle": ScriptEntry(ball_circle, "ball", ("ball",)),

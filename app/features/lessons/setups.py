@@ -140,6 +140,8 @@ def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
             except Fault as fault:
                 raise BadSetting(f"script {name[:40]}: {fault.message}") from None
     checked = checked_script(name, found, setup.run.scene)
+    if name == "wall_to" and room_of(setup.run).wall is None:
+        raise BadSetting("The script wall_to needs a wall; set first = wall or first = all.")
     for _, value in checked:
         if isinstance(value, RoomPlace):
             ball_centre(room_of(setup.run), value)

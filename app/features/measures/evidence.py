@@ -7,9 +7,8 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.proximity import ProximityDetector
 from scenes.history import COLUMN
-from scenes.room import Room
+from scenes.room import Room, World
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -85,22 +84,23 @@ class Evidence:
         return row if abs(float(times[row]) - time) <= half else None
 
     @cached_property
-    def kinematics(self) -> Kinematics:
-        return Kinematics(self.room.model, self.room.arms)
+    def _world(self) -> World:
+        return World(self.room, self.settings.limit_gain)
 
-    @cached_property
-    def _detector(self) -> ProximityDetector:
-        return ProximityDetector(self.kinematics, self.room.geometry)
+    @property
+    def kinematics(self) -> Kinematics:
+        return self._world.kinematics
 
     def kinematics_at(self, row: int) -> Kinematics:
-        self.kinematics.update(np.ascontiguousarray(self.positions[row]))
+        self._world.positions[:] = self.positions[row]
+        self.kinematics.update(self._world.positions)
         return self.kinematics
 
     def lever(self, row: int) -> Array:
         """J_d (n,), as the law saw it [m/rad]."""
         self.kinematics_at(row)
         law = self.settings.law
-        return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
+        return self._world.detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
         """Position of the hand (3,) [m]."""

@@ -3,6 +3,6 @@
 from app.features.measures.quantities import distances
 
 # isort: split
-from app.features.measures.quantities import contact_line, hand_errors, joint_speeds, task_stability
+from app.features.measures.quantities import contact_line, hand_errors, joint_speeds, postures, task_stability
 
-__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "task_stability"]
+__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "postures", "task_stability"]

@@ -244,6 +244,26 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
+def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_closed_form(table: Numbers) -> None:
+    rows = table("first_tasks")
+    task, law, exact = np.array(rows.columns["first_task"]), rows["law"] == 1.0, rows["exact"] == 1.0
+    assert set(task) == {"joint_stops", "plane", "own_links", "singular_value", "centre_of_mass"}
+    for name in set(task):
+        own = task == name
+        assert rows["h"][own & law].min() >= rows["h_m"][own][0]
+        # σ cannot be negative.
+        assert rows["h"][own & ~law].min() < (1e-3 if name == "singular_value" else 0.0)
+        kept = own & law & exact & (rows["lambda"] > 0.1)
+        assert kept.sum() > 10
+        for h, h_m, lam in zip(rows["h"][kept], rows["h_m"][kept], rows["lambda"][kept], strict=True):
+            assert lam == activation(h, h_m, float(rows.settings["n"]))
+    closed = rows["lambda"] * rows["v"] - (1.0 - rows["lambda"]) * rows["u"] - rows["w"]
+    assert_allclose(rows["rate_closed_form"], closed, atol=1e-15)
+    assert_allclose(rows["rate"][exact], rows["rate_closed_form"][exact], atol=1e-9)
+    assert_allclose(rows["w"][task == "plane"], float(rows.settings["wall_speed"]))
+    assert not rows["w"][task != "plane"].any()
+
+
 @pytest.mark.thorough
 def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")

@@ -19,11 +19,16 @@ from scenes.experiments import EXPERIMENTS
 from scenes.room import build_room
 from scenes.simulation import Simulation
 from scenes.solo import build_alone
-from scenes.targets import BallTarget, HandTarget, JointTarget
+from scenes.targets import BallTarget, HandTarget, JointTarget, WallTarget
 from tests.scenes.helpers import given_settings
 
 PLACE = RoomPlace("goal", (0.0, 0.0, 1.0), 0.3)
-MEANT: dict[str, dict[str, Any]] = {"push": {"speed": 0.2}, "ball_to": {"place": PLACE}, "ball_push": {"speed": 0.2}}
+MEANT: dict[str, dict[str, Any]] = {
+    "push": {"speed": 0.2},
+    "ball_to": {"place": PLACE},
+    "ball_push": {"speed": 0.2},
+    "wall_to": {"x": -0.3},
+}
 
 
 def fresh(scene: str, **changes: object) -> Simulation:
@@ -33,7 +38,7 @@ def fresh(scene: str, **changes: object) -> Simulation:
 def wishes(simulation: Simulation, name: str, times: list[float], **given: Any) -> list[Array]:
     person = script(name, checked_script(name, given, simulation.settings.scene), simulation)
     targets = [person.target(time) for time in times]
-    return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget))]
+    return [target.position for target in targets if isinstance(target, (HandTarget, BallTarget, WallTarget))]
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
@@ -48,7 +53,7 @@ def test_every_script_is_smooth_enough_the_same_every_time_and_moves_something(n
             row = []
             for time in times:
                 target = person.target(time)
-                assert isinstance(target, (HandTarget, BallTarget, JointTarget))
+                assert isinstance(target, (HandTarget, BallTarget, JointTarget, WallTarget))
                 elbow = target.elbow if isinstance(target, HandTarget) else None
                 place = target.positions if isinstance(target, JointTarget) else target.position
                 row.append(place if elbow is None else elbow)
@@ -82,6 +87,25 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
     assert w == pytest.approx(speed, rel=0.02)
 
 
+def test_a_wall_goes_straight_at_its_speed_tilts_on_the_way_and_stays() -> None:
+    simulation = fresh("first_task")
+    person = script(
+        "wall_to", checked_script("wall_to", {"x": -0.3, "z": -0.4, "tilt": 0.5, "after": 1.0}, "first_task"), simulation
+    )
+    begin, half, end, later = (person.target(time) for time in (1.0, 2.25, 3.5, 9.0))
+    assert all(isinstance(target, WallTarget) for target in (begin, half, end, later))
+    assert_allclose(half.position - begin.position, [-0.15, 0.0, -0.2], atol=1e-12)  # pyright: ignore[reportAttributeAccessIssue]
+    assert_allclose(end.position - begin.position, [-0.3, 0.0, -0.4], atol=1e-12)  # pyright: ignore[reportAttributeAccessIssue]
+    assert_array_equal(end.position, later.position)  # pyright: ignore[reportAttributeAccessIssue]
+    tilts = [target.turn[1] for target in (begin, half, end)]  # pyright: ignore[reportAttributeAccessIssue]
+    assert_allclose(tilts, [0.0, 0.25, 0.5], atol=1e-12)
+
+
+def test_without_a_wall_the_script_says_which_first_task_has_one() -> None:
+    with pytest.raises(BadSetting, match="needs a wall; set first = wall or first = all"):
+        script("wall_to", (("x", -0.3),), fresh("first_task", first="stops"))
+
+
 def test_to_and_fro_begins_and_ends_at_rest() -> None:
     assert [to_and_fro(t, 3.0, 1.0) for t in (0.0, 1.0, 4.0, 5.0, 8.0, 9.0)] == [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
     path = np.array([to_and_fro(0.001 * i, 3.0, 1.0) for i in range(9000)])
@@ -99,6 +123,8 @@ def test_to_and_fro_begins_and_ends_at_rest() -> None:
         ("push", {"speed": 0.2}, "imitation", "nothing can be moved there"),
         ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is not a place"),
         ("ball_to", {}, "ball", "needs the place"),
+        ("wall_to", {"x": -0.3}, "hold", "nothing to move in the scene hold"),
+        ("push", {"speed": 0.2}, "first_task", "choose from hand_to, hand_circle, wall_to"),
         ("ball_to", {"place": 3.0}, "ball", "place = 3.0 is not a place; write place = { toward"),
     ],
 )

@@ -55,6 +55,12 @@ RUNS: dict[str, Setup] = {
     "straight": setup(1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.02), **BALL | {"point": "elbow", "dt": 0.01}),
     "push": setup(2.6, Input("script", "push", (("speed", 0.4),)), **TABLE | {"scene": "hold", "wmax": 0.4, "dt": 0.005}),
     "slave": setup(6.0, Input("autopilot"), scene="master_slave", **TABLE),
+    "stops": setup(
+        3.0, Input("script", "hand_to", (("z", -0.35), ("speed", 0.2))), scene="first_task", first="stops", dm=0.1, dt=0.02
+    ),
+    "reach": setup(
+        4.0, Input("script", "hand_to", (("x", 0.8), ("speed", 0.2))), scene="first_task", first="singular", dm=0.1, dt=0.02
+    ),
     "wave": setup(12.0, Input("autopilot"), scene="hold", rig="torso", pairs="single", dt=0.02),
 }
 
@@ -111,6 +117,15 @@ class Seen:
         N = np.eye(7) - lam * a @ J_a
         M = K * np.block([[J_a @ a, J_a @ N @ b], [J_b @ a, J_b @ N @ b]])
         return float(np.linalg.eigvalsh((M + M.T) / 2.0).min())
+
+    def to_stops(self, row: int) -> float:
+        model, j = self.simulation.room.model, self.simulation.avoiding.joints
+        low, high = model.lowerPositionLimit[j], model.upperPositionLimit[j]
+        return min(min(q - a, b - q) for q, a, b in zip(self.q[row, j], low, high, strict=True))
+
+    def least_singular(self, row: int) -> float:
+        J = self.hand_jacobian(row)
+        return float(np.sqrt(max(np.linalg.eigvalsh(J @ J.T).min(), 0.0)))
 
     def rho(self, row: int) -> float:
         j, J = self.lever(row), self.hand_jacobian(row)
@@ -246,6 +261,8 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
         0.0,
     ),
     "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
+    "way_to_stops": ("stops", {}, lambda s: min(s.to_stops(k) for k in range(len(s.q))), 1e-12),
+    "singular_value": ("reach", {}, lambda s: min(s.least_singular(k) for k in range(len(s.q))), 1e-7),
     "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
 }
 """Name → run, parameters, what it has to be, and how exactly."""
