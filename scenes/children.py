@@ -55,16 +55,16 @@ class _OwnSpawn(SpawnContext):
 
 
 SPAWN: Final = _OwnSpawn()
-"""Context of `multiprocessing` for all our processes, which start inside `apart` or `inheriting`."""
+"""Context of `multiprocessing` for all our processes, which start inside `child_environment` or `inheriting`."""
 
 
 def inheriting() -> AbstractContextManager[None]:
-    """Environment for processes started meanwhile: linear algebra on one thread each, and that of `apart`."""
-    return apart(ONE_THREAD)
+    """Environment for processes started meanwhile: linear algebra on one thread each, and that of `child_environment`."""
+    return child_environment(ONE_THREAD)
 
 
 @contextmanager
-def apart(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
+def child_environment(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
     """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: more for their
     environment.
     """

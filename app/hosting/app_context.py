@@ -73,7 +73,7 @@ class AppContext:
         self.frame_due.set()
 
     @contextmanager
-    def apart(self, what: str, client_id: int) -> Iterator[None]:
+    def guarded(self, what: str, client_id: int) -> Iterator[None]:
         """Log an exception of one browser's page, so that the others lose no frame; ignored if the tab is
         closing."""
         try:

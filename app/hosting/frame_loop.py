@@ -115,16 +115,16 @@ class Attention:
         self._hidden = self._paused = False
         self._state: object = None
 
-    def due(self, now: float, hidden: bool, paused: bool, stirred: bool) -> bool:
+    def due(self, now: float, hidden: bool, paused: bool, dirty: bool) -> bool:
         """True if a page gets a frame in this round.
 
         Args:
             hidden: whether its tab is hidden.
-            stirred: whether its browser has sent anything, or a result has arrived, since the last frame.
+            dirty: whether its browser has sent anything, or a result has arrived, since the last frame.
         """
         turned = (hidden, paused) != (self._hidden, self._paused)
         self._hidden, self._paused = hidden, paused
-        if stirred or turned:
+        if dirty or turned:
             self._lively_until = now + LIVELY
         if not turned and now < self._next and (hidden or self.rests(now)):
             return False

@@ -48,7 +48,7 @@ class PrivateHost:
         self.admission.advance()
         self.join()
         for client_id, visitor in list(self.visitors.items()):
-            with self.context.apart("a frame of a visitor's page failed", client_id):
+            with self.context.guarded("a frame of a visitor's page failed", client_id):
                 visitor.frame(now, elapsed)
 
     def connect(self) -> None:

@@ -187,9 +187,9 @@ class Visitor:
         pages = [page for one in clients if (page := self._context.server.page_of(one.client_id)) is not None]
         # The run continues while at least one person sees it.
         hidden, heard = bool(pages) and all(page.hidden for page in pages), sum(page.heard for page in pages)
-        stirred, self._heard = self.session.stirred or heard != self._heard, heard
+        dirty, self._heard = self.session.dirty or heard != self._heard, heard
         self.session.control.halt.set("hidden", hidden)
-        if not self._attention.due(now, hidden, self.session.paused, stirred):
+        if not self._attention.due(now, hidden, self.session.paused, dirty):
             return
         set_language(self.language)
         outdated = [part for part in self._parts if part.outdated]
@@ -203,7 +203,7 @@ class Visitor:
         workload.drew(self.session.control.stepping)
         with self.client.atomic():
             self.view.show(frame)
-            self.operation.show(frame, stirred)
+            self.operation.show(frame, dirty)
             for part in self._parts:
                 part.show(frame)
             self._keep_record(now)

@@ -128,15 +128,15 @@ class Operation:
         for problem in problems[:5]:
             self._session.notify("A part of the link was left out", problem)
 
-    def show(self, frame: Frame, stirred: bool = True) -> None:
-        """Update handles and controls, and show notices. `stirred`: whether anything was done, or has
+    def show(self, frame: Frame, dirty: bool = True) -> None:
+        """Update handles and controls, and show notices. `dirty`: whether anything was done, or has
         arrived."""
         self._gizmos.show(frame)
         notices = self._session.notices
         while notices:
             title, text = notices.popleft()
             self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
-        if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
+        if frame.now < self._next and not (dirty or frame.pace.paused or frame.replayed):
             return
         self._next = frame.after(CALM)
         busy = frame.replayed or any(panel.needs_controls for panel in self._page.made)

@@ -34,7 +34,7 @@ class RunControl:
         self.stepping = 0.0
         self.frame_ends_at = 0.0
         self._clock = Clock(session.settings.page.speed)
-        self._steps_asked, self._hurries_to = 0, 0.0
+        self._steps_asked, self._fast_forward_to = 0, 0.0
 
     def toggle_pause(self) -> None:
         """Pause or resume; ignored while the teacher has stopped the session."""
@@ -55,11 +55,11 @@ class RunControl:
     def hurry(self, until: float) -> None:
         """Simulate as fast as possible up to a time of the run [s]; a pause or a reset ends this."""
         self.halt.go_on()
-        self._hurries_to = until
+        self._fast_forward_to = until
 
     def forget(self) -> None:
         self._clock.forget()
-        self._hurries_to = 0.0
+        self._fast_forward_to = 0.0
 
     @property
     def pace(self) -> Pace:
@@ -74,19 +74,19 @@ class RunControl:
         self.stepping = 0.0
         if "teacher" in self.halt:
             # Time missed meanwhile is not caught up.
-            self._steps_asked, self._hurries_to = 0, 0.0
+            self._steps_asked, self._fast_forward_to = 0, 0.0
             return 0
         if "hidden" in self.halt:
             # A hurried run continues when the tab is visible again.
             return 0
         if self.halt:
-            due, self._hurries_to = self._steps_asked, 0.0
+            due, self._fast_forward_to = self._steps_asked, 0.0
             made = self._make(due, budget)
             self._steps_asked -= made
             return made
         session = self._session
         dt, time = session.settings.run.dt, session.simulation.time
-        ahead = round((self._hurries_to - time) / dt)
+        ahead = round((self._fast_forward_to - time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, session.settings.page.speed)
         left = round((self.frame_ends_at - time) / dt)
         due = min(due, left) if left > 0 else due

@@ -50,7 +50,7 @@ class Session:
     ) -> None:
         self.settings, self.background = settings, background
         self._ask_for_frame = wake
-        self.stirred = True
+        self.dirty = True
         """True if anything was posted or computed since the last actions."""
         self.simulation = Simulation(settings.run)
         self.inputs = InputsLog()
@@ -74,7 +74,7 @@ class Session:
         self.ghost_run.begin(settings, self.simulation)
 
     def wake(self) -> None:
-        self.stirred = True
+        self.dirty = True
         self._ask_for_frame()
 
     def notify(self, title: str, text: str) -> None:
@@ -243,7 +243,7 @@ class Session:
 
     def take_actions(self, elapsed: float) -> None:
         """Do the posted actions and collect computed results. `elapsed`: wall time since the last frame [s]."""
-        self.stirred = False
+        self.dirty = False
         self.law.advance(elapsed, self.paused)
         for part in self.parts:
             part.advance(elapsed)

@@ -10,7 +10,7 @@ from app.features.classroom.classroom import Classroom
 from app.features.lecture.audiences import SCREEN
 from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
 from app.features.lecture.participant import Participant
-from app.features.lecture.plenary_page import GroupMember
+from app.features.lecture.shared_page import GroupMember
 from app.features.lessons.progress import SavedLesson
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.workers.shared_load import combined
@@ -34,8 +34,8 @@ class BreakoutWorkers:
         self._begun: dict[str, VisitorRecord] = {}
         self._said: ClassState | None = None
 
-    def load(self, plenary: ServerLoad) -> ServerLoad:
-        return combined([plenary, *(present.load for present in self._present.values())])
+    def load(self, shared: ServerLoad) -> ServerLoad:
+        return combined([shared, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to another process; see `Exploring`."""
@@ -58,7 +58,7 @@ class BreakoutWorkers:
                 case Progressed() | Reported() | Ran():
                     self._post_work(message)
                 case _:
-                    raise TypeError(f"the plenary does not understand {message!r}")
+                    raise TypeError(f"the shared session does not understand {message!r}")
         self._classroom.elsewhere = tuple(student for present in self._present.values() for student in present.students)
         state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
         if state != self._said:
@@ -184,11 +184,11 @@ class BreakoutSessions:
                 page = one.visitor or one.member
                 if page is not None:
                     set_language(page.language)
-                    with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                    with self._context.guarded("a frame of a student's page failed", one.client.client_id):
                         one.show(self._classroom, None, page.view)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
-                with self._context.apart("a frame of a student's page failed", lead.client.client_id):
+                with self._context.guarded("a frame of a student's page failed", lead.client.client_id):
                     lead.visitor.session.control.halt.set("teacher", self._classroom.paused)
                     lead.visitor.session.parts.of(LessonSession).pace = self._classroom.pace
                     lead.visitor.frame(now, elapsed)

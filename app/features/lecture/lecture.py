@@ -14,7 +14,7 @@ from app.features.lecture.audiences import SCREEN, SMALL, Audiences
 from app.features.lecture.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
 from app.features.lecture.leader import Leader
 from app.features.lecture.lecture_options import LectureOptions
-from app.features.lecture.lecture_pages import PlenaryAudiences, PlenaryControls
+from app.features.lecture.lecture_pages import SharedAudiences, SharedControls
 from app.features.lecture.lecture_record import LectureRecorder
 from app.features.lecture.participant import Participant
 from app.features.lecture.presenter import INVITED, InvitedPages
@@ -65,9 +65,9 @@ class LectureHost:
         self.control.presenter.expected = context.options.of(LectureOptions).students
         self.leader = Leader(context.options.key, room)
         self._recorder = LectureRecorder(context, record, self.control, self.leader)
-        self.controls = PlenaryControls(context, self.control, self.summaries)
+        self.controls = SharedControls(context, self.control, self.summaries)
         self.participants: dict[int, Participant] = {}
-        self.shared = PlenaryAudiences(context, self.control, self.participants)
+        self.shared = SharedAudiences(context, self.control, self.participants)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self.leader.gone)
         self.admission = Admission(context, self._admit, self._not_built)
@@ -113,7 +113,7 @@ class LectureHost:
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
         set_language(self.controls.language)
-        due = self._attention.due(now, False, self.session.paused, self._stirred())
+        due = self._attention.due(now, False, self.session.paused, self._is_dirty())
         workload = self._context.workload
         self.classroom.places.most = workload.places
         # The shared session runs beside those of the students.
@@ -127,7 +127,7 @@ class LectureHost:
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
-            self._show_plenary(frame)
+            self._show_shared(frame)
             self._attention.note(now, frame.state)
         self._recorder.save(now)
         self._tell_trouble()
@@ -142,22 +142,22 @@ class LectureHost:
             self.session.notify(*trouble)
         self._told = operation, trouble
 
-    def _stirred(self) -> bool:
+    def _is_dirty(self) -> bool:
         """True if anything has arrived for the shared session or from a browser since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
-        return self.session.stirred or heard != self._heard
+        return self.session.dirty or heard != self._heard
 
-    def _show_plenary(self, frame: Frame) -> None:
+    def _show_shared(self, frame: Frame) -> None:
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
-            with self._context.apart("a frame of a teacher's page failed", teacher.client.client_id):
+            with self._context.guarded("a frame of a teacher's page failed", teacher.client.client_id):
                 self._show_teacher(teacher, frame)
         for audience, page in self.shared.pages.items():
             poll = page.show(frame, self._address("screens"))
             for one in self.shared.watchers(audience):
-                with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                with self._context.guarded("a frame of a student's page failed", one.client.client_id):
                     one.show(self.classroom, poll, page.view)
                     one.invite(self._address("all"))
             page.flush()

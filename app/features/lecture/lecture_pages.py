@@ -9,8 +9,8 @@ from app.features.classroom.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.audiences import Audience, Audiences
 from app.features.lecture.overlays import Invitation
 from app.features.lecture.participant import Participant
-from app.features.lecture.plenary_page import PlenaryPage
 from app.features.lecture.presenter_keys import CLICKER_KEYS, PRESENTER_KEYS
+from app.features.lecture.shared_page import SharedPage
 from app.features.lecture.student_page import Answers
 from app.features.lecture.teacher_control import TeacherControl
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
@@ -27,7 +27,7 @@ from app.web.address import Address, find_address
 from app.web.request import browser_language, request_address
 
 
-class PlenaryControls:
+class SharedControls:
     """Builds the teachers' pages; the operator's has the controls, and decides the shared session's language.
 
     Args:
@@ -107,7 +107,7 @@ class PlenaryControls:
         with client.atomic():
             if teacher.page is not None:
                 client.gui.reset()
-            teacher.page = PlenaryPage(client, self._control, context, language, look, lambda: [client])
+            teacher.page = SharedPage(client, self._control, context, language, look, lambda: [client])
             operation = None
             if leads:
                 keys = () if ALONE in teacher.query else PRESENTER_KEYS
@@ -129,12 +129,12 @@ class PlenaryControls:
             teacher.page.view.welcome(client)
 
 
-class PlenaryAudiences:
+class SharedAudiences:
     """Pages of the audiences. `control`: receives the students' answers."""
 
     def __init__(self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]) -> None:
         self._context, self._control, self._participants = context, control, participants
-        self.pages: dict[Audience, PlenaryPage] = {}
+        self.pages: dict[Audience, SharedPage] = {}
 
     def update(self, audiences: Audiences) -> None:
         self.pages = {one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences}
@@ -142,13 +142,13 @@ class PlenaryAudiences:
     def watchers(self, audience: Audience) -> Iterator[Participant]:
         return (one for one in list(self._participants.values()) if one.audience is audience)
 
-    def _build(self, audience: Audience) -> PlenaryPage:
+    def _build(self, audience: Audience) -> SharedPage:
         look = audience.look
 
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
-        return PlenaryPage(audience, self._control, self._context, look.language, look, clients)
+        return SharedPage(audience, self._control, self._context, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student (banner and answers) or a projector (with the teacher's key, a clicker's keys)."""

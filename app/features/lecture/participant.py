@@ -7,7 +7,7 @@ from app.features.lecture.audiences import SCREEN, Audience
 from app.features.lecture.class_messages import PostWork, Progressed
 from app.features.lecture.overlays import Invitation
 from app.features.lecture.page_lines import WATCHING
-from app.features.lecture.plenary_page import GroupMember, PlenaryPage
+from app.features.lecture.shared_page import GroupMember, SharedPage
 from app.features.lecture.student_page import Answers, Banner, HandInBox
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
 from app.features.lessons.panel.lesson_view import LessonView
@@ -48,7 +48,7 @@ class Participant:
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
         self.screen, self.narrow, self.moved = SCREEN in self.query, canvas_size(client)[0] < NARROW, False
-        self.page: PlenaryPage | None = None
+        self.page: SharedPage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
         self.hand_in: HandInBox | None = None
@@ -148,4 +148,4 @@ class Participant:
             return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=name)))
         if classroom.free and not self.lasting:
             return "wait", tr("Your browser blocks storage for this page, so you can only watch.")
-        return "follow", tr("You follow the teacher: everybody sees this stage.")
+        return "follow", tr("You follow the teacher: everybody sees this shared session.")

@@ -48,7 +48,7 @@ STATION_NAMES: Final = {
     Station.OUTCOME: N_("what was measured"),
     Station.EXPLANATION: N_("the explanation"),
     Station.CHALLENGE: N_("the challenge"),
-    Station.TRY: N_("the challenge, on the stage"),
+    Station.TRY: N_("the challenge, in the shared session"),
 }
 
 _OF_PHASE: Final = {

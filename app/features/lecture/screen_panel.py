@@ -40,8 +40,8 @@ class ScreenPanel:
         self._layout = ChoiceButtons(
             gui,
             "shows",
-            {"Stage alone": Teach("stage"), "With panels": Teach("panels")},
-            "With panels: lesson and plots beside the stage, as students see them.",
+            {"3-D view alone": Teach("stage"), "With panels": Teach("panels")},
+            "With panels: lesson and plots beside the 3-D view, as students see them.",
             control.session.post,
         )
         gui.add_html(open_html(control.session.settings.page, keyed))

@@ -110,7 +110,7 @@ class TeacherPanel:
                 gui,
                 "class",
                 {"Follow me": Teach("follow"), "Explore freely": Teach("free")},
-                "Follow me: everybody sees this stage. Explore freely: everybody has a session of their own.",
+                "Follow me: everybody sees this shared session. Explore freely: everybody has a session of their own.",
                 control.session.post,
             )
             self._board = BoardPanel(gui, control)

@@ -131,7 +131,7 @@ class Guest:
     def show(self, frame: Frame) -> None:
         """Draw a frame; errors here never reach the host's page."""
         set_language(self._look.language)
-        with self._context.apart("a frame of a guest's page failed", self.client.client_id):
+        with self._context.guarded("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():
                 self._view.show(frame)
                 self._gizmos.show(frame)

@@ -143,7 +143,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "overlap": tr("mm of overlap") if kept is None else f"{quantity.page_unit} {tr(kept.beyond)}",
         **({} if kept is None else {"mm": quantity.page_unit, "symbol": quantity.symbol}),
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
-        if kept is None or quantity.against
+        if kept is None
         else [tr(text, symbol=quantity.symbol) for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),

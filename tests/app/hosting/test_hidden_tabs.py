@@ -16,11 +16,11 @@ from tests.blocking_client import BlockingClient
 
 def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, **kind: bool) -> int:
     """Number of frames of a page in `seconds`, at 32 rounds a second."""
-    given = {"hidden": False, "paused": True, "stirred": False} | kind
+    given = {"hidden": False, "paused": True, "dirty": False} | kind
     count = 0
     for number in range(round(32 * seconds)):
         now = begin + number * FRAME
-        if attention.due(now, given["hidden"], given["paused"], given["stirred"]):
+        if attention.due(now, given["hidden"], given["paused"], given["dirty"]):
             count += 1
             attention.note(now, state)
     return count
@@ -32,7 +32,7 @@ def test_a_page_has_every_frame_while_anything_happens_and_few_while_it_rests() 
     # It is drawn for a while after the pause, because a camera may still be on its way.
     assert frames(attention, LIVELY, 10.0) == 32 * LIVELY
     assert frames(attention, 20.0, 20.0) == pytest.approx(20.0 / RESTING, abs=2)
-    assert frames(attention, 1.0, 40.0, stirred=True) == 32
+    assert frames(attention, 1.0, 40.0, dirty=True) == 32
     assert frames(attention, 1.0, 45.0, state=1) >= 31, "something has changed by itself"
     assert frames(attention, 1.0, 50.0, paused=False) == 32, "it goes on in the very round in which the pause ends"
 
@@ -41,7 +41,7 @@ def test_a_page_has_every_frame_while_anything_happens_and_few_while_it_rests() 
 def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(paused: bool) -> None:
     attention = Attention()
     frames(attention, 1.0, 0.0, paused=paused)
-    assert frames(attention, 20.0, 1.0, hidden=True, paused=True, stirred=True) == pytest.approx(20.0 / UNSEEN, abs=1)
+    assert frames(attention, 20.0, 1.0, hidden=True, paused=True, dirty=True) == pytest.approx(20.0 / UNSEEN, abs=1)
     assert frames(attention, 1.0, 21.0, paused=paused) == 32
 
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
-from scenes.children import SPAWN, apart, leave_with_parent
+from scenes.children import SPAWN, child_environment, leave_with_parent
 
 PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
 """Parts of the server's time; the rest is "other": asyncio, viser's windows, switches between threads."""
@@ -110,7 +110,7 @@ def process(work: Callable[..., None], *arguments: Any) -> Iterator[Connection]:
     ours, theirs = SPAWN.Pipe()
     process = SPAWN.Process(target=work, args=(theirs, *arguments), daemon=False)
     try:
-        with apart():
+        with child_environment():
             process.start()
         theirs.close()
         yield ours

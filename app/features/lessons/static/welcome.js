@@ -1,4 +1,4 @@
-// Shows the card of `.duet-welcome` over the stage, until the visitor closes it or the server says that it is over; then never again in
+// Shows the card of `.duet-welcome` over the 3-D view, until the visitor closes it or the server says that it is over; then never again in
 // this browser.
 addEventListener("DOMContentLoaded", () => {
   const STORED = "duetWelcome";

@@ -86,7 +86,7 @@ def look_back(page: Page, session: Session, queue: ExportQueue) -> None:
     page.get_by_text("This is the past; the live run waits.").wait_for()
     assert session.paused
     until(page, lambda: not is_there(page, HAND), "no handles")
-    until(page, lambda: "This is the past" in over_the_stage(page), "the word over the stage")
+    until(page, lambda: "This is the past" in over_the_stage(page), "the word over the 3-D view")
     until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
     # From now on as slow as the page takes to say that it is replayed.
     ask(session, lambda s: s.change("speed", 1.0))
@@ -159,13 +159,13 @@ def back_to_live(page: Page, session: Session, queue: ExportQueue) -> None:
     until(page, lambda: queue.player.replay is None and not session.paused, "live")
     until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run")
     until(page, lambda: is_there(page, HAND), "handles")
-    until(page, lambda: over_the_stage(page) == "none", "nothing over the stage")
+    until(page, lambda: over_the_stage(page) == "none", "nothing over the 3-D view")
 
 
 def load_files(page: Page, run: bytes) -> None:
     bring(page, "mine.duet.npz", run)
     page.get_by_text("This is mine.duet.npz, not the live run.").wait_for()
-    until(page, lambda: "This is a loaded run" in over_the_stage(page), "the word over the stage")
+    until(page, lambda: "This is a loaded run" in over_the_stage(page), "the word over the 3-D view")
     page.get_by_role("button", name="Back to live").click()
     bring(page, "theirs.duet.npz", saved_bytes(piece("ball", 1.0)[0]))
     page.get_by_text("This is theirs.duet.npz, not the live run.").wait_for()

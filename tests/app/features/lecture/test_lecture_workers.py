@@ -237,7 +237,7 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
     workers = BreakoutWorkers(link, classroom, link.to_first)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
-        """Students and their reports, as the plenary sends them to other processes after some messages."""
+        """Students and their reports, as the shared session sends them to other processes after some messages."""
         sent.clear()
         for message in messages:
             link.put(message)

@@ -323,7 +323,7 @@ def test_a_tie_is_compared_with_both(stage: Stage) -> None:
     poll = stage.control.poll()
     assert poll is not None and poll.staged == (0, 2) and stage.lessons.walk.done.choice == 0
     assert "The run is compared with each of them." in poll_html(poll)
-    # The one that is chosen on the stage is not said to be the class's.
+    # The one that is chosen in the shared session is not said to be the class's.
     assert ".mine" in tied_html(poll) and "card" not in tied_html(poll).partition("</style>")[2]
     stage.act("on")
     stage.frame(20)

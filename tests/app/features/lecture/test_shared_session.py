@@ -117,8 +117,8 @@ def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, mon
     host = lecture_of(opened)
     teacher, student = opened.let_in(), opened.let_in("lang=en")
     shown: list[float] = []
-    show = host._show_plenary
-    monkeypatch.setattr(host, "_show_plenary", lambda frame: shown.append(frame.now) or show(frame))
+    show = host._show_shared
+    monkeypatch.setattr(host, "_show_shared", lambda frame: shown.append(frame.now) or show(frame))
 
     def count(seconds: float) -> int:
         shown.clear()
@@ -130,7 +130,7 @@ def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, mon
     assert count(5.0) <= 5.0 / RESTING + 1
     for visitor in (teacher, student):
         visitor.send(CAMERA)
-        until(host._stirred)
+        until(host._is_dirty)
         # What was just looked at is for the next frame to find.
         host._heard = (0, 0)
         assert count(1.0) == 32

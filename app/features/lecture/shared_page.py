@@ -25,7 +25,7 @@ from app.web.address import Address
 from app.web.request import browser_language, request_query
 
 
-class PlenaryPage:
+class SharedPage:
     """A page of the shared session. Belongs to the frame loop's thread.
 
     Args:
@@ -121,7 +121,7 @@ class GroupMember:
 
     def show(self, frame: Frame) -> None:
         set_language(self.language)
-        with self._context.apart("a frame of a member's page failed", self.client.client_id):
+        with self._context.guarded("a frame of a member's page failed", self.client.client_id):
             with self.client.atomic():
                 self.view.show(frame)
             self.client.flush()
