@@ -8,13 +8,14 @@ import numpy as np
 
 from controllers.curve import curve_text
 from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
 from scenes.headless import run
 from scenes.history import COLUMN
 from scenes.promise import broken_by
 from scenes.roles import room_of
 from scenes.room import Room, World, random_bounds
 from scenes.setting_spec import Spec
-from scenes.settings import HardwareSettings, RunSettings, changed, specs, values
+from scenes.settings import LATER, HardwareSettings, RunSettings, changed, specs, values
 
 SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
@@ -34,8 +35,8 @@ SLACK: Final = 2.0
 
 HARDWARE: Final = specs(HardwareSettings)
 
-UNDRAWN: Final = frozenset({*HARDWARE, "world"})
-"""Settings that are not drawn with the others; `world` is off, so that the runs of a series do not change."""
+UNDRAWN: Final = frozenset({*HARDWARE, *LATER})
+"""Settings that are not drawn with the others: a series of a seed stays as it was before the later ones."""
 
 REAL_ROBOTS: Final = 0.25
 """Share of the runs with robots that are not ideal; the bounds hold for them, the promise is not made."""
@@ -87,6 +88,9 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
     defaults.
     """
     usual = bool(dice.random() < 0.5)
+    if key == "scene":
+        # Another first task has values and units of its own.
+        return str(dice.choice([name for name, experiment in EXPERIMENTS.items() if experiment.obstacle != "task"]))
     if spec.choices:
         return default if key == "law" and usual else str(dice.choice(spec.choices))
     if spec.read is not None:

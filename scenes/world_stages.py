@@ -62,7 +62,7 @@ class WorldStage:
             velocities[:] = self._within_bounds(velocities)
 
     def touch(self) -> Touch | None:
-        """Return what is touched at the configuration of the last `Kinematics.update`; None if nothing is near."""
+        """The contact at the configuration of the last `Kinematics.update`; None if nothing is near."""
         task = self.task
         task.margin()
         nearest = int(task.contacts[:, 0].argmin())
@@ -101,11 +101,11 @@ class WorldStages:
         self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
 
     def touches(self) -> tuple[Touch, ...]:
-        """Return what the arms and the ball touch at the configuration of the last `Kinematics.update`."""
+        """Contacts of the arms and the ball at the configuration of the last `Kinematics.update`."""
         return tuple(touch for columns, _ in self.stages if (touch := self.touch_of(columns)) is not None)
 
     def touch_of(self, joints: slice) -> Touch | None:
-        """Return what one arm, or the ball, touches; None if nothing is near. `joints`: its columns in q."""
+        """Contact of one arm, or of the ball; None if nothing is near. `joints`: its columns in q."""
         return next((stage.touch() for columns, stage in self.stages if columns == joints), None)
 
     def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":

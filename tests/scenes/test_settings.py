@@ -58,10 +58,11 @@ def test_declared_fields() -> None:
         assert DEFAULTS[key] in SPECS[key].choices
     # Rigs, laws, treatments, tasks and arms, and which of them one starts with.
     expected = {
-        "scene": "solo ball hold master_slave imitation", "rig": "torso table", "guided": "left right",
+        "scene": "solo ball hold master_slave imitation first_task", "rig": "torso table", "guided": "left right",
             "robot": "lwr panda ur5 lwr_panda lwr_ur5 panda_lwr panda_ur5 ur5_lwr ur5_panda",
         "task": "position pose", "avoid": "paper free guided both", "following": "identical mirrored", "path": "stay circle",
         "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft smooth",
+        "first": "wall stops singular tip all", "together": "ratios stages",
         "start": "usual between", "bounds": "distance scale null_space",
         "law": "smooth_priority strict_priority strict_switched null_space_avoidance potential_field barrier_qp intermediate_value"
         " task_activation continuous_inverse hierarchical_inverse lexicographic_qp set_based_task drawn_curve lever unprotected",

@@ -26,7 +26,7 @@ from app.features.figures.first_task_runs import (
 )
 from controllers.first_tasks.first_task import FirstTask
 
-COLUMNS: Final = ("first_task", "unit", "law", "t", "h", "h_m", "v", "lambda", "u", "w", "rate", "rate_closed_form", "exact")
+COLUMNS: Final = ("quantity", "unit", "law", "t", "h", "h_m", "v", "lambda", "u", "w", "rate", "rate_closed_form", "exact")
 
 
 def draw(plan: Plan) -> Drawn:

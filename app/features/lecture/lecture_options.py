@@ -22,8 +22,8 @@ class LectureOptions(FeatureOptions):
     students: int = 0
     """In a lecture, how many students are expected: with fewer places than that they explore in groups, which the start says."""
     lecture: bool = False
-    """A class: all tabs see one shared session, students answer on their own; the first tab, or the one with the key, leads. Then --sessions is
-    how many students at most explore by themselves."""
+    """A class: all tabs see one shared session, students answer on their own; the first tab, or the one with the key, leads.
+    Then --sessions is how many students at most explore by themselves."""
 
     @property
     def shared_by(self) -> str:

@@ -109,7 +109,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
         scene=hold rig=table robot=panda guided=left avoid=both following=identical path=circle point=arm ball=cross clip=wave
         kx=2 task=pose k=1.5 wmax=0.4 dt=0.01 g=8 seed=7 law=smooth_priority pairs=single dm=0.1 n=10 v=0.5 beta=80 d0=0.25
         eta=0.01 gamma=4 kr=3 bounds=null_space start=between eps=0.0002 dead=0.02 lag=0.03 qnoise=0.001 qstep=0.001 fps=30 dnoise=0.002
-        curve=0.1:1,0.2:0 lever=0.4"""
+        curve=0.1:1,0.2:0 lever=0.4 first=tip together=stages load=3"""
     given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
     flags = {"ff": "True", "one_sided": "True", "coupled": "True", "world": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))
@@ -267,15 +267,15 @@ def test_what_to_try_is_what_the_page_says_of_the_experiment(capsys: pytest.Capt
 class MadeUpClass(FeatureOptions):
     """A class."""
 
-    together: bool = False
+    for_all: bool = False
     """All tabs see one session."""
 
     @property
     def shared_by(self) -> str:
-        return "--together" if self.together else ""
+        return "--for-all" if self.for_all else ""
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
-        return (f"The class opens {host}.",) if self.together else ()
+        return (f"The class opens {host}.",) if self.for_all else ()
 
 
 FOR_OTHERS = [
@@ -300,7 +300,7 @@ def test_a_start_that_lets_others_in_says_how_many(capsys: pytest.CaptureFixture
 @pytest.mark.usefixtures("ended_at_once")
 def test_what_a_feature_says_at_the_start_stands_below_the_address(capsys: pytest.CaptureFixture[str]) -> None:
     feature = Feature("made_up", options=lambda: MadeUpClass)
-    assert command_line(["--sessions", "3", "--together"], (feature,)) == INTERRUPTED
+    assert command_line(["--sessions", "3", "--for-all"], (feature,)) == INTERRUPTED
     said = capsys.readouterr().out.splitlines()
     assert said[1:] == ["The class opens 127.0.0.1.", TIP, "Ctrl+C ends it."]
     assert command_line([], (feature,)) == INTERRUPTED

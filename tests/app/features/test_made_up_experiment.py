@@ -250,6 +250,7 @@ NOT_THE_SCENE = {
     "app/stage/contact_view.py",
     "scenes/ball.py",
     "scenes/settings.py",
+    "scenes/surroundings.py",
     "scenes/targets.py",
 }
 """Files in which "ball" is an obstacle, a body, a setting, a handle or a word on the page."""

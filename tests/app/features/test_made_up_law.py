@@ -127,7 +127,7 @@ def test_the_help_names_it_and_a_made_up_experiment() -> None:
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
     choices = re.sub(r"[\s│]", "", said.stdout)
-    assert f"unprotected,{NAME}}}" in choices and f"imitation,{NAME}}}" in choices
+    assert f"unprotected,{NAME}}}" in choices and f"first_task,{NAME}}}" in choices
 
 
 def test_a_link_opens_it_with_its_settings_and_its_ghost() -> None:

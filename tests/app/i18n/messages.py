@@ -26,6 +26,7 @@ from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.text.law_texts import ALONE, LAW_TEXTS
 from app.theme import SYMBOLS
 from scenes.laws import LAWS
+from scenes.quantities import FIRST_TASKS
 from scenes.settings import leaves, specs
 
 _APP: Final = Path(app.__file__).parent
@@ -45,6 +46,7 @@ ON_THE_PAGE: Final = (
         "scenes/run_text.py",
         "scenes/inputs_file*.py",
         "scenes/robots/*.py",
+        "scenes/first_task/*.py",
     ),
     *("app/features/person_files/bvh*.py", "app/features/person_files/camera*.py"),
     *(
@@ -64,7 +66,28 @@ ON_THE_PAGE: Final = (
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = {
-    *("K", "v", "n", "g", "β", "γ", "η", "q̇", "a²", "ε", "dt", "d_m", "d_0", "k_r", "w_max", "λ(d)", "e²(d)", "q₁–q₄"),
+    *(
+        "K",
+        "v",
+        "n",
+        "g",
+        "β",
+        "γ",
+        "η",
+        "q̇",
+        "a²",
+        "ε",
+        "dt",
+        "d_m",
+        "d_0",
+        "h_m",
+        "σ_m",
+        "k_r",
+        "w_max",
+        "λ(d)",
+        "e²(d)",
+        "q₁–q₄",
+    ),
     *("d ≥ d<sub>m</sub>", "u v w", "n, v"),
 }
 """Labels that are symbols."""
@@ -151,6 +174,7 @@ def _of_the_cores_tables() -> Iterator[str]:
     yield from (symbol.sentence for symbol in SYMBOLS.values())
     yield ALONE[1]
     yield from (law.short for law in LAWS.values())
+    yield from (first.short for first in FIRST_TASKS.values())
     for texts in LAW_TEXTS.values():
         yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed, *texts.trends)
         yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))

@@ -93,7 +93,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     press("ghost", "g", lambda: session.ghost is not None)
     press("ghost", "g", lambda: session.ghost is None)
     # Another scene is seen from elsewhere; the one from before is seen as before.
-    scenes = dict(zip(SPECS["scene"].choices, "12345", strict=True))
+    scenes = dict(zip(SPECS["scene"].choices, "123456", strict=True))
     for scene in (*scenes, "hold"):
         page.keyboard.press(scenes[scene])
         until(page, lambda scene=scene: session.simulation.settings.scene == scene, scene)

@@ -22,6 +22,7 @@ EXPECTED: dict[str, set[str]] = {
     "ball": {BALL_ARROWS, "/trace", "/place/ring", "/ball", "/path/line", "/path/A", "/path/B"},
     "hold": {HAND, ELBOW, "/trace", "/place/ring"},
     "master_slave": {HAND, ELBOW, "/trace"},
+    "first_task": {HAND, ELBOW, "/trace", "/place/ring", "/wall"},
     "imitation": {"/person/body", "/person/body/left_upper_arm", "/person/body/right_upper_arm/right_forearm"},
 }
 TELLING = set().union(*EXPECTED.values())
@@ -59,7 +60,7 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
         # A trace is seen once the hand has moved; all else that the texts name is seen from the first frame on.
         one.visitor.wait_for(lambda _, scene=scene: all(visible(one, name) for name in EXPECTED[scene] - {"/trace"}))
         assert {name for name in shown & TELLING if name.startswith(("/gizmo", "/ball", "/path", "/person"))} <= EXPECTED[scene]
-        alone = scene in ("solo", "ball")
+        alone = scene in ("solo", "ball", "first_task")
         assert {name.split("/")[2] for name in shown if name.startswith("/arms/")} == ({"arm"} if alone else {"left", "right"})
         joints = 6 if robot == "ur5" else 7
         links = [name for name in shown if name.startswith("/arms/") and name.endswith("/shape")]

@@ -119,7 +119,7 @@ def test_given_bases(registry: None) -> None:
     assert left.translation.tolist() == [0.0, 0.5, 0.2] and right.translation.tolist() == [0.0, -0.5, 0.2]
     assert column(run(settings, 2.0).table, "d").min() >= settings.law.critical_distance
     for text in ("1,2,3", "0,0,9,0", "nan,0,0,0", "a,b,c,d"):
-        with pytest.raises(BadSetting, match=r"no place for a base; give x,y,z,yaw"):
+        with pytest.raises(BadSetting, match=r"not a place for a base; give x,y,z,yaw"):
             place_bases(text, "")
 
 

@@ -246,7 +246,7 @@ def test_stability(table: Numbers) -> None:
 
 def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_closed_form(table: Numbers) -> None:
     rows = table("first_tasks")
-    task, law, exact = np.array(rows.columns["first_task"]), rows["law"] == 1.0, rows["exact"] == 1.0
+    task, law, exact = np.array(rows.columns["quantity"]), rows["law"] == 1.0, rows["exact"] == 1.0
     assert set(task) == {"joint_stops", "plane", "own_links", "singular_value", "centre_of_mass"}
     for name in set(task):
         own = task == name

@@ -68,9 +68,9 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Join) -> Non
     session = lecture_of(opened).session
     for scene in (*SCENES, "hold"):
         session.post(SetSetting("scene", scene))
-        telling = "/ball" if scene == "ball" else "/person/body" if scene == "imitation" else "/room"
+        telling = {"ball": "/ball", "imitation": "/person/body", "first_task": "/wall"}.get(scene, "/room")
         for visitor in (first, second):
-            visitor.wait_for(lambda v, t=telling: t in v.mirror.nodes)
+            visitor.wait_for(lambda v, t=telling, s=scene: t in v.mirror.nodes and session.simulation.settings.scene == s)
         if scene == "ball":
             first.wait_for(lambda v: v.mirror.grabbable == {"/ball"})
         # Only who operates the stage can take hold of something.
