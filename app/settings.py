@@ -65,7 +65,13 @@ class PageSettings:
 
     theme: Theme = LOOK.choice("light", Theme, "theme", "colours", "Light or dark.", "Light", "Dark")
     profile: Profile = LOOK.choice(
-        "desk", Profile, "profile", "text", "Larger text and stronger lines for a projector.", "Desk", "Projector"
+        "desk",
+        Profile,
+        "profile",
+        "text",
+        "Larger text and stronger lines for a projector.",
+        "Desk",
+        "Projector",
     )
     picture: PictureQuality = LOOK.choice(
         "fine",
@@ -88,15 +94,35 @@ class PageSettings:
     autopilot: bool = ARMS_PERSON.flag(
         "autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True
     )
-    gizmo: bool = ARMS_PERSON.flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
-    speed: float = ELSEWHERE.number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
+    gizmo: bool = ARMS_PERSON.flag(
+        "gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False
+    )
+    speed: float = ELSEWHERE.number(
+        1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25
+    )
     details: Details = ELSEWHERE.choice(
         "none",
         Details,
         "plot",
         "more plots",
         "A third plot.",
-        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt", "laps", "laps of q"),
+        *(
+            "None",
+            "λ",
+            "q",
+            "q̇",
+            "u v w",
+            "q₁–q₄",
+            "λ(d)",
+            "Laws",
+            "n, v",
+            "e²(d)",
+            "Pairs",
+            "M",
+            "dt",
+            "laps",
+            "laps of q",
+        ),
     )
     ghost: str = BESIDE.choice(
         "off",
@@ -106,7 +132,9 @@ class PageSettings:
         "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
     )
     what_if: bool = BESIDE.flag(
-        "whatif", "what if", "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones."
+        "whatif",
+        "what if",
+        "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones.",
     )
     source: Source = ARMS.choice(
         "clips",
@@ -174,7 +202,9 @@ def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
     """
     known = values(but or Settings())
     changes = {key: value for key, value in values(settings).items() if value != known[key]}
-    texts = {key: str(int(value)) if isinstance(value, bool) else str(value) for key, value in changes.items()}
+    texts = {
+        key: str(int(value)) if isinstance(value, bool) else str(value) for key, value in changes.items()
+    }
     return {**texts, WHOLE: "1"}
 
 
@@ -215,7 +245,17 @@ LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
 """Keys of a link that people type, besides settings."""
 
 FOREIGN_KEYS = frozenset(
-    {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
+    {
+        "window",
+        "folder",
+        "websocket",
+        "playbackPath",
+        "darkMode",
+        "key",
+        "logCamera",
+        "fixedDpr",
+        "forceOrbitOriginTool",
+    }
     | {"resume", WHOLE, ALONE, JOIN, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )

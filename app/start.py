@@ -132,7 +132,9 @@ def start_app(
         server.proof = options.proof
         errors = ThrottledLog(log)
         keys = tuple(row for one in reversed(features) if one.key_help is not None for row in one.key_help())
-        overlays = tuple(made for one in reversed(features) if one.overlays is not None for made in one.overlays())
+        overlays = tuple(
+            made for one in reversed(features) if one.overlays is not None for made in one.overlays()
+        )
         given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
         context = AppContext(
             server,

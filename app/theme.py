@@ -50,8 +50,32 @@ class Palette:
         ("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
     )
     laws: tuple[str, ...] = _of_themes(
-        ("#7a3fc4", "#57606a", "#b04d00", "#007a57", "#8c5d00", "#006fae", "#a3195b", "#007281", "#567200", "#24292f", "#8a5a44"),
-        ("#bd9bff", "#a9b4bf", "#ff8f45", "#3fd0a0", "#f0bd4a", "#5ab4f0", "#f58ab8", "#4fd6e0", "#b5d33d", "#e6edf3", "#d8a78f"),
+        (
+            "#7a3fc4",
+            "#57606a",
+            "#b04d00",
+            "#007a57",
+            "#8c5d00",
+            "#006fae",
+            "#a3195b",
+            "#007281",
+            "#567200",
+            "#24292f",
+            "#8a5a44",
+        ),
+        (
+            "#bd9bff",
+            "#a9b4bf",
+            "#ff8f45",
+            "#3fd0a0",
+            "#f0bd4a",
+            "#5ab4f0",
+            "#f58ab8",
+            "#4fd6e0",
+            "#b5d33d",
+            "#e6edf3",
+            "#d8a78f",
+        ),
     )
     calm: str = _of_themes("#566b7e", "#9fb3c6")
     background: tuple[Rgb, Rgb] = _of_themes(((243, 245, 248), (214, 220, 227)), ((34, 38, 44), (19, 21, 25)))
@@ -106,7 +130,9 @@ class Symbol(NamedTuple):
 SYMBOLS: Final = {
     "d": Symbol("distance", "d: the shortest distance between the two, along the line of contact."),
     "dm": Symbol("critical", "d_m: the distance to keep. The bubble around the obstacle is d_m thick."),
-    "rest": Symbol("resting", "d*: at this distance {arm} comes to rest, because retreat and task are in balance."),
+    "rest": Symbol(
+        "resting", "d*: at this distance {arm} comes to rest, because retreat and task are in balance."
+    ),
     "lam": Symbol("activation", "λ: how much {arm} gives way. 0: only its task. 1: only the retreat."),
     "e": Symbol("error", "e: how far the hand is from where its task wants it."),
     "v": Symbol("velocity", "v: how fast {arm} retreats when λ is 1."),
@@ -122,15 +148,23 @@ SYMBOL_COLOURS: Final = {name: symbol.field for name, symbol in SYMBOLS.items() 
 def css_variables() -> str:
     """CSS rule with the colours of the shown theme: `var(--brand-ink)` is `brand_ink`."""
     light, dark = PALETTES["light"], PALETTES["dark"]
-    pairs = [(f.name.replace("_", "-"), getattr(light, f.name), getattr(dark, f.name)) for f in fields(Palette)]
-    pairs += [(f"room-{end}", *(f"rgb{p.background[i]}" for p in (light, dark))) for i, end in enumerate(("top", "bottom"))]
-    return f":root{{{''.join(f'--{name}:light-dark({a},{b});' for name, a, b in pairs if isinstance(a, str))}}}"
+    pairs = [
+        (f.name.replace("_", "-"), getattr(light, f.name), getattr(dark, f.name)) for f in fields(Palette)
+    ]
+    pairs += [
+        (f"room-{end}", *(f"rgb{p.background[i]}" for p in (light, dark)))
+        for i, end in enumerate(("top", "bottom"))
+    ]
+    return (
+        f":root{{{''.join(f'--{name}:light-dark({a},{b});' for name, a, b in pairs if isinstance(a, str))}}}"
+    )
 
 
 def symbol_rules(*scopes: str) -> str:
     """CSS rules that colour the symbols inside some elements. `scopes`: their selectors."""
     return "".join(
-        f"{','.join(f'{scope} .{name}' for scope in scopes)}{{color:var(--{field})}}" for name, field in SYMBOL_COLOURS.items()
+        f"{','.join(f'{scope} .{name}' for scope in scopes)}{{color:var(--{field})}}"
+        for name, field in SYMBOL_COLOURS.items()
     )
 
 

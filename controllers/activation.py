@@ -30,4 +30,6 @@ def buffered_activation(distance: float, critical_distance: float, influence_dis
         return 1.0
     if distance >= influence_distance:
         return 0.0
-    return 0.5 * (1.0 + math.cos(math.pi * (distance - critical_distance) / (influence_distance - critical_distance)))
+    return 0.5 * (
+        1.0 + math.cos(math.pi * (distance - critical_distance) / (influence_distance - critical_distance))
+    )

@@ -19,7 +19,12 @@ def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: fl
 
 
 def resting_distance(
-    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0, lever: float = 1.0
+    critical_distance: float,
+    order: float,
+    nominal_velocity: float,
+    pull: float,
+    approach: float = 0.0,
+    lever: float = 1.0,
 ) -> float:
     """Rest of line (R): d* = d_m [s (u + v) / (u + w)]^(1/n) [m], with λ(d*) = (u + w) / [s (u + v)].
 
@@ -41,7 +46,9 @@ def distance_loss_rate(nominal_velocity: float, approach: float) -> float:
     return max(0.0, approach - nominal_velocity)
 
 
-def settling_time(critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0) -> float:
+def settling_time(
+    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
+) -> float:
     """Time constant of line (R) linearised at its rest, d* / [n (u + w)] [s]; nan or inf with d*."""
     rest = resting_distance(critical_distance, order, nominal_velocity, pull, approach)
     return rest / (order * (pull + approach)) if math.isfinite(rest) else rest

@@ -43,4 +43,12 @@ def convex_closest(
     s = min(max((ab * t - ar) / aa, -1.0), 1.0)
     gx, gy, gz = t * bx - s * ax - rx, t * by - s * ay - ry, t * bz - s * az - rz
     F = gx * gx + gy * gy + gz * gz + share * (s * s + t * t)
-    return first[3] + s * ax, first[4] + s * ay, first[5] + s * az, gx, gy, gz, math.sqrt(max(F, LEAST_SQUARE))
+    return (
+        first[3] + s * ax,
+        first[4] + s * ay,
+        first[5] + s * az,
+        gx,
+        gy,
+        gz,
+        math.sqrt(max(F, LEAST_SQUARE)),
+    )

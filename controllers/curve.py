@@ -24,18 +24,27 @@ def curve_points(text: str) -> tuple[tuple[float, float], ...]:
     try:
         points = tuple((float(d), float(lam)) for d, lam in (part.split(":") for part in text.split(",")))
     except ValueError:
-        raise BadSetting("curve = {text} cannot be read; {remedy}", text=repr(text[:60]), remedy=remedy) from None
+        raise BadSetting(
+            "curve = {text} cannot be read; {remedy}", text=repr(text[:60]), remedy=remedy
+        ) from None
     if not 2 <= len(points) <= MOST_POINTS:
         raise BadSetting(
-            "A curve has 2 to {most} points, not {count}; {remedy}", most=MOST_POINTS, count=len(points), remedy=remedy
+            "A curve has 2 to {most} points, not {count}; {remedy}",
+            most=MOST_POINTS,
+            count=len(points),
+            remedy=remedy,
         )
     for d, lam in points:
         if not (abs(d) <= FARTHEST and 0.0 <= lam <= 1.0):
-            raise BadSetting("{point} is out of range; d goes from −2 to 2 m and λ from 0 to 1.", point=f"{d:g}:{lam:g}")
+            raise BadSetting(
+                "{point} is out of range; d goes from −2 to 2 m and λ from 0 to 1.", point=f"{d:g}:{lam:g}"
+            )
     for (d, _), (following, _) in pairwise(points):
         if following - d < 1e-4:
             raise BadSetting(
-                "The distances of a curve rise by 0.1 mm at least; {d:g} comes before {then:g}.", d=d, then=following
+                "The distances of a curve rise by 0.1 mm at least; {d:g} comes before {then:g}.",
+                d=d,
+                then=following,
             )
     return points
 
@@ -76,7 +85,9 @@ class PiecewiseCubic(NamedTuple):
         rise = s * s * (3.0 - 2.0 * s)
         bend = s * (1.0 - s) * h
         from_left, from_right = self.slopes[i] * (1.0 - s), self.slopes[i + 1] * s
-        lam = self.heights[i] + rise * (self.heights[i + 1] - self.heights[i]) + bend * (from_left - from_right)
+        lam = (
+            self.heights[i] + rise * (self.heights[i + 1] - self.heights[i]) + bend * (from_left - from_right)
+        )
         return min(max(lam, 0.0), 1.0)
 
 

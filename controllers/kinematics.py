@@ -78,7 +78,9 @@ class Kinematics:
 
     def hand_jacobian(self, arm: Arm, dimension: int = 6) -> Array:
         """First rows (dimension, n) of J of the hand, eq. (2): linear, then angular velocity, world axes."""
-        return pin.getFrameJacobian(self.model, self.data, arm.hand, pin.LOCAL_WORLD_ALIGNED)[:dimension, arm.joints]
+        return pin.getFrameJacobian(self.model, self.data, arm.hand, pin.LOCAL_WORLD_ALIGNED)[
+            :dimension, arm.joints
+        ]
 
     def joint_point(self, joint: int) -> Array:
         """Origin (3,) of a joint frame in the world [m], a copy."""
@@ -87,7 +89,9 @@ class Kinematics:
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
         """Jacobian (3, n) of a point (3,) [m], world, fixed to a joint of the arm [m/rad]."""
         J = np.zeros((3, arm.joints.stop - arm.joints.start))
-        fill_point_jacobian(self.jacobian[:, arm.joints], self.model.joints[joint].idx_v - arm.joints.start + 1, point, J)
+        fill_point_jacobian(
+            self.jacobian[:, arm.joints], self.model.joints[joint].idx_v - arm.joints.start + 1, point, J
+        )
         return J
 
 
@@ -148,7 +152,9 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
 
 
 @loop("void(float64[:, :], float64[:], float64, float64, float64[:])", fills=("velocities",))
-def fill_quiet_solution(J: Matrix, task_velocity: Vector, bend: float, damping: float, velocities: Vector) -> None:
+def fill_quiet_solution(
+    J: Matrix, task_velocity: Vector, bend: float, damping: float, velocities: Vector
+) -> None:
     m, n = J.shape
     least, square, lost = damping * damping, 0.0, 0.0
     for i in range(m):

@@ -111,11 +111,21 @@ class VelocityBox:
 
     def update(self, positions: Array) -> None:
         """Compute `lower` and `upper` (n,) [rad/s] at q (n,)."""
-        fill_bounds(positions, self._lower_position, self._upper_position, self._top_speed, self.gain, self.lower, self.upper)
+        fill_bounds(
+            positions,
+            self._lower_position,
+            self._upper_position,
+            self._top_speed,
+            self.gain,
+            self.lower,
+            self.upper,
+        )
 
     def part(self, joints: slice) -> "VelocityBox":
         """Box of some of the joints, with shared bounds: updating the whole updates the part."""
-        part = VelocityBox(self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain)
+        part = VelocityBox(
+            self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain
+        )
         part.lower, part.upper = self.lower[joints], self.upper[joints]
         return part
 
@@ -128,7 +138,9 @@ class VelocityBox:
     def largest_share(self, velocities: Array) -> tuple[float, int]:
         """Largest s in [0, 1] for which s q̇ is in the box, for q̇ (n,), and the joint that bounds it, or −1."""
         share, joint = 1.0, -1
-        for i, (speed, low, high) in enumerate(zip(velocities.tolist(), self.lower.tolist(), self.upper.tolist(), strict=True)):
+        for i, (speed, low, high) in enumerate(
+            zip(velocities.tolist(), self.lower.tolist(), self.upper.tolist(), strict=True)
+        ):
             if speed > high or speed < low:
                 possible = max((high if speed > high else low) / speed, 0.0) if speed else 0.0
                 if possible < share:

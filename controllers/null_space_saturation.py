@@ -54,7 +54,10 @@ def saturated(
     change, n = wanted - begin, len(wanted)
     A, way = _independent(J, J.dot(change), kept)
     first = A.dot(begin)
-    velocities, share = _solved(np.eye(n), -wanted, A, np.append(lower, first + way), np.append(upper, first + way)), 1.0
+    velocities, share = (
+        _solved(np.eye(n), -wanted, A, np.append(lower, first + way), np.append(upper, first + way)),
+        1.0,
+    )
     if velocities is None:
         # s is one more unknown: [A, −way] (q̇, s) = A start, and the squared distance is |q̇ − s change − start|².
         cost = np.eye(n + 1)
@@ -72,7 +75,9 @@ def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array
     no joint moves.
     """
     unit = None if kept is None or not kept.any() else kept[None, :] / np.linalg.norm(kept)
-    left, values, right = np.linalg.svd(J if unit is None else J - J.dot(unit.T).dot(unit), full_matrices=False)
+    left, values, right = np.linalg.svd(
+        J if unit is None else J - J.dot(unit.T).dot(unit), full_matrices=False
+    )
     felt = values > _DEPENDENT
     A, rates = right[felt], left.T[felt].dot(way) / values[felt]
     return (A, rates) if unit is None else (np.vstack([A, unit]), np.append(rates, 0.0))

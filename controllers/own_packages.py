@@ -25,7 +25,9 @@ PACKAGES: Final = ("app", "controllers", "scenes")
 
 class OwnPackages:
     @staticmethod
-    def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         return PathFinder.find_spec(name, [FOLDER]) if path is None and name in PACKAGES else None
 
 

@@ -47,7 +47,15 @@ class Proximity(NamedTuple):
     fills=("row",),
 )
 def pair_row(
-    px: float, py: float, pz: float, nx: float, ny: float, nz: float, jacobian: Matrix, signs: Vector, row: Vector
+    px: float,
+    py: float,
+    pz: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    jacobian: Matrix,
+    signs: Vector,
+    row: Vector,
 ) -> None:
     """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs
     (26), (27).
@@ -163,12 +171,18 @@ class ConvexPairs:
         joints: slice = slice(None),
     ) -> None:
         bodies, count = geometry.geometryObjects, len(geometry.collisionPairs)
-        self._pairs = np.array([(pair.first, pair.second) for pair in geometry.collisionPairs], np.int64).reshape(-1, 2)
+        self._pairs = np.array(
+            [(pair.first, pair.second) for pair in geometry.collisionPairs], np.int64
+        ).reshape(-1, 2)
         radii = np.array([body.geometry.radius for body in bodies])
         self._reach = radii[self._pairs].sum(axis=1)
-        self._halves = np.array([body.geometry.halfLength if isinstance(body.geometry, Capsule) else 0.0 for body in bodies])
+        self._halves = np.array(
+            [body.geometry.halfLength if isinstance(body.geometry, Capsule) else 0.0 for body in bodies]
+        )
         # Live views of Pinocchio's memory, so that one call brings axes and centres together.
-        self._placed = [view for placement in data.oMg for view in (placement.rotation[:, 2], placement.translation)]
+        self._placed = [
+            view for placement in data.oMg for view in (placement.rotation[:, 2], placement.translation)
+        ]
         self._frames = np.empty((len(bodies), 6))
         self._distances, self._rows = np.empty(count), np.empty(signs.shape)
         self._jacobian, self._signs = kinematics.jacobian[:, joints], signs
@@ -196,7 +210,8 @@ class ProximityDetector:
         nothing = np.zeros(nv)
         self._nothing = Proximity(math.inf, -1, math.inf, nothing, nothing)
         self.pair_names: tuple[tuple[str, str], ...] = tuple(
-            (geometry.geometryObjects[p.first].name, geometry.geometryObjects[p.second].name) for p in geometry.collisionPairs
+            (geometry.geometryObjects[p.first].name, geometry.geometryObjects[p.second].name)
+            for p in geometry.collisionPairs
         )
         self._results = [self.data.distanceResults[i] for i in range(count)]
         self._normals = [result.normal for result in self._results]
@@ -209,7 +224,9 @@ class ProximityDetector:
     def count(self) -> int:
         return len(self._results)
 
-    def detect(self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4) -> Proximity:
+    def detect(
+        self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4
+    ) -> Proximity:
         """Proximity at the configuration of the last `kinematics.update`.
 
         Args:
@@ -258,4 +275,6 @@ class ProximityDetector:
 
     def _fill_rows(self, rows: Array) -> None:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)
-        pair_rows(points, np.concatenate(self._normals).reshape(-1, 3), self.kinematics.jacobian, self._signs, rows)
+        pair_rows(
+            points, np.concatenate(self._normals).reshape(-1, 3), self.kinematics.jacobian, self._signs, rows
+        )

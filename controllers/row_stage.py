@@ -67,7 +67,9 @@ def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_side
         order: n.
         one_sided: never slow down a value that already rises faster than v.
     """
-    return RowStage(task, SmoothPriority(task.critical_value, order, task.nominal_rate, one_sided=one_sided), box)
+    return RowStage(
+        task, SmoothPriority(task.critical_value, order, task.nominal_rate, one_sided=one_sided), box
+    )
 
 
 def through_stages(nominal: Array, stages: Sequence[RowStage]) -> Array:

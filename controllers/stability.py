@@ -136,7 +136,9 @@ class Analysis:
         return -float(error.dot(self.M.dot(error)))
 
 
-def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, gain_b: float, damped: bool = False) -> Analysis:
+def analyse(
+    row: Array, task_jacobian: Array | None, lam: float, gain_a: float, gain_b: float, damped: bool = False
+) -> Analysis:
     """Section III's quantities at one moment.
 
     Args:
@@ -158,7 +160,11 @@ def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, 
         if not 0.0 <= gain < math.inf:
             raise BadSetting(f"the gain {name} is {gain:g}; it must be a number from 0 upwards")
     shape = None if task_jacobian is None else task_jacobian.shape
-    if row.ndim != 1 or not row.size or (shape is not None and (len(shape) != 2 or not shape[0] or shape[1] != len(row))):
+    if (
+        row.ndim != 1
+        or not row.size
+        or (shape is not None and (len(shape) != 2 or not shape[0] or shape[1] != len(row)))
+    ):
         raise ValueError(f"J_d must be (n,) and J_b (m, n); they are {row.shape} and {shape}")
     if not (np.isfinite(row).all() and (task_jacobian is None or np.isfinite(task_jacobian).all())):
         raise ValueError("an entry of J_d or J_b is not finite")
@@ -182,7 +188,9 @@ def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, 
         along = Vt_.dot(j)
         coupling = math.sqrt(float(((along / s_) ** 2).sum()))
         across = j - along.dot(Vt_)
-        sine, rho = (np.hypot.reduce(across) / lever, np.hypot.reduce(along) / lever) if rank_a else (1.0, 0.0)
+        sine, rho = (
+            (np.hypot.reduce(across) / lever, np.hypot.reduce(along) / lever) if rank_a else (1.0, 0.0)
+        )
         J_sharp = (Vt.T * (s / (s * s + DAMPING**2))).dot(U.T) if damped else (Vt_.T / s_).dot(U_.T)
         own, onto_task, onto_row = task_jacobian.dot(J_sharp), task_jacobian.dot(j_sharp), j.dot(J_sharp)
 

@@ -63,7 +63,12 @@ def fill_place_task(
 
 
 def hold(
-    J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None, bend: float = 0.0
+    J: Array,
+    error: Array,
+    gain: float,
+    velocity: Array | None = None,
+    free: Array | None = None,
+    bend: float = 0.0,
 ) -> Array:
     """q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
 

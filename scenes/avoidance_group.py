@@ -119,4 +119,6 @@ class AvoidanceGroup:
         if J is None:
             return bounded
         box = self.box
-        return bounded._replace(velocities=saturated(J, wanted, box.lower, box.upper, bounded.velocities, row)[0])
+        return bounded._replace(
+            velocities=saturated(J, wanted, box.lower, box.upper, bounded.velocities, row)[0]
+        )

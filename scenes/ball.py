@@ -74,17 +74,30 @@ def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Ro
     first = model.nv
     bound = np.full(3, BALL_ROOM)
     joint = model.addJoint(
-        0, pin.JointModelTranslation(), pin.SE3.Identity(), "ball", np.zeros(3), np.full(3, BALL_SPEED), -bound, bound
+        0,
+        pin.JointModelTranslation(),
+        pin.SE3.Identity(),
+        "ball",
+        np.zeros(3),
+        np.full(3, BALL_SPEED),
+        -bound,
+        bound,
     )
-    geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
+    geometry.addGeometryObject(
+        pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS))
+    )
     if point == "arm":
         # The pedestal cannot move.
         pair_bodies(model, geometry, f"{ALONE_NAME} ", "ball", movable=True)
     else:
         hand = model.frames[arm.hand]
-        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
+        carrier, place = (
+            (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
+        )
         shape = pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS))
-        geometry.addCollisionPair(pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball")))
+        geometry.addCollisionPair(
+            pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball"))
+        )
     ball_start = _beside_the_path(model, arm, start, point)
     whole = np.concatenate([start, ball_start])
     return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
@@ -137,7 +150,9 @@ def ball_swing(middle: Array, seed: int) -> Scripted:
         middle: of its path (3,) [m].
     """
     period = float(np.random.default_rng(seed).uniform(7.0, 11.0))
-    return Scripted(lambda time: BallTarget(middle + np.array([SWING * np.sin(2.0 * np.pi * time / period), 0.0, 0.0])))
+    return Scripted(
+        lambda time: BallTarget(middle + np.array([SWING * np.sin(2.0 * np.pi * time / period), 0.0, 0.0]))
+    )
 
 
 class BallTask(ArmTask):

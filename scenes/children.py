@@ -30,7 +30,9 @@ ComputeMany = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[t
 AHEAD: Final = 4
 """Calls handed out per worker: one that runs, and some that wait."""
 
-ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
+ONE_THREAD: Final = {
+    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
+}
 
 
 SAFE_PATH: Final = {"PYTHONSAFEPATH": "1"}
@@ -157,7 +159,9 @@ def computed(
     def hand_out(count: int) -> None:
         # A process is started if none is idle.
         with inheriting():
-            under_way.update((pool.submit(function, *arguments), index) for index, arguments in islice(waiting, count))
+            under_way.update(
+                (pool.submit(function, *arguments), index) for index, arguments in islice(waiting, count)
+            )
 
     try:
         hand_out(AHEAD * workers)

@@ -30,7 +30,9 @@ _BYTE_ORDER_MARKS: Final = (
 
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 _SEPARATOR_LINE: Final = re.compile(r"\"?sep=(.)\"?", re.IGNORECASE)
-_DECIMAL_COMMAS: Final = re.compile(r"(?=.*,)[-+\N{MINUS SIGN}]?\d+(,\d+)?(\s+[-+\N{MINUS SIGN}]?\d+(,\d+)?)+")
+_DECIMAL_COMMAS: Final = re.compile(
+    r"(?=.*,)[-+\N{MINUS SIGN}]?\d+(,\d+)?(\s+[-+\N{MINUS SIGN}]?\d+(,\d+)?)+"
+)
 """A line of numbers with decimal commas, separated by blanks."""
 _LOOKS_NUMERIC: Final = re.compile(r"[-+\N{MINUS SIGN}]?[\d.,]*\d[\d.,]*(e[-+]?\d+)?", re.IGNORECASE)
 _LONGEST_SHOWN: Final = 40
@@ -101,7 +103,9 @@ def cells_of(line: str, separator: str) -> tuple[str, ...]:
     """Raises csv.Error for a value of more than 131,072 characters."""
     if separator == BLANKS:
         return tuple(cell.strip('"') for cell in line.split())
-    return tuple(cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), ()))
+    return tuple(
+        cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), ())
+    )
 
 
 def has_decimal_commas(rows: tuple[TextRow, ...]) -> bool:

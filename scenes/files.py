@@ -42,7 +42,9 @@ def read_file(path: Path, most: int) -> bytes:
     return data
 
 
-def input_content(path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None) -> bytes:
+def input_content(
+    path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None
+) -> bytes:
     """Content of an input file of a run or a scene; see `read_file`.
 
     Args:
@@ -55,7 +57,9 @@ def input_content(path: Path, most: int, missing: BadInputFile | None = None, la
         return read_file(path, most)
     except OSError as error:
         said = {errno.ENOENT: missing, errno.EFBIG: larger}.get(error.errno or 0)
-        raise said or BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+        raise said or BadInputFile(
+            "{name}: cannot be read ({reason}).", name=path, reason=error.strerror
+        ) from None
 
 
 @contextmanager
@@ -111,7 +115,9 @@ def csv_cell(value: object) -> str:
 def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
     """Rows as CSV: numbers exactly, every other value by `csv_cell`. `end`: of a line."""
     out = io.StringIO()
-    cells = ([repr(value) if isinstance(value, int | float) else csv_cell(value) for value in row] for row in rows)
+    cells = (
+        [repr(value) if isinstance(value, int | float) else csv_cell(value) for value in row] for row in rows
+    )
     csv.writer(out, lineterminator=end).writerows(cells)
     return out.getvalue()
 
@@ -147,7 +153,11 @@ def writable(path: Path, option: str) -> Iterator[None]:
         yield
     except OSError as error:
         # A folder was to be made.
-        why = f"{error.filename} is a file; give a folder" if isinstance(error, FileExistsError) else error.strerror or error
+        why = (
+            f"{error.filename} is a file; give a folder"
+            if isinstance(error, FileExistsError)
+            else error.strerror or error
+        )
         raise BadSetting(f"{option} = {path}: cannot be written ({why}).") from None
 
 

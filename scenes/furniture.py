@@ -78,11 +78,15 @@ def furniture_of(rig: Rig) -> Furniture:
         return Furniture(np.array([FLOOR, bench]), ())
     if rig.name == "cart":
         x, y, _ = rig.bases[0].translation.tolist()
-        return Furniture(np.array([FLOOR, (x, y, BENCH_TOP / 2, CART_HALF[0], CART_HALF[1], BENCH_TOP / 2)]), ())
+        return Furniture(
+            np.array([FLOOR, (x, y, BENCH_TOP / 2, CART_HALF[0], CART_HALF[1], BENCH_TOP / 2)]), ()
+        )
     if rig.name == "torso":
         block = np.array(TORSO_BLOCK)
         foot = block * np.array([1.0, 1.0, 0.0])
         stubs = (Column(block, base.translation.copy(), TORSO_STUB) for base in rig.bases)
         return Furniture(np.array([FLOOR]), (Column(foot, block, TORSO_COLUMN), *stubs))
     feet = ((base.translation * np.array([1.0, 1.0, 0.0]), base.translation.copy()) for base in rig.bases)
-    return Furniture(np.array([FLOOR]), tuple(Column(low, high, POST) for low, high in feet if high[2] > POST))
+    return Furniture(
+        np.array([FLOOR]), tuple(Column(low, high, POST) for low, high in feet if high[2] > POST)
+    )

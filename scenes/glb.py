@@ -74,7 +74,9 @@ def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
 
 
 def _pack_glb(
-    meshes: Mapping[str, trimesh.Trimesh], materials: list[dict[str, object]], colours: NDArray[np.float64] | None = None
+    meshes: Mapping[str, trimesh.Trimesh],
+    materials: list[dict[str, object]],
+    colours: NDArray[np.float64] | None = None,
 ) -> bytes:
     """GLB of meshes with a material each. `colours`: of the vertices (n, 3) of a single mesh, linear."""
     body, views, accessors = bytearray(), [], []
@@ -92,7 +94,11 @@ def _pack_glb(
 
     shapes = []
     for material, (name, part) in enumerate(meshes.items()):
-        index = np.asarray(part.faces).reshape(-1).astype(np.uint16 if len(part.vertices) < 2**16 - 1 else np.uint32)
+        index = (
+            np.asarray(part.faces)
+            .reshape(-1)
+            .astype(np.uint16 if len(part.vertices) < 2**16 - 1 else np.uint32)
+        )
         attributes = {
             "POSITION": put(np.asarray(part.vertices, np.float32), "VEC3", 34962),
             "NORMAL": put(np.asarray(part.vertex_normals, np.float32), "VEC3", 34962),
@@ -101,7 +107,12 @@ def _pack_glb(
             attributes["COLOR_0"] = put(colours.astype(np.float32), "VEC3", 34962)
         indices = put(index, "SCALAR", 34963)
         shapes.append(
-            {"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material, "mode": 4}]}
+            {
+                "name": name,
+                "primitives": [
+                    {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
+                ],
+            }
         )
     head = {
         "asset": {"version": "2.0", "generator": "lwr-duet"},
@@ -117,7 +128,12 @@ def _pack_glb(
     }
     text = json.dumps(head, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + bytes(body)
+    chunks = (
+        struct.pack("<II", len(text), 0x4E4F534A)
+        + text
+        + struct.pack("<II", len(body), 0x004E4942)
+        + bytes(body)
+    )
     return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
 
@@ -140,7 +156,9 @@ def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> by
     more than filling it.
     """
     whole = join(meshes.values())
-    colours = np.vstack([np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()])
+    colours = np.vstack(
+        [np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()]
+    )
     facing = np.clip(np.asarray(whole.vertex_normals) @ PAINTED_LIGHT, -1.0, 1.0)[:, None]
     colours = np.minimum(colours * (1.20 + 0.60 * facing) + SHEEN * (0.5 + 0.5 * facing) ** 3, 1.0)
     paint = Material("#ffffff", 0.45, 0.05).gltf() | {"name": "paint", "extensions": {UNLIT: {}}}

@@ -6,7 +6,14 @@ from typing import Final
 import numpy as np
 
 from controllers.compiled import Indices, Matrix, Vector, loop
-from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill_damped_solution, fill_point_jacobian
+from controllers.kinematics import (
+    Arm,
+    Array,
+    Kinematics,
+    damped_solution,
+    fill_damped_solution,
+    fill_point_jacobian,
+)
 from scenes.targets import LinkTarget
 
 FOLLOW_GAIN: Final = 8.0
@@ -70,7 +77,9 @@ def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper:
 
 
 @loop("float64(float64[:], float64, float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
-def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: Vector) -> float:
+def fill_smoothed(
+    wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: Vector
+) -> float:
     """Move q̇ (n,) by a share of the difference towards `wanted`, within its bounds; return Σ |q̇_j| times
     `reach` (n,).
     """

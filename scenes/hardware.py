@@ -23,7 +23,9 @@ JOINTS, DISTANCE = 0, 1
 
 def normal(seed: int, stream: int, index: int, count: int) -> Array:
     """Standard normal numbers (count,), the same for the same seed, stream and index ≥ 0."""
-    return np.random.Generator(np.random.Philox(key=seed, counter=[0, index, stream, 0])).standard_normal(count)
+    return np.random.Generator(np.random.Philox(key=seed, counter=[0, index, stream, 0])).standard_normal(
+        count
+    )
 
 
 def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm, ...], step: int) -> Array:
@@ -34,12 +36,18 @@ def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm,
         step: number of steps made.
     """
     hardware, seen = settings.hardware, positions.copy()
-    noise = normal(settings.seed, JOINTS, step, len(seen)) * hardware.joint_noise if hardware.joint_noise > 0.0 else None
+    noise = (
+        normal(settings.seed, JOINTS, step, len(seen)) * hardware.joint_noise
+        if hardware.joint_noise > 0.0
+        else None
+    )
     for arm in arms:
         if noise is not None:
             seen[arm.joints] += noise[arm.joints]
         if hardware.joint_resolution > 0.0:
-            seen[arm.joints] = np.round(seen[arm.joints] / hardware.joint_resolution) * hardware.joint_resolution
+            seen[arm.joints] = (
+                np.round(seen[arm.joints] / hardware.joint_resolution) * hardware.joint_resolution
+            )
     return seen
 
 
@@ -77,7 +85,9 @@ class Sensing:
         seen = world.detector.detect(*law.proximity)
         noise = hardware.distance_noise
         self.error = noise * float(normal(settings.seed, DISTANCE, step, 1)[0]) if noise > 0.0 else 0.0
-        return Proximity(actual.distance, actual.pair, seen.law_distance + self.error, seen.row, actual.pair_row)
+        return Proximity(
+            actual.distance, actual.pair, seen.law_distance + self.error, seen.row, actual.pair_row
+        )
 
     def memory(self) -> Memory:
         """Posture of the last frame, and its number; no posture before the first."""
@@ -106,7 +116,9 @@ class Actuation:
         self._commands: list[Array] = []
         self._end = np.empty(0)
 
-    def reached(self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float) -> Array:
+    def reached(
+        self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float
+    ) -> Array:
         """Mean q̇ (nv,) of the step that begins now; call it once per step [rad/s].
 
         A command acts in the first step that begins at least the dead time after its own. Until the first one
@@ -161,4 +173,6 @@ def before_stops(velocities: Array, positions: Array, lower: Array, upper: Array
         velocities: q̇ (n,) without stops [rad/s].
         positions, lower, upper: q and the stops (n,) [rad].
     """
-    return np.clip(velocities, np.minimum((lower - positions) / dt, 0.0), np.maximum((upper - positions) / dt, 0.0))
+    return np.clip(
+        velocities, np.minimum((lower - positions) / dt, 0.0), np.maximum((upper - positions) / dt, 0.0)
+    )

@@ -83,7 +83,9 @@ def check_length(settings: RunSettings, seconds: float) -> None:
     longest = MOST_STEPS * settings.dt
     if not 0.0 < seconds <= longest:
         larger_dt = " (or a larger dt)" if longest < seconds <= MOST_STEPS * specs()["dt"].high else ""
-        raise BadSetting(f"seconds = {seconds:g} is out of range; give a number above 0 and up to {longest:g}{larger_dt}.")
+        raise BadSetting(
+            f"seconds = {seconds:g} is out of range; give a number above 0 and up to {longest:g}{larger_dt}."
+        )
 
 
 def run(

@@ -137,8 +137,14 @@ class History:
         t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint, lever = row[:_FIRST].tolist()
         first = e2, u, w, law_w, int(authority), int(joint), lever
         e2, u, w, law_w, authority, joint, lever = row[_FIRST:_HEAD].tolist()
-        second = None if math.isnan(authority) else ArmSample(e2, u, w, law_w, int(authority), int(joint), lever)
-        q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
+        second = (
+            None if math.isnan(authority) else ArmSample(e2, u, w, law_w, int(authority), int(joint), lever)
+        )
+        q, dq, desired = (
+            row[_HEAD : self._middle].copy(),
+            row[self._middle : self._end].copy(),
+            row[self._end :].copy(),
+        )
         return Sample(*first, t, d, lam, int(pair), law_d, second, q, dq, desired)
 
     def table(self, newest: int | None = None, but: int = 0) -> Array:

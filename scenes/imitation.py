@@ -86,7 +86,13 @@ class ImitatedPerson:
 
     def memory(self) -> Memory:
         first, second = self._filters
-        return (self.desired.copy(), self.speed.copy(), *first.memory(), *second.memory(), *self._retargeter.memory())
+        return (
+            self.desired.copy(),
+            self.speed.copy(),
+            *first.memory(),
+            *second.memory(),
+            *self._retargeter.memory(),
+        )
 
     def remember(self, memory: Memory) -> None:
         self.desired[:], self.speed[:] = memory[:2]

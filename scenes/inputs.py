@@ -127,14 +127,18 @@ class RecordedPerson:
     def __init__(self, recorded: Recorded) -> None:
         self.recorded = recorded
         targets = joined_targets([stretch.targets for stretch in recorded.stretches])
-        times = np.concatenate([stretch.targets.counts * stretch.settings.dt for stretch in recorded.stretches])
+        times = np.concatenate(
+            [stretch.targets.counts * stretch.settings.dt for stretch in recorded.stretches]
+        )
         self._targets, self._offsets, self._ends = targets, targets.offsets, np.cumsum(times)
         self._steps = np.cumsum(targets.counts, dtype=np.int64)
 
     def target(self, time: float) -> Target | None:
         """Recorded target at a time since the beginning of the log [s]."""
         # A time that was added up from steps may lie a few bits before the step that it belongs to.
-        return self._different(min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1))
+        return self._different(
+            min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1)
+        )
 
     def target_of_step(self, step: int) -> Target | None:
         return self._different(int(np.searchsorted(self._steps, step, side="right")))
@@ -182,7 +186,10 @@ class InputsLog:
     @property
     def nbytes(self) -> int:
         """Approximate memory [B]."""
-        return sum(chapter.nbytes for chapter in self._chapters) + (len(self._wanted) + len(self._answers)) * _OPEN_BYTES
+        return (
+            sum(chapter.nbytes for chapter in self._chapters)
+            + (len(self._wanted) + len(self._answers)) * _OPEN_BYTES
+        )
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
         """Record the inputs of the next step, before it; the log restarts after a reset, or with other roles
@@ -234,12 +241,17 @@ class InputsLog:
         answers = iter(self._answers)
         for settings, group in groupby(self._wanted, attrgetter("settings")):
             wanted = list(group)
-            codes, counts = np.array([one.code for one in wanted], np.uint8), np.array([one.steps for one in wanted], np.uint32)
+            codes, counts = (
+                np.array([one.code for one in wanted], np.uint8),
+                np.array([one.steps for one in wanted], np.uint32),
+            )
             targets = PackedTargets(codes, counts, np.frombuffer(b"".join(one.numbers for one in wanted)))
             answered = None
             if self._law is not None:
                 rows = list(islice(answers, targets.steps))
-                answered = LawAnswers(self._law.file, self._law.sha256, np.frombuffer(b"".join(rows)).reshape(len(rows), -1))
+                answered = LawAnswers(
+                    self._law.file, self._law.sha256, np.frombuffer(b"".join(rows)).reshape(len(rows), -1)
+                )
             stretches.append(Stretch(settings, targets, answered))
         return Recorded(self._snapshot, tuple(stretches))
 
@@ -278,7 +290,10 @@ class InputsLog:
             length += chapter.seconds
         if not newest:
             return None
-        return Recorded(newest[0].snapshot, merged_stretches([stretch for chapter in newest for stretch in chapter.stretches]))
+        return Recorded(
+            newest[0].snapshot,
+            merged_stretches([stretch for chapter in newest for stretch in chapter.stretches]),
+        )
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
@@ -292,6 +307,8 @@ def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
     for settings, group in groupby(stretches, attrgetter("settings")):
         parts = list(group)
         answers = [part.answers for part in parts if part.answers is not None]
-        joined = answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+        joined = (
+            answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+        )
         merged.append(Stretch(settings, joined_targets([part.targets for part in parts]), joined))
     return tuple(merged)

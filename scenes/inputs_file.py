@@ -110,8 +110,15 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
             scene=scene,
             here=settings.scene,
         )
-    kinds = {kind for stretch in recorded.stretches for code in set(stretch.targets.codes.tolist()) for kind in KINDS[code]}
-    if any(kind == LINK or kind > JOINTS for kind in kinds) and _joint_counts(recorded.settings) != _joint_counts(settings):
+    kinds = {
+        kind
+        for stretch in recorded.stretches
+        for code in set(stretch.targets.codes.tolist())
+        for kind in KINDS[code]
+    }
+    if any(kind == LINK or kind > JOINTS for kind in kinds) and _joint_counts(
+        recorded.settings
+    ) != _joint_counts(settings):
         raise BadInputFile(
             "{name}: pulls at joints of other arms than these; add --robot {robot} --guided {guided}.",
             name=path,
@@ -123,7 +130,10 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
 
 def _joint_counts(settings: RunSettings) -> list[int]:
     arms = room_of(settings).arms
-    return [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)]
+    return [
+        arm.joints.stop - arm.joints.start
+        for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)
+    ]
 
 
 def _content(path: Path) -> bytes:
@@ -172,14 +182,19 @@ def _check(fine: object, what: str, /, **parts: object) -> None:
 
 
 def _too_large(name: str) -> BadInputFile:
-    return BadInputFile("{name}: is larger than {size} MB; recorded inputs are not.", name=name, size=LARGEST_FILE // 1_000_000)
+    return BadInputFile(
+        "{name}: is larger than {size} MB; recorded inputs are not.",
+        name=name,
+        size=LARGEST_FILE // 1_000_000,
+    )
 
 
 def _unpacked(data: bytes) -> dict[str, np.ndarray]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         # Before anything is unpacked: a small archive may hold a huge one.
         _check(
-            sum(info.file_size for info in archive.infolist()) <= LARGEST_CONTENT, "unpacks to more than recorded inputs can be"
+            sum(info.file_size for info in archive.infolist()) <= LARGEST_CONTENT,
+            "unpacks to more than recorded inputs can be",
         )
         _check(len(archive.infolist()) <= 200, "holds too many parts")
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
@@ -211,7 +226,9 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
         last = first + length
         numbers = targets.numbers[begins[first] : begins[last]]
         numbers.flags.writeable = False
-        stretches.append(Stretch(s, PackedTargets(targets.codes[first:last], targets.counts[first:last], numbers)))
+        stretches.append(
+            Stretch(s, PackedTargets(targets.codes[first:last], targets.counts[first:last], numbers))
+        )
         first = last
     recorded = Recorded(snapshot, tuple(stretches))
     return recorded if version == 1 else _with_answers(recorded, about, arrays)
@@ -220,7 +237,10 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
 def _with_answers(recorded: Recorded, about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recorded:
     file, sha256, numbers = about["law_file"], about["law_sha256"], arrays["answers"]
     named = (
-        isinstance(file, str) and len(file) <= 255 and len(file.splitlines()) == 1 and re.fullmatch("[0-9a-f]{64}", str(sha256))
+        isinstance(file, str)
+        and len(file) <= 255
+        and len(file.splitlines()) == 1
+        and re.fullmatch("[0-9a-f]{64}", str(sha256))
     )
     _check(named, "does not name the file of its law")
     simulation, shapes = Simulation(recorded.settings, 1), list[tuple[int, int]]()
@@ -266,10 +286,16 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
 def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> PackedTargets:
     """The checked targets. `count`: of different ones; `links`: see `_joint_counts`."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
-    _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
+    _check(
+        (codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64),
+        "has targets of the wrong type",
+    )
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
     _check(np.isin(codes, list(WIDTHS)).all(), "has targets of an unknown kind")
-    _check((counts > 0).all() and int(counts.astype(np.uint64).sum()) <= MOST_STEPS, "has an impossible number of steps")
+    _check(
+        (counts > 0).all() and int(counts.astype(np.uint64).sum()) <= MOST_STEPS,
+        "has an impossible number of steps",
+    )
     targets = PackedTargets(codes, counts, numbers)
     offsets = targets.offsets
     _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets with missing numbers")
@@ -311,7 +337,10 @@ def _are_rotations(rows: Array) -> bool:
 
 def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: RunSettings) -> Snapshot:
     steps, time = about["steps"], about["time"]
-    _check(type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9, "begins at an impossible time")
+    _check(
+        type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9,
+        "begins at an impossible time",
+    )
     # Only the experiment knows its state and shapes; some have one only after a person was seen.
     simulation = Simulation(settings, 1)
     usual = simulation.snapshot().memories
@@ -320,7 +349,9 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
         simulation.step(AnglesTarget(np.zeros((2, 4))))
         usual = simulation.snapshot().memories
     positions, velocities = arrays["positions"], arrays["velocities"]
-    _check(positions.shape == velocities.shape == simulation.positions.shape, "begins in a posture of other arms")
+    _check(
+        positions.shape == velocities.shape == simulation.positions.shape, "begins in a posture of other arms"
+    )
     _check(lengths == [len(memory) for memory in usual], "begins in another experiment")
     memories: list[tuple[Array, ...]] = []
     for i, memory in enumerate(usual):
@@ -329,12 +360,19 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
         _check(same, "begins in another experiment")
         memories.append(stored)
     # Files made before the lag had a state of its own have four parts.
-    robot = (*(arrays[f"robot_{i}"] for i in range(4)), arrays.get("robot_4", np.empty(0))) if "robot_0" in arrays else ()
+    robot = (
+        (*(arrays[f"robot_{i}"] for i in range(4)), arrays.get("robot_4", np.empty(0)))
+        if "robot_0" in arrays
+        else ()
+    )
     _check(not robot or _is_robot(robot, len(positions)), "begins with an impossible robot")
     everything = [positions, velocities, *robot, *(array for memory in memories for array in memory)]
     _check(all(array.dtype.kind in "fiub" for array in everything), "begins with no numbers")
     _check(positions.dtype == velocities.dtype == np.float64, "begins with numbers of the wrong type")
-    _check((np.abs(positions) <= WIDEST).all() and (np.abs(velocities) <= FASTEST).all(), "begins in an impossible posture")
+    _check(
+        (np.abs(positions) <= WIDEST).all() and (np.abs(velocities) <= FASTEST).all(),
+        "begins in an impossible posture",
+    )
     _check(all((np.abs(array) < 1e6).all() for array in everything), "begins with an impossible number")
     return Snapshot(settings, steps, time, positions, velocities, tuple(memories), robot)
 
@@ -344,9 +382,19 @@ def _is_robot(robot: tuple[Array, ...], nv: int) -> bool:
     times, commands, held, frame, end = robot
     typed = times.dtype == commands.dtype == held.dtype == end.dtype == np.float64 and frame.dtype == np.int64
     shaped = times.ndim == 1 and commands.shape == (len(times), nv) and frame.shape == ()
-    shaped = shaped and held.shape in ((0,), (nv,)) and end.shape in ((0,), (nv,)) and bool((np.abs(end) <= FASTEST).all())
+    shaped = (
+        shaped
+        and held.shape in ((0,), (nv,))
+        and end.shape in ((0,), (nv,))
+        and bool((np.abs(end) <= FASTEST).all())
+    )
     if not (typed and shaped):
         return False
     # Without a posture there was no frame.
     seen = int(frame) >= 0 if len(held) else int(frame) == -1
-    return bool(seen and (np.diff(times) > 0.0).all() and (np.abs(commands) <= FASTEST).all() and (np.abs(held) <= WIDEST).all())
+    return bool(
+        seen
+        and (np.diff(times) > 0.0).all()
+        and (np.abs(commands) <= FASTEST).all()
+        and (np.abs(held) <= WIDEST).all()
+    )

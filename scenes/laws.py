@@ -72,7 +72,9 @@ class LawEntry:
         """Keys of all law settings that have an effect under it: its own, and those of the distance
         measurement.
         """
-        measured = {"nothing": (), "one row": ("pairs", "beta", "eps", "coupled"), "all pairs": ("coupled",)}[self.sees]
+        measured = {"nothing": (), "one row": ("pairs", "beta", "eps", "coupled"), "all pairs": ("coupled",)}[
+            self.sees
+        ]
         return frozenset({*self.reads, *measured})
 
     @property

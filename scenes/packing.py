@@ -41,7 +41,9 @@ PAIR: Final = 128
 """Plus the index of the pair in `KINDS`."""
 
 _HANDS: Final = {
-    HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
+    HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0)
+    for turn in (0, ROTATION, TURNED)
+    for elbow in (0, ELBOW)
 }
 WIDTHS: Final[dict[int, int]] = {
     NOTHING: 0,
@@ -130,7 +132,11 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
             numbers += np.asarray(elbow, np.float64).tobytes()
         return code, numbers
     if isinstance(target, AnglesTarget):
-        return (UNSEEN, b"") if target.angles is None else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
+        return (
+            (UNSEEN, b"")
+            if target.angles is None
+            else (ANGLES, np.asarray(target.angles, np.float64).tobytes())
+        )
     if isinstance(target, BallTarget):
         return BALL, np.asarray(target.position, np.float64).tobytes()
     if isinstance(target, WallTarget):

@@ -45,7 +45,11 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         w = np.where(second, 0.0, w)
     v = law.nominal_velocity + (w if settings.adds_w else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
-    u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], _at_bound(table[:, COLUMN["authority"]])
+    u, least, bound = (
+        table[:, COLUMN["u"]],
+        table[:, COLUMN["lever"]],
+        _at_bound(table[:, COLUMN["authority"]]),
+    )
     rate = least * (v + u) - u - w
     if two:
         u, s = table[:, COLUMN["u_b"]], table[:, COLUMN["lever_b"]]
@@ -76,7 +80,9 @@ def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...
     """Conditions missing in the newest step of a history; () if it is empty."""
     # Only a change of the closest pair is looked for in the steps before.
     table = history.table(_reach(settings) + 1 if settings.law.pairs == "single" else 1)
-    return tuple(condition for condition, steps in missing(settings, table).items() if len(steps) and steps[-1])
+    return tuple(
+        condition for condition, steps in missing(settings, table).items() if len(steps) and steps[-1]
+    )
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:
@@ -104,7 +110,9 @@ def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
         margins: distance − d_m in every step (rows,) [m].
     """
     most, clear = 0.0, False
-    for before, after, counts in zip(margins[:-1].tolist(), margins[1:].tolist(), kept[:-1].tolist(), strict=True):
+    for before, after, counts in zip(
+        margins[:-1].tolist(), margins[1:].tolist(), kept[:-1].tolist(), strict=True
+    ):
         clear = counts and (clear or before >= 0.0)
         if clear:
             most = max(most, -after)

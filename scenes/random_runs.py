@@ -90,7 +90,9 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
     usual = bool(dice.random() < 0.5)
     if key == "scene":
         # Another first task has values and units of its own.
-        return str(dice.choice([name for name, experiment in EXPERIMENTS.items() if experiment.obstacle != "task"]))
+        return str(
+            dice.choice([name for name, experiment in EXPERIMENTS.items() if experiment.obstacle != "task"])
+        )
     if spec.choices:
         return default if key == "law" and usual else str(dice.choice(spec.choices))
     if spec.read is not None:
@@ -129,7 +131,9 @@ def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
     done = run(settings, seconds, start=random.start)
     table, model, history = done.table, done.simulation.room.model, done.simulation.history
     q, dq, promised = history.positions(table), history.velocities(table), settings.law.entry.promises
-    if not (np.isfinite(q).all() and np.isfinite(dq).all() and not np.isnan(table[:, : COLUMN["lever"] + 1]).any()):
+    if not (
+        np.isfinite(q).all() and np.isfinite(dq).all() and not np.isnan(table[:, : COLUMN["lever"] + 1]).any()
+    ):
         return RunVerdict(index, ("a number is none: NaN or infinite",), promised, math.nan, ())
     margin = float(table[:, COLUMN["law_d"]].min()) - settings.law.critical_distance
     faults: list[str] = []
@@ -176,4 +180,6 @@ def explained(excesses: tuple[float, ...]) -> bool:
     if excesses[worst] <= EXCESS:
         return True
     later = enumerate(excesses[worst + 1 :], 1)
-    return len(excesses) > worst + 2 and all(excess <= max(SLACK * excesses[worst] / 2**k, EXCESS) for k, excess in later)
+    return len(excesses) > worst + 2 and all(
+        excess <= max(SLACK * excesses[worst] / 2**k, EXCESS) for k, excess in later
+    )

@@ -13,7 +13,15 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.csv_reading import TextRow, TextTable, cells_of, has_decimal_commas, number_in_cell, read_text_table, separator_of
+from scenes.csv_reading import (
+    TextRow,
+    TextTable,
+    cells_of,
+    has_decimal_commas,
+    number_in_cell,
+    read_text_table,
+    separator_of,
+)
 from scenes.files import input_content
 from scenes.history import COLUMN, unit_of
 from scenes.simulation import Simulation
@@ -23,7 +31,11 @@ POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
 REACH: Final = 10.0
 """Largest plausible coordinate of a hand [m]; more means another unit."""
-LENGTHS: Final = (("centimetres", "100", 200.0), ("millimetres", "1000", 10_000.0), ("micrometres", "1000000", 1e7))
+LENGTHS: Final = (
+    ("centimetres", "100", 200.0),
+    ("millimetres", "1000", 10_000.0),
+    ("micrometres", "1000000", 1e7),
+)
 """Other possible units of a file, their divisor, and the largest plausible number in this unit."""
 MOST_BYTES: Final = 64_000_000
 
@@ -39,7 +51,9 @@ class Recording:
 
     def __init__(self, times: Array, positions: Array, quaternions: Array | None = None) -> None:
         self.times, self.positions = times, positions
-        self._rotations = None if quaternions is None else [pin.Quaternion(w, x, y, z) for w, x, y, z in quaternions]
+        self._rotations = (
+            None if quaternions is None else [pin.Quaternion(w, x, y, z) for w, x, y, z in quaternions]
+        )
 
     def target(self, time: float) -> HandTarget:
         """Target of the hand at a time [s]."""
@@ -86,12 +100,21 @@ def inputs_from(data: bytes, path: str) -> Recording:
     return Recording(found[:, 0], found[:, 1:4], quaternions)
 
 
-_COLUMN: Final = re.compile(r"(?P<name>[a-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|/\s*(?P<c>\S+)|[_ ](?:in )?(?P<d>\S+))?")
+_COLUMN: Final = re.compile(
+    r"(?P<name>[a-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|/\s*(?P<c>\S+)|[_ ](?:in )?(?P<d>\S+))?"
+)
 """Name of a column, alone or with its unit: t, t [s], t(s), t/s, t_s."""
 
 _SAME_NAME: Final = {"time": "t", "timestamp": "t"}
 _UNITS: Final = {"t": ("s", "sec", "second", "seconds"), "x": ("m", "meter", "meters", "metre", "metres")}
-_FACTORS: Final = {"ms": "1000", "us": "1000000", "µs": "1000000", "ns": "1000000000", "cm": "100", "mm": "1000"}
+_FACTORS: Final = {
+    "ms": "1000",
+    "us": "1000000",
+    "µs": "1000000",
+    "ns": "1000000000",
+    "cm": "100",
+    "mm": "1000",
+}
 
 
 def _header(path: str, table: TextTable) -> tuple[tuple[str, ...], tuple[TextRow, ...]]:
@@ -138,7 +161,9 @@ def _column_names(path: str, number: int, cells: tuple[str, ...]) -> tuple[str, 
         if unit and unit not in allowed:
             needed = {"t": "seconds", **dict.fromkeys("xyz", "metres")}.get(name, "numbers without a unit")
             factor = f": divide by {_FACTORS[unit]}" if unit in _FACTORS else ""
-            raise BadInputFile(f"{path}, line {number}: the header says that {name} is in {unit[:20]!r}; give {needed}{factor}.")
+            raise BadInputFile(
+                f"{path}, line {number}: the header says that {name} is in {unit[:20]!r}; give {needed}{factor}."
+            )
     return tuple(names)
 
 
@@ -150,10 +175,16 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _sample(where: str, separator: str, header: tuple[str, ...], cells: tuple[str, ...], commas: bool) -> list[float]:
+def _sample(
+    where: str, separator: str, header: tuple[str, ...], cells: tuple[str, ...], commas: bool
+) -> list[float]:
     count = len(header)
     if any(cells[count:]) or len(cells) < count:
-        hint = "; where commas are decimal signs, separate the values by semicolons" if separator == "," and cells[count:] else ""
+        hint = (
+            "; where commas are decimal signs, separate the values by semicolons"
+            if separator == "," and cells[count:]
+            else ""
+        )
         raise BadInputFile(f"{where}: has {len(cells)} values, but the header names {count}{hint}.")
     row: list[float] = []
     for name, cell in zip(header, cells, strict=False):
@@ -201,14 +232,18 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     joints = [name.format(kind) for kind in ("q", "dq") for name in columns]
     settings_of = simulation.settings
     header = (*CSV_SCALARS, *second, *joints, *(columns[i].format("qd") for i in followed))
-    units = {name: unit_of(name, settings_of.experiment.error_unit, settings_of.quantity.unit) for name in header} | {
-        "pair": "names"
-    }
+    units = {
+        name: unit_of(name, settings_of.experiment.error_unit, settings_of.quantity.unit) for name in header
+    } | {"pair": "names"}
     out.write(f"# units = {', '.join(f'{name} [{unit or 1}]' for name, unit in units.items())}\n")
     out.write(",".join(header) + "\n")
     pairs = [pair_label(names) for names in simulation.detector.pair_names]
     heads, more = (table[:, [COLUMN[name] for name in names]] for names in (CSV_SCALARS[:-1], second))
-    tails = np.concatenate([more, history.positions(table), history.velocities(table), desired[:, followed]], axis=1).tolist()
-    for head, pair, tail in zip(heads.tolist(), table[:, COLUMN["pair"]].astype(int).tolist(), tails, strict=True):
+    tails = np.concatenate(
+        [more, history.positions(table), history.velocities(table), desired[:, followed]], axis=1
+    ).tolist()
+    for head, pair, tail in zip(
+        heads.tolist(), table[:, COLUMN["pair"]].astype(int).tolist(), tails, strict=True
+    ):
         name = pairs[pair] if pair >= 0 else "none"
         out.write(",".join((*map(repr, head), name, *map(repr, tail))) + "\n")

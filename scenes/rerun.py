@@ -18,7 +18,16 @@ from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
 from scenes.inputs import Recorded, Stretch, merged_stretches
 from scenes.law_answers import ReplayedLaw
-from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, leaves, replaced, specs, values
+from scenes.settings import (
+    HardwareSettings,
+    LawSettings,
+    RunSettings,
+    changed,
+    leaves,
+    replaced,
+    specs,
+    values,
+)
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target, WallTarget
 from scenes.wanted import while_wanted
@@ -73,7 +82,8 @@ class WhatIf:
 
 def not_again(law: str) -> LazyText:
     return LazyText(
-        "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
+        "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.",
+        law=law,
     )
 
 
@@ -191,9 +201,13 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
     for key, value in overrides.items():
         if key in FIXED:
             fixed = ", ".join(sorted(FIXED))
-            raise BadSetting("{key} cannot be given to a recorded run, of which {fixed} are fixed.", key=key, fixed=fixed)
+            raise BadSetting(
+                "{key} cannot be given to a recorded run, of which {fixed} are fixed.", key=key, fixed=fixed
+            )
         checked = changed(checked, key, value)
-    wanted = [(leaves(RunSettings)[key][0], value) for key, value in values(checked).items() if key in overrides]
+    wanted = [
+        (leaves(RunSettings)[key][0], value) for key, value in values(checked).items() if key in overrides
+    ]
 
     def overridden(settings: RunSettings) -> RunSettings:
         for path, value in wanted:
@@ -217,9 +231,18 @@ def _kind(target: Target | None) -> object:
 def target_between(first: Target | None, second: Target | None, share: float) -> Target | None:
     """Target at a share of the way between two of one kind; the first one if the kinds differ."""
     if isinstance(first, PairTarget) and isinstance(second, PairTarget):
-        of_first, of_second = target_between(first.first, second.first, share), target_between(first.second, second.second, share)
+        of_first, of_second = (
+            target_between(first.first, second.first, share),
+            target_between(first.second, second.second, share),
+        )
         return PairTarget(cast(HeldTarget | None, of_first), cast(HeldTarget, of_second))
-    if first is second or first is None or second is None or first[0] is None or _kind(first) != _kind(second):
+    if (
+        first is second
+        or first is None
+        or second is None
+        or first[0] is None
+        or _kind(first) != _kind(second)
+    ):
         return first
     if isinstance(first, HandTarget):
         assert isinstance(second, HandTarget)
@@ -231,7 +254,9 @@ def target_between(first: Target | None, second: Target | None, share: float) ->
         return HandTarget(_part(first.position, second.position, share), rotation, elbow)
     if isinstance(first, WallTarget):
         assert isinstance(second, WallTarget)
-        return WallTarget(_part(first.position, second.position, share), _part(first.turn, second.turn, share))
+        return WallTarget(
+            _part(first.position, second.position, share), _part(first.turn, second.turn, share)
+        )
     if isinstance(first, LinkTarget):
         assert isinstance(second, LinkTarget)
         return first._replace(position=_part(first.position, second.position, share))

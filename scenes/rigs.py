@@ -50,7 +50,9 @@ class Rig:
 def _turn(roll: float, pitch: float, yaw: float) -> Array:
     """Ry(pitch) Rx(roll) Rz(yaw); degrees."""
     x, y, z = np.radians([roll, pitch, yaw])
-    return pin.rpy.rpyToMatrix(0.0, y, 0.0) @ pin.rpy.rpyToMatrix(x, 0.0, 0.0) @ pin.rpy.rpyToMatrix(0.0, 0.0, z)
+    return (
+        pin.rpy.rpyToMatrix(0.0, y, 0.0) @ pin.rpy.rpyToMatrix(x, 0.0, 0.0) @ pin.rpy.rpyToMatrix(0.0, 0.0, z)
+    )
 
 
 FIELD_OF_VIEW: Final = float(np.radians(32.0))
@@ -104,7 +106,9 @@ def for_reach(rig: Rig, reach: float) -> Rig:
         width=share * camera.width,
         height=share * camera.height,
     )
-    bases = tuple(pin.SE3(base.rotation, base.translation * np.array([share, share, 1.0])) for base in rig.bases)
+    bases = tuple(
+        pin.SE3(base.rotation, base.translation * np.array([share, share, 1.0])) for base in rig.bases
+    )
     return replace(rig, bases=bases, camera=nearer)
 
 
@@ -116,15 +120,24 @@ def rig_named(name: str) -> Rig:
     if name in RIGS:
         return RIGS[name]
     (left, left_yaw), (right, right_yaw) = (
-        (np.array(numbers[:3]), numbers[3]) for numbers in ([float(n) for n in base.split(",")] for base in name.split(":"))
+        (np.array(numbers[:3]), numbers[3])
+        for numbers in ([float(n) for n in base.split(",")] for base in name.split(":"))
     )
     across = float(np.linalg.norm(right - left))
     x, y, z = ((left + right) / 2.0).tolist()
     # Seen along the ground line across the bases, so that neither arm hides the other.
     side = np.array([right[1] - left[1], left[0] - right[0], 0.0])
     toward = side / np.linalg.norm(side) if np.linalg.norm(side) > 1e-6 else np.array([1.0, 0.0, 0.0])
-    camera = Camera((x, y, z + 0.45), (float(2.75 * toward[0]), float(2.75 * toward[1]), 0.67), 0.9 + across, 1.45, FIELD_OF_VIEW)
-    return Rig(name, (pin.SE3(_turn(0, 0, left_yaw), left), pin.SE3(_turn(0, 0, right_yaw), right)), (), camera)
+    camera = Camera(
+        (x, y, z + 0.45),
+        (float(2.75 * toward[0]), float(2.75 * toward[1]), 0.67),
+        0.9 + across,
+        1.45,
+        FIELD_OF_VIEW,
+    )
+    return Rig(
+        name, (pin.SE3(_turn(0, 0, left_yaw), left), pin.SE3(_turn(0, 0, right_yaw), right)), (), camera
+    )
 
 
 def place_bases(left: str, right: str) -> str:

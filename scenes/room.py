@@ -69,7 +69,9 @@ class Room:
     @property
     def columns(self) -> tuple[str, ...]:
         """Name of every column of q, with {} for "q", "dq" or "qd": "left_{}1" …"""
-        arms = (f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start))
+        arms = (
+            f"{arm.name}_{{}}{i + 1}" for arm in self.arms for i in range(arm.joints.stop - arm.joints.start)
+        )
         ball = (f"ball_{{}}_{axis}" for axis in "xyz") if self.ball is not None else ()
         wall = (f"wall_{{}}_{axis}" for axis in (*"xyz", "turn", "tilt")) if self.wall is not None else ()
         return (*arms, *ball, *wall)
@@ -108,10 +110,15 @@ class World:
         self.kinematics = Kinematics(room.model, room.arms)
         self.positions: Array = room.start.copy()
         self.velocities: Array = np.zeros(room.model.nv)
-        self.detector = ProximityDetector(self.kinematics, room.geometry) if room.watch is None else room.watch(self)
+        self.detector = (
+            ProximityDetector(self.kinematics, room.geometry) if room.watch is None else room.watch(self)
+        )
         model = room.model
         self.bounds = VelocityBox(
-            model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy(), limit_gain
+            model.lowerPositionLimit.copy(),
+            model.upperPositionLimit.copy(),
+            model.velocityLimit.copy(),
+            limit_gain,
         )
 
     def update(self) -> None:
@@ -152,7 +159,9 @@ def _start_of_two(room: Room) -> Array:
     """
     left, right = (
         found_postures(made, base, other, side, room.rig.name)
-        for made, base, other, side in zip(room.robots, room.rig.bases, room.rig.bases[::-1], SIDES, strict=True)
+        for made, base, other, side in zip(
+            room.robots, room.rig.bases, room.rig.bases[::-1], SIDES, strict=True
+        )
     )
     both = [np.concatenate([a, b]) for a in left for b in right]
     if len(both) == 1:
@@ -180,7 +189,9 @@ def _start_of_two(room: Room) -> Array:
     return both[-place]
 
 
-def with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3) -> tuple[pin.Model, Arm]:
+def with_arm(
+    model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3
+) -> tuple[pin.Model, Arm]:
     """The model with one more arm, and the arm; its capsules are added to the geometry."""
     first, offset = model.nv, model.njoints - 1
     model = pin.appendModel(model, _renamed(made.model, name), 0, base)
@@ -192,7 +203,9 @@ def with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: s
         joint = capsule.joint + offset if capsule.joint else 0
         shape = coal.Capsule(capsule.radius, length)
         geometry.addGeometryObject(
-            pin.GeometryObject(f"{name} {capsule.name}", joint, placement if joint else base * placement, shape)
+            pin.GeometryObject(
+                f"{name} {capsule.name}", joint, placement if joint else base * placement, shape
+            )
         )
     return model, Arm(
         name,
@@ -214,7 +227,9 @@ def _renamed(model: pin.Model, side: str) -> pin.Model:
     return model
 
 
-def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
+def pair_bodies(
+    model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False
+) -> None:
     """Pair the bodies of two name prefixes, except at a constant distance, J_d ≡ 0.
 
     Such are fixed bodies with each other, and with the part of a link that its joints do not move, such as an
@@ -229,7 +244,11 @@ def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, secon
             if fixed_a and (fixed_b or movable):
                 continue
             pair = (
-                (a, _moving_part(model, geometry, b)) if fixed_a else (_moving_part(model, geometry, a), b) if fixed_b else (a, b)
+                (a, _moving_part(model, geometry, b))
+                if fixed_a
+                else (_moving_part(model, geometry, a), b)
+                if fixed_b
+                else (a, b)
             )
             if None not in pair:
                 geometry.addCollisionPair(pin.CollisionPair(*pair))
@@ -258,4 +277,6 @@ def _moving_part(model: pin.Model, geometry: pin.GeometryModel, body: int) -> in
     place = capsule.placement * pin.SE3(np.eye(3), np.array([0.0, 0.0, (low + high) / 2.0]))
     shape = coal.Capsule(capsule.geometry.radius, float(high - low))
     side, link = capsule.name.split(" ", 1)
-    return geometry.addGeometryObject(pin.GeometryObject(f"{side} outer {link}", capsule.parentJoint, place, shape))
+    return geometry.addGeometryObject(
+        pin.GeometryObject(f"{side} outer {link}", capsule.parentJoint, place, shape)
+    )

@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from scenes import furniture, glb, rigs, surfaces
-from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, CART_HALF, POST, TORSO_BLOCK, TORSO_STUB, bench_half_length
+from scenes.furniture import (
+    BENCH_HALF_DEPTH,
+    BENCH_TOP,
+    CART_HALF,
+    POST,
+    TORSO_BLOCK,
+    TORSO_STUB,
+    bench_half_length,
+)
 from scenes.glb import Material
 from scenes.rigs import RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
@@ -38,7 +46,12 @@ BOARDS: Final = ("light", "dark")
 
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
-    head = revolve(rounded([(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2), 12)
+    head = revolve(
+        rounded(
+            [(size, height - 0.002), (size, height + 0.7 * size), (0, height + 0.7 * size)], 0.25 * size, 2
+        ),
+        12,
+    )
     angles = (np.arange(count) + 0.5) * 2 * np.pi / count
     return join(moved(head, shift=(radius * np.cos(a), radius * np.sin(a), 0)) for a in angles)
 
@@ -47,11 +60,17 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
     """One soft casting behind both flanges and down to the column, skinned from its heart (3,)."""
 
     def form(p: Array) -> Array:
-        body = smooth_max(np.hypot(p[..., 0] - heart[0], p[..., 1]) - 0.056, heart[2] - 0.097 - p[..., 2], 0.03)
+        body = smooth_max(
+            np.hypot(p[..., 0] - heart[0], p[..., 1]) - 0.056, heart[2] - 0.097 - p[..., 2], 0.03
+        )
         body = smooth_max(body, p[..., 2] - heart[2], 0.02)
         for position, R in bases:
             local = (p - position) @ R
-            stub = smooth_max(np.hypot(local[..., 0], local[..., 1]) - TORSO_STUB, np.abs(local[..., 2] + 0.055) - 0.047, 0.012)
+            stub = smooth_max(
+                np.hypot(local[..., 0], local[..., 1]) - TORSO_STUB,
+                np.abs(local[..., 2] + 0.055) - 0.047,
+                0.012,
+            )
             body = smooth_min(body, stub, 0.05)
         return body
 
@@ -67,7 +86,9 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
         coarse: few triangles, for a browser without a graphics card.
     """
 
-    def turned(outline: list[tuple[float, float]], radius: float, steps: int, sections: int) -> trimesh.Trimesh:
+    def turned(
+        outline: list[tuple[float, float]], radius: float, steps: int, sections: int
+    ) -> trimesh.Trimesh:
         return revolve(outline, FEW) if coarse else revolve(rounded(outline, radius, steps), sections)
 
     rig = RIGS["torso"]
@@ -113,7 +134,10 @@ def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trim
         "dark": join(
             [revolve(apron, 16, stretch=(leg_x + 0.015, leg_y + 0.015))]
             + [moved(revolve(leg, 16, stretch=(0.016, 0.016)), shift=place) for place in corners]
-            + [moved(revolve(rail, 16, stretch=(0.008, leg_y - 0.02)), shift=(x, 0.0, 0.0)) for x in (-leg_x, leg_x)]
+            + [
+                moved(revolve(rail, 16, stretch=(0.008, leg_y - 0.02)), shift=(x, 0.0, 0.0))
+                for x in (-leg_x, leg_x)
+            ]
             + [revolve(rail, 16, stretch=(leg_x, 0.008))]
         ),
         "black": join([moved(revolve(plate, 72), shift=place) for place in places]),
@@ -122,7 +146,10 @@ def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trim
             + [moved(revolve(glide, 24), shift=place) for place in corners]
         ),
     }
-    return {name: thinned_mesh(part, COARSE_SHARE) if coarse and name not in BOARDS else part for name, part in parts.items()}
+    return {
+        name: thinned_mesh(part, COARSE_SHARE) if coarse and name not in BOARDS else part
+        for name, part in parts.items()
+    }
 
 
 @functools.cache
@@ -136,7 +163,9 @@ def table_glb(separation: float, coarse: bool, plates: int = 2) -> bytes:
     1) only for the left one.
     """
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
-    return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates, coarse), coarse),))[0]
+    return glb.cached(
+        name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates, coarse), coarse),)
+    )[0]
 
 
 @functools.cache
@@ -177,7 +206,9 @@ def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
 
 
 def _key(*more: object) -> str:
-    return glb.source_key([__file__, furniture.__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more)
+    return glb.source_key(
+        [__file__, furniture.__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more
+    )
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:

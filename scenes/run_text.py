@@ -43,10 +43,14 @@ def run_text(recorded: Recorded) -> str:
     """Raises BadSetting if a run is too long, did not begin at the room's own start, or has several settings."""
     settings, usual = recorded.settings, values(RunSettings())
     alike = len(recorded.stretches) == 1 and recorded.law is None and recorded.begin == 0.0
-    if not alike or recorded_bytes(recorded) != recorded_bytes(_begun(settings, recorded.stretches[0].targets)):
+    if not alike or recorded_bytes(recorded) != recorded_bytes(
+        _begun(settings, recorded.stretches[0].targets)
+    ):
         raise BadSetting("Only a run from the beginning, under the same settings, fits into a link.")
     codes, counts, numbers = targets = recorded.stretches[0].targets
-    about = json.dumps({key: value for key, value in values(settings).items() if value != usual[key]}).encode()
+    about = json.dumps(
+        {key: value for key, value in values(settings).items() if value != usual[key]}
+    ).encode()
     parts = [about, codes.tobytes(), counts.astype("<u2").tobytes()]
     for places in _places(codes):
         parts.append(planes_of(numbers[_numbers(targets, places)]).tobytes())
@@ -62,7 +66,9 @@ def run_text(recorded: Recorded) -> str:
 def run_of_text(text: str) -> Recorded:
     """Raises BadInputFile if a text is too long, damaged or impossible."""
     if len(text) > LONGEST_TEXT:
-        raise BadInputFile("push: is longer than {most} characters, and no link to a push is.", most=LONGEST_TEXT)
+        raise BadInputFile(
+            "push: is longer than {most} characters, and no link to a push is.", most=LONGEST_TEXT
+        )
     try:
         data = base64.b64decode(text + "=" * (-len(text) % 4), altchars=b"-_", validate=True)
         if zlib.crc32(data[4:]).to_bytes(4, "big") != data[:4]:
@@ -74,7 +80,9 @@ def run_of_text(text: str) -> Recorded:
         # A damaged text raises nearly every kind there is.
         raise BadInputFile("push: the link is damaged; copy it again.") from None
     if recorded.seconds > LONGEST:
-        raise BadInputFile("push: is a run of {seconds:.0f} s; at most {most:.0f} s.", seconds=recorded.seconds, most=LONGEST)
+        raise BadInputFile(
+            "push: is a run of {seconds:.0f} s; at most {most:.0f} s.", seconds=recorded.seconds, most=LONGEST
+        )
     # Every target is checked like one of a file.
     return recorded_from(recorded_bytes(recorded), "push")
 

@@ -51,7 +51,10 @@ def check_samples(recording: Recording, settings: RunSettings, seconds: float, n
     """
     _check_moved(settings, name)
     _check_times(recording.times, seconds, name)
-    said = (_unit_doubt(recording) or _overlap_doubt(recording.times, seconds), _reach_doubt(recording.positions, settings))
+    said = (
+        _unit_doubt(recording) or _overlap_doubt(recording.times, seconds),
+        _reach_doubt(recording.positions, settings),
+    )
     return tuple(f"{name}: {sentence}" for sentence in said if sentence)
 
 
@@ -62,7 +65,9 @@ def _check_moved(settings: RunSettings, name: str) -> None:
             f"{name}: holds places of a hand, which move nothing in the scene {settings.scene}; choose --scene from {fitting}."
         )
     if settings.draws_circle:
-        raise BadInputFile(f"{name}: holds places of a hand, but with path = circle the hand draws a circle; leave out --path.")
+        raise BadInputFile(
+            f"{name}: holds places of a hand, but with path = circle the hand draws a circle; leave out --path."
+        )
 
 
 def _check_times(times: Array, seconds: float, name: str) -> None:
@@ -114,7 +119,9 @@ def _unit_doubt(recording: Recording) -> str:
     pace = float(np.median(ways[moving] / gaps[moving]))
     if pace >= SLOW:
         return ""
-    unit, per = next(((unit, per) for unit, per in CLOCK_UNITS[1:] if pace * per >= USUAL_PACE), CLOCK_UNITS[-1])
+    unit, per = next(
+        ((unit, per) for unit, per in CLOCK_UNITS[1:] if pace * per >= USUAL_PACE), CLOCK_UNITS[-1]
+    )
     return (
         f"t grows by {interval:g} s from sample to sample, and the hand moves at {1000.0 * pace:.3g} mm/s; t looks like {unit}: "
         f"divide it by {per:.0f}."

@@ -37,7 +37,9 @@ class Tab:
     def flag(self, key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
 
-    def text(self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = "") -> str:
+    def text(
+        self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = ""
+    ) -> str:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words, read=read)})
 
     def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
@@ -100,7 +102,9 @@ class Spec:
         return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
 
 
-def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None) -> Any:
+def checked(
+    spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None
+) -> Any:
     """An external value as a value of the field; the present value gives the type.
 
     Args:
@@ -125,7 +129,9 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
     if isinstance(present, bool):
         return _checked_flag(spec, value)
     unit = f" {spec.unit}" if spec.unit else ""
-    remedy = LazyText("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
+    remedy = LazyText(
+        "give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit
+    )
     fields = {"key": spec.key, "value": _shown(value), "remedy": remedy}
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise BadSetting("{key} = {value} is not a number; {remedy}", **fields)
@@ -170,7 +176,16 @@ def unknown_setting(key: str, known: Collection[str]) -> BadSetting:
 def _checked_flag(spec: Spec, value: object) -> bool:
     if isinstance(value, bool):
         return value
-    words = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
+    words = {
+        "1": True,
+        "true": True,
+        "on": True,
+        "yes": True,
+        "0": False,
+        "false": False,
+        "off": False,
+        "no": False,
+    }
     if isinstance(value, str) and value.lower() in words:
         return words[value.lower()]
     raise BadSetting("{key} = {value} is neither on nor off; give 1 or 0.", key=spec.key, value=_shown(value))
@@ -243,6 +258,8 @@ def start_remedy(value: str) -> LazyText | None:
     if BASES_NAME.fullmatch(value):
         left, right = value.split(":")
         return LazyText(
-            "These bases were not given here: start Duet with --base-left={left} --base-right={right}.", left=left, right=right
+            "These bases were not given here: start Duet with --base-left={left} --base-right={right}.",
+            left=left,
+            right=right,
         )
     return None

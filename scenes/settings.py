@@ -62,7 +62,9 @@ class LawSettings:
         0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.",
         "m", 0.03, 0.30, 5.0, "mm", 1000.0, words="critical distance",
     )  # fmt: skip
-    order: float = LAW.number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5, words="order")
+    order: float = LAW.number(
+        6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5, words="order"
+    )
     nominal_velocity: float = LAW.number(
         0.30, "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
         "m/s", 0.0, 1.0, 0.01, "m/s", words="speed of retreat",
@@ -76,18 +78,34 @@ class LawSettings:
         "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6, words="rounding",
     )  # fmt: skip
     feed_forward: bool = LAW_INPUT.flag(
-        "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.", words="feed-forward:"
+        "ff",
+        "add w to v",
+        "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.",
+        words="feed-forward:",
     )
-    one_sided: bool = LAW_INPUT.flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
+    one_sided: bool = LAW_INPUT.flag(
+        "one_sided", "one-sided", "Never slow down a retreat that is already faster than v."
+    )
     coupled: bool = LAW_INPUT.flag(
-        "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
+        "coupled",
+        "coupled",
+        "Where both arms keep clear: one row over the joints of both, instead of one row an arm.",
     )
     influence_distance: float = LAW.number(
         0.30, "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
         "m", 0.05, 0.60, 5.0, "mm", 1000.0, words="influence distance",
     )  # fmt: skip
     field_strength: float = LAW.number(
-        0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s", words="field strength"
+        0.005,
+        "eta",
+        "η",
+        "Strength of the potential field.",
+        "m² rad²/s",
+        0.0,
+        0.05,
+        0.001,
+        "m² rad²/s",
+        words="field strength",
     )
     barrier_gain: float = LAW.number(
         5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.",
@@ -118,7 +136,9 @@ class LawSettings:
 
     def made(self) -> "Law":
         """The law with these settings."""
-        read = {f.name: getattr(self, f.name) for f in fields(self) if f.metadata[SPEC].key in self.entry.reads}
+        read = {
+            f.name: getattr(self, f.name) for f in fields(self) if f.metadata[SPEC].key in self.entry.reads
+        }
         law: Law = resolve_name(f"controllers.laws.{self.entry.made_by}")(**read)
         return law
 
@@ -137,14 +157,32 @@ class HardwareSettings:
         "s", 0.0, 0.1, 5.0, "ms", 1000.0,
     )  # fmt: skip
     lag: float = HARDWARE.number(
-        0.0, "lag", "lag τ", "Time constant with which the joints reach a commanded velocity.", "s", 0.0, 0.1, 5.0, "ms", 1000.0
+        0.0,
+        "lag",
+        "lag τ",
+        "Time constant with which the joints reach a commanded velocity.",
+        "s",
+        0.0,
+        0.1,
+        5.0,
+        "ms",
+        1000.0,
     )
     joint_noise: float = HARDWARE.number(
         0.0, "qnoise", "noise of q", "Standard deviation of what the joint sensors show, in every step.",
         "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0),
     )  # fmt: skip
     joint_resolution: float = HARDWARE.number(
-        0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0)
+        0.0,
+        "qstep",
+        "step of q",
+        "Resolution of the joint sensors.",
+        "rad",
+        0.0,
+        0.02,
+        0.01,
+        "°",
+        math.degrees(1.0),
     )
     frame_rate: float = HARDWARE.number(
         0.0, "fps", "camera", "Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step.",
@@ -166,16 +204,28 @@ class RunSettings:
     """Who stands where and what they are asked to do. SI units."""
 
     scene: str = ABOVE.choice(
-        HOLD, lambda: {name: experiment.label for name, experiment in EXPERIMENTS.items()}, "scene", "scene", "Which experiment."
+        HOLD,
+        lambda: {name: experiment.label for name, experiment in EXPERIMENTS.items()},
+        "scene",
+        "scene",
+        "Which experiment.",
     )
     rig: str = ABOVE_LAST.choice(
-        "torso", RigName, "rig", "rig", "Where the two arms stand.", "Torso (the paper's laboratory)", "Table, face to face"
+        "torso",
+        RigName,
+        "rig",
+        "rig",
+        "Where the two arms stand.",
+        "Torso (the paper's laboratory)",
+        "Table, face to face",
     )
     robot: str = ABOVE.choice(
         "lwr", RobotName, "robot", "robot", "Which arms, the left one first where they differ; nothing is tied to the LWR.",
         "KUKA LWR 4+", "Franka Panda", "UR5",
     )  # fmt: skip
-    guided: ArmName = ARMS_WHO.choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
+    guided: ArmName = ARMS_WHO.choice(
+        "right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right"
+    )
     task: HandTask = ARMS_TASK.choice(
         "position", HandTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
         "Hold position", "Hold pose",
@@ -191,7 +241,13 @@ class RunSettings:
         "Usual", "Between two pairs",
     )  # fmt: skip
     following: Following = ARMS.choice(
-        "mirrored", Following, "following", "slave", "How the slave copies the master's joints.", "Identical", "Mirrored"
+        "mirrored",
+        Following,
+        "following",
+        "slave",
+        "How the slave copies the master's joints.",
+        "Identical",
+        "Mirrored",
     )
     path: PathName = ARMS.choice(
         "stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle"
@@ -214,10 +270,28 @@ class RunSettings:
     )  # fmt: skip
     load: float = ABOVE.number(6.0, "load", "load", "Mass in the hand.", "kg", 0.0, 20.0, 0.5, "kg")
     clip: ClipName = ARMS_TASK.choice(
-        "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
+        "medley",
+        ClipName,
+        "clip",
+        "clip",
+        "What the built-in person does.",
+        "All in turn",
+        "Wave",
+        "Clap",
+        "Cross",
+        "Reach",
     )
     gain: float = LAW_TASK.number(
-        2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s", words="task gain"
+        2.0,
+        "k",
+        "K",
+        "How hard the avoiding hand is drawn back to its place.",
+        "1/s",
+        0.0,
+        20.0,
+        0.1,
+        "1/s",
+        words="task gain",
     )
     overdrive: float = LAW_TASK.number(
         1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.",
@@ -228,10 +302,29 @@ class RunSettings:
         "m/s", 0.05, 1.0, 0.01, "m/s", words="speed limit",
     )  # fmt: skip
     dt: float = ARMS_TIME.number(
-        0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0, words="time step"
+        0.005,
+        "dt",
+        "dt",
+        "Time step of the simulation.",
+        "s",
+        0.00125,
+        0.020,
+        0.25,
+        "ms",
+        1000.0,
+        words="time step",
     )
     limit_gain: float = ARMS_TIME.number(
-        10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s", words="joint-stop gain"
+        10.0,
+        "g",
+        "g",
+        "How softly a joint comes to rest at its stop.",
+        "1/s",
+        1.0,
+        40.0,
+        0.5,
+        "1/s",
+        words="joint-stop gain",
     )
     bounds: BoundsTreatment = ARMS_TIME.choice(
         "distance", BoundsTreatment, "bounds", "bounds",
@@ -244,7 +337,9 @@ class RunSettings:
         "glide along",
         "Arms glide along table, stand, floor and their own links, whatever else they are asked to do.",
     )
-    seed: int = ARMS_PACE.number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
+    seed: int = ARMS_PACE.number(
+        1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1
+    )
     law: LawSettings = field(default_factory=LawSettings)
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
 
@@ -307,7 +402,10 @@ def leaves(settings_type: type) -> dict[str, tuple[tuple[str, ...], Spec]]:
         if SPEC in f.metadata:
             found[f.metadata[SPEC].key] = (f.name,), f.metadata[SPEC]
         else:
-            found |= {key: ((f.name, *path), spec) for key, (path, spec) in leaves(cast(type, f.default_factory)).items()}
+            found |= {
+                key: ((f.name, *path), spec)
+                for key, (path, spec) in leaves(cast(type, f.default_factory)).items()
+            }
     return found
 
 
@@ -345,13 +443,18 @@ def changed(settings: T, key: str, value: object) -> T:
     if key not in known:
         raise unknown_setting(key, known)
     path, spec = known[key]
-    return replaced(settings, path, checked(with_added(spec), reduce(getattr, path, settings), value, start_remedy))
+    return replaced(
+        settings, path, checked(with_added(spec), reduce(getattr, path, settings), value, start_remedy)
+    )
 
 
 def replaced(settings: T, path: tuple[str, ...], value: Any) -> T:
     """The settings with the field at the end of a path of names set to a valid value."""
     name, *rest = path
-    return replace(cast(Any, settings), **{name: replaced(getattr(settings, name), tuple(rest), value) if rest else value})
+    return replace(
+        cast(Any, settings),
+        **{name: replaced(getattr(settings, name), tuple(rest), value) if rest else value},
+    )
 
 
 def validate(settings: RunSettings) -> RunSettings:

@@ -132,13 +132,21 @@ class Simulation:
         room = room_of(settings)
         reads = [key for key in ("guided", "path") if key in settings.experiment.reads]
         start = start_of(settings, room)
-        if room is not self.room or settings.experiment is not before.experiment or start is not start_of(before, room):
+        if (
+            room is not self.room
+            or settings.experiment is not before.experiment
+            or start is not start_of(before, room)
+        ):
             self._enter(room)
             self.reset()
         elif any(getattr(settings, key) != getattr(before, key) for key in reads):
             self._assign()
             self._begin()
-        elif (settings.avoid, settings.one_row, settings.world) != (before.avoid, before.one_row, before.world):
+        elif (settings.avoid, settings.one_row, settings.world) != (
+            before.avoid,
+            before.one_row,
+            before.world,
+        ):
             self._form()
         elif settings.law is not before.law:
             self._further, self.start_problem = scenario_of(settings).stages(self.world, settings), None
@@ -176,7 +184,11 @@ class Simulation:
     @property
     def way(self) -> Array:
         """Points (k, 3) of the avoiding hand's prescribed path, world [m]; (0, 3) without one."""
-        return np.zeros((0, 3)) if self.keeper is None else scenario_of(self.settings).way(self.settings, self.keeper.home)
+        return (
+            np.zeros((0, 3))
+            if self.keeper is None
+            else scenario_of(self.settings).way(self.settings, self.keeper.home)
+        )
 
     def source(self) -> TargetSource:
         self.kinematics.update(self.positions)
@@ -206,7 +218,11 @@ class Simulation:
         if self.given_law is None:
             self._advance(target)
             return
-        velocities, bites, memories = self.velocities.copy(), self.bound_bites, [task.memory() for task in self.roles.tasks]
+        velocities, bites, memories = (
+            self.velocities.copy(),
+            self.bound_bites,
+            [task.memory() for task in self.roles.tasks],
+        )
         try:
             self._advance(target)
         except Unanswered:
@@ -257,7 +273,9 @@ class Simulation:
         for stage, velocities in self._gliding:
             stage.keep(velocities)
 
-    def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
+    def _decide(
+        self, near: Proximity, error: float = 0.0
+    ) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Command the arms that avoid; return the columns of the history. `error`: of all measured distances
         [m].
         """
@@ -272,7 +290,20 @@ class Simulation:
             second = (other.tasks[0].squared_error, *columns)
         first.velocities[:] = velocities
         e2 = self.roles.task.squared_error
-        return (self.time, near.distance, lam, e2, u, w, near.pair, near.law_distance, w_law, authority, joint, s), second
+        return (
+            self.time,
+            near.distance,
+            lam,
+            e2,
+            u,
+            w,
+            near.pair,
+            near.law_distance,
+            w_law,
+            authority,
+            joint,
+            s,
+        ), second
 
     def _kept_clear(
         self, group: AvoidanceGroup, near: Proximity, lam: float, error: float
@@ -351,7 +382,15 @@ class Simulation:
         if hardware != IDEAL:
             *commands, end = self._actuation.memory()
             robot = (*commands, *self._sensing.memory(), end)
-        return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories, robot)
+        return Snapshot(
+            self.settings,
+            self.steps,
+            self.time,
+            self.positions.copy(),
+            self.velocities.copy(),
+            memories,
+            robot,
+        )
 
     def resume(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot of the same experiment, with the present settings and a new history.
@@ -383,4 +422,6 @@ class Simulation:
         s, *others = (lever(float(row.dot(row))) for row in rows)
         nothing = 0.0, 0.0, 0.0, 0.0, 0, -1
         second = ArmSample(*nothing, others[0]) if others else None
-        return Sample(*nothing, s, self.time, near.distance, lam, near.pair, near.law_distance, second, q, dq, desired)
+        return Sample(
+            *nothing, s, self.time, near.distance, lam, near.pair, near.law_distance, second, q, dq, desired
+        )

@@ -70,7 +70,9 @@ class StepStudy:
 def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
     """Study of a recorded piece of a run with some settings, without results."""
     dt = recorded.stretches[-1].settings.dt
-    return StepStudy(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
+    return StepStudy(
+        settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS)
+    )
 
 
 def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int) -> float:
@@ -89,7 +91,9 @@ def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: i
     again = rerun(recorded, asked, substeps)
     simulation = Simulation(settings, 1)
     columns = [
-        column for task in simulation.roles.avoiders(settings.avoid) for column in range(task.joints.start, task.joints.stop)
+        column
+        for task in simulation.roles.avoiders(settings.avoid)
+        for column in range(task.joints.start, task.joints.stop)
     ]
     velocities = simulation.history.velocities(again.table)[:, columns]
     steps = np.abs(np.diff(velocities, axis=0))

@@ -129,7 +129,10 @@ class NullMotions:
     def __init__(self, room: Room, arm: Arm, positions: Array) -> None:
         self._kinematics, self._arm = Kinematics(room.model, room.arms), arm
         self._positions = positions.copy()
-        self._low, self._high = room.model.lowerPositionLimit[arm.joints], room.model.upperPositionLimit[arm.joints]
+        self._low, self._high = (
+            room.model.lowerPositionLimit[arm.joints],
+            room.model.upperPositionLimit[arm.joints],
+        )
         self._kinematics.update(self._positions)
         self._hand = self._kinematics.hand_pose(arm).translation.copy()
         self.basis: Array = swing_and_turns(self._kinematics.hand_jacobian(arm))

@@ -49,13 +49,20 @@ def read_start(path: Path, room: Room) -> Array:
     if lines and set(lines[0]) & set(names):
         lines = [_named(path, names, lines)]
     elif len(lines) > 1 and any(len(line) != 1 for line in lines):
-        raise BadInputFile(f"{path}: has {len(lines)} lines of numbers; give one line or one column, {len(names)} numbers.")
+        raise BadInputFile(
+            f"{path}: has {len(lines)} lines of numbers; give one line or one column, {len(names)} numbers."
+        )
     cells = tuple(cell for line in lines for cell in line)
     if len(cells) != len(names):
-        raise BadInputFile(f"{path}: has {len(cells)} numbers, but {len(names)} joints move: {', '.join(names)}.")
+        raise BadInputFile(
+            f"{path}: has {len(cells)} numbers, but {len(names)} joints move: {', '.join(names)}."
+        )
     commas = has_decimal_commas((TextRow(1, cells),))
     return np.array(
-        [_position(path, room, joint, name, cell, commas) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))]
+        [
+            _position(path, room, joint, name, cell, commas)
+            for joint, (name, cell) in enumerate(zip(names, cells, strict=True))
+        ]
     )
 
 
@@ -71,7 +78,9 @@ def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
     """Cells of a header's only row, in the order of the names; other columns are left out."""
     header, *rows = lines
     if missing := [name for name in names if name not in header]:
-        raise BadInputFile(f"{path}: the header has no column {', '.join(missing)}; it needs {', '.join(names)}.")
+        raise BadInputFile(
+            f"{path}: the header has no column {', '.join(missing)}; it needs {', '.join(names)}."
+        )
     if len(rows) != 1 or len(rows[0]) != len(header):
         raise BadInputFile(f"{path}: give one row of {len(header)} values below the header.")
     return [rows[0][header.index(name)] for name in names]
@@ -84,5 +93,7 @@ def _position(path: Path, room: Room, joint: int, name: str, cell: str, commas: 
     low, high = float(room.model.lowerPositionLimit[joint]), float(room.model.upperPositionLimit[joint])
     if not low <= value <= high:
         unit = "m" if name.startswith("ball_") else "rad"
-        raise BadInputFile(f"{path}: {name} = {value:g} is outside its limits; give {low:.4f} to {high:.4f} {unit}.")
+        raise BadInputFile(
+            f"{path}: {name} = {value:g} is outside its limits; give {low:.4f} to {high:.4f} {unit}."
+        )
     return value

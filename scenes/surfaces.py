@@ -34,7 +34,9 @@ def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
     """Faces (m, 3) of a row-major grid of vertices; counter-clockwise seen with rows going up and columns to
     the right.
     """
-    row, column = np.meshgrid(np.arange(rows - 1), np.arange(columns if closed else columns - 1), indexing="ij")
+    row, column = np.meshgrid(
+        np.arange(rows - 1), np.arange(columns if closed else columns - 1), indexing="ij"
+    )
     right = (column + 1) % columns
     a, b = row * columns + column, row * columns + right
     c, d = a + columns, b + columns
@@ -85,7 +87,9 @@ def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
     return np.array(out)
 
 
-def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float] = (0.0, 0.0)) -> trimesh.Trimesh:
+def revolve(
+    profile: ArrayLike, sections: int = 56, stretch: tuple[float, float] = (0.0, 0.0)
+) -> trimesh.Trimesh:
     """Revolve a profile (n, 2) of (radius, height) about the z axis; going up along it, the outside is on its
     right.
 
@@ -128,7 +132,11 @@ def revolve(profile: ArrayLike, sections: int = 56, stretch: tuple[float, float]
         pieces.append(welded(vertices, _strip(len(run), len(angle), closed=True), normals))
         start = i
     if all(stretch):
-        pieces += [_lid(height, stretch, up) for (radius, height), up in ((line[0], -1.0), (line[-1], 1.0)) if radius == 0]
+        pieces += [
+            _lid(height, stretch, up)
+            for (radius, height), up in ((line[0], -1.0), (line[-1], 1.0))
+            if radius == 0
+        ]
     return join(pieces)
 
 
@@ -158,7 +166,9 @@ def _fan(angle: Array, lift: Array) -> Array:
 def _crowded(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float) -> Array:
     """Angles (rows, columns) of the rays of every ring: by length of the outline, denser where it turns."""
     fine = first + np.linspace(0, 2 * np.pi, 361)
-    outline = _first_way_out(form, spine[:, None], _fan(np.broadcast_to(fine, (len(spine), 361)), lift), reach)
+    outline = _first_way_out(
+        form, spine[:, None], _fan(np.broadcast_to(fine, (len(spine), 361)), lift), reach
+    )
     side = np.diff(outline, axis=1)
     length = np.linalg.norm(side, axis=-1)
     unit = side / np.maximum(length, 1e-9)[..., None]
@@ -202,7 +212,12 @@ def skin(
         half = angle[-1, : columns // 2 + 1]
         turn = np.linspace(0, np.pi, dome + 1)[:, None]
         rays = np.stack(
-            [np.cos(half) * np.cos(turn), np.broadcast_to(np.sin(half), (dome + 1, len(half))), -np.cos(half) * np.sin(turn)], -1
+            [
+                np.cos(half) * np.cos(turn),
+                np.broadcast_to(np.sin(half), (dome + 1, len(half))),
+                -np.cos(half) * np.sin(turn),
+            ],
+            -1,
         )
         faces = np.vstack([faces, len(vertices) + _strip(dome + 1, len(half), closed=False)])
         vertices = np.vstack([vertices, _first_way_out(form, spine[-1], rays, reach).reshape(-1, 3)])
@@ -223,11 +238,15 @@ def join(meshes: Iterable[trimesh.Trimesh]) -> trimesh.Trimesh:
 
 
 def moved(
-    part: trimesh.Trimesh, rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), shift: Sequence[float] = (0, 0, 0)
+    part: trimesh.Trimesh,
+    rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    shift: Sequence[float] = (0, 0, 0),
 ) -> trimesh.Trimesh:
     """The mesh rotated by a matrix (3, 3), then shifted (3,)."""
     R = np.asarray(rotation, float)
-    return mesh(part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T)
+    return mesh(
+        part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T
+    )
 
 
 def smooth_max(a: Array, b: Array, width: float) -> Array:
@@ -257,7 +276,9 @@ def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     from scipy.spatial import KDTree
 
     count = max(64, round(share * len(part.faces)))
-    vertices, faces = fast_simplification.simplify(np.asarray(part.vertices), np.asarray(part.faces), target_count=count)
+    vertices, faces = fast_simplification.simplify(
+        np.asarray(part.vertices), np.asarray(part.faces), target_count=count
+    )
     originals, normals = np.asarray(part.vertices), np.asarray(part.vertex_normals)
     tree = KDTree(originals)
     bare = trimesh.Trimesh(originals[tree.query(vertices)[1]], faces, process=False)

@@ -24,7 +24,9 @@ TOUCHING: Final = 2.0 * MARGIN
 """What is nearer than this in the start posture is left out [m]: such things belong together, as a pedestal and its table."""
 
 
-def surroundings(world: World, arm: Arm, critical_value: float = MARGIN, nominal_rate: float = RETREAT) -> Surroundings | None:
+def surroundings(
+    world: World, arm: Arm, critical_value: float = MARGIN, nominal_rate: float = RETREAT
+) -> Surroundings | None:
     """Distance of an arm from furniture, floor and its own links; None if it can meet nothing.
 
     Args:
@@ -64,8 +66,15 @@ def ball_surroundings(world: World) -> Surroundings | None:
     ball = room.geometry.geometryObjects[room.geometry.getGeometryId("ball")]
     fixed = [body for body in room.geometry.geometryObjects if body.parentJoint == 0]
     furniture = furniture_of(room.rig)
-    columns = [LinkCapsule(0, (one.start + one.end) / 2.0, (one.end - one.start) / 2.0, one.radius) for one in furniture.columns]
-    bodies = [LinkCapsule(ball.parentJoint, np.zeros(3), np.zeros(3), ball.geometry.radius), *map(_capsule, fixed), *columns]
+    columns = [
+        LinkCapsule(0, (one.start + one.end) / 2.0, (one.end - one.start) / 2.0, one.radius)
+        for one in furniture.columns
+    ]
+    bodies = [
+        LinkCapsule(ball.parentJoint, np.zeros(3), np.zeros(3), ball.geometry.radius),
+        *map(_capsule, fixed),
+        *columns,
+    ]
     names = ["ball", *("pedestal" for _ in fixed), *(f"stand {i}" for i in range(len(columns)))]
     meetings = [Meeting(0, i) for i in range(1, len(bodies))]
     meetings += [Meeting(0, box, over_box=True) for box in range(len(furniture.boxes))]

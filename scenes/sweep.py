@@ -81,7 +81,9 @@ def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Gri
             raise BadSetting(f"over: {key} is swept twice; list all its values in one --over {key}=….")
     grid = Grid(settings, axes, seconds)
     if grid.size > MOST_POINTS:
-        raise BadSetting(f"over: the grid has {grid.size} points; take fewer values, at most {MOST_POINTS} points in all.")
+        raise BadSetting(
+            f"over: the grid has {grid.size} points; take fewer values, at most {MOST_POINTS} points in all."
+        )
     _rehearse(grid)
     return grid
 
@@ -95,7 +97,9 @@ def _rehearse(grid: Grid) -> None:
     for point in grid.points():
         settings = validate(grid.at(point))
         check_length(settings, grid.seconds)
-        choices = tuple(value for axis, value in zip(grid.axes, point, strict=True) if axis.key not in numbers)
+        choices = tuple(
+            value for axis, value in zip(grid.axes, point, strict=True) if axis.key not in numbers
+        )
         if choices not in seen:
             seen.add(choices)
             run(settings, settings.dt)
@@ -148,15 +152,21 @@ def _range(text: str, parts: list[str]) -> list[float]:
     if len(more) > 1 or not all(map(math.isfinite, (first, last, *more))):
         raise BadSetting(f"over = {text!r} cannot be read; {FORMS}.")
     if not first < last:
-        raise BadSetting(f"over = {text!r}: a range goes upwards, and {first:g} is not below {last:g}; {FORMS}.")
+        raise BadSetting(
+            f"over = {text!r}: a range goes upwards, and {first:g} is not below {last:g}; {FORMS}."
+        )
     if not more:
         if first % 1.0 or last % 1.0:
-            raise BadSetting(f"over = {text!r}: steps of 1 need whole numbers at both ends; add a count, as in {text}:12.")
+            raise BadSetting(
+                f"over = {text!r}: steps of 1 need whole numbers at both ends; add a count, as in {text}:12."
+            )
         count = last - first + 1.0
     else:
         count = more[0]
         if count % 1.0 or count < 2.0:
-            raise BadSetting(f"over = {text!r}: the count must be a whole number from 2, not {count:g}; {FORMS}.")
+            raise BadSetting(
+                f"over = {text!r}: the count must be a whole number from 2, not {count:g}; {FORMS}."
+            )
     if count > MOST_POINTS:
         raise BadSetting(f"over = {text!r} has {count:g} values; take at most {MOST_POINTS}.")
     intervals = int(count) - 1
@@ -164,7 +174,16 @@ def _range(text: str, parts: list[str]) -> list[float]:
     return [float(f"{first + (last - first) * (i / intervals):.12g}") for i in range(intervals + 1)]
 
 
-FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
+FIGURES: Final = (
+    "d_min",
+    "share_below",
+    "e2_max",
+    "e2_end",
+    "dq_step_max",
+    "ddq_max",
+    "pair_switches",
+    "out_of_authority_s",
+)
 """Kept figures of a run, as in `scenes.headless.Summary`, without wall-clock times."""
 
 SweepFigures = tuple[float, ...]

@@ -40,7 +40,9 @@ class Hold(Scenario):
         if not begins_with_opening(settings):
             return None
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
-        return Opening(start, Autopilot(world.room, settings.guided, settings.seed, np.array(OPENING[-1].place)))
+        return Opening(
+            start, Autopilot(world.room, settings.guided, settings.seed, np.array(OPENING[-1].place))
+        )
 
 
 class MasterSlave(Hold):

@@ -75,7 +75,9 @@ class WorldStage:
             radius = task.capsules[meeting.first].radius
             return Touch("floor" if meeting.second == FLOOR_BOX else "table", point - (radius + margin) * way)
         inner = task.inner_of(meeting)
-        return Touch(_thing(task.names[inner], task.capsules[inner].joint), point + task.capsules[inner].radius * way)
+        return Touch(
+            _thing(task.names[inner], task.capsules[inner].joint), point + task.capsules[inner].radius * way
+        )
 
 
 def _thing(name: str, joint: int) -> Thing:

@@ -17,7 +17,9 @@ FOLDER = "approved"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--approve", action="store_true", help="write the approved texts instead of comparing them")
+    parser.addoption(
+        "--approve", action="store_true", help="write the approved texts instead of comparing them"
+    )
 
 
 @pytest.fixture
@@ -30,7 +32,9 @@ def approve(request: pytest.FixtureRequest) -> Approve:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
         wanted = path.read_text(encoding="utf-8") if path.exists() else ""
-        assert text.splitlines() == wanted.splitlines(), f"{path.name} has changed; read the diff, then pytest --approve"
+        assert text.splitlines() == wanted.splitlines(), (
+            f"{path.name} has changed; read the diff, then pytest --approve"
+        )
 
     return compare
 

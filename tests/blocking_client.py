@@ -23,7 +23,13 @@ class OperatingClient(HeadlessClient):
 
     async def set_value(self, label: str, value: object) -> None:
         """Operate the GUI element with this label."""
-        await self.send({"type": "GuiUpdateMessage", "uuid": self.mirror.labelled(label)["uuid"], "updates": {"value": value}})
+        await self.send(
+            {
+                "type": "GuiUpdateMessage",
+                "uuid": self.mirror.labelled(label)["uuid"],
+                "updates": {"value": value},
+            }
+        )
 
     async def click(self, label: str) -> None:
         """Press the button with this label."""
@@ -31,7 +37,12 @@ class OperatingClient(HeadlessClient):
         await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
 
     async def move_gizmo(
-        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
+        self,
+        name: str,
+        position: object = (0.0, 0.0, 0.0),
+        wxyz: object = (1.0, 0.0, 0.0, 0.0),
+        *,
+        phase: str = "update",
     ) -> None:
         """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
         message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
@@ -67,7 +78,9 @@ class BlockingClient:
         websockets.InvalidStatus: the server refuses the connection.
     """
 
-    def __init__(self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any) -> None:
+    def __init__(
+        self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any
+    ) -> None:
         if origin is not None:
             options["headers"] = {"Origin": origin, **options.get("headers", {})}
         self.loop = asyncio.new_event_loop()
@@ -92,7 +105,11 @@ class BlockingClient:
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the client; a coroutine function as one that waits for its end."""
         found = getattr(self.visitor, name)
-        return (lambda *args, **kwargs: self.run(found(*args, **kwargs))) if inspect.iscoroutinefunction(found) else found
+        return (
+            (lambda *args, **kwargs: self.run(found(*args, **kwargs)))
+            if inspect.iscoroutinefunction(found)
+            else found
+        )
 
     def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread.

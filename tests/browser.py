@@ -17,7 +17,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Error,
+    Locator,
+    Page,
+    Playwright,
+    sync_playwright,
+)
 
 from controllers.system_libraries import MissingLibrary, missing_library, remedy
 from tests.fonts import Font, font_environment
@@ -33,17 +42,39 @@ FLAGS = (
         "--disable-quic",
         "--no-first-run",
     ),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"),
+    *(
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-dev-shm-usage",
+    ),
     # Without a graphics card, the page around the scene costs a tenth of the time if it is put together without WebGL's machinery.
     "--disable-gpu-compositing",
 )
-_NAMES = ("google-chrome", "google-chrome-stable", "chromium", "chromium-browser", "microsoft-edge", "chrome", "msedge")
+_NAMES = (
+    "google-chrome",
+    "google-chrome-stable",
+    "chromium",
+    "chromium-browser",
+    "microsoft-edge",
+    "chrome",
+    "msedge",
+)
 _MAC = ("Google Chrome", "Chromium", "Microsoft Edge")
-_WINDOWS = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chrome.exe", r"Microsoft\Edge\Application\msedge.exe")
+_WINDOWS = (
+    r"Google\Chrome\Application\chrome.exe",
+    r"Chromium\Application\chrome.exe",
+    r"Microsoft\Edge\Application\msedge.exe",
+)
 
 # Said by the browser and by three.js about software rendering, and about servers that a test stops on purpose.
 _HARMLESS = (
-    *(r"GPU stall due to ReadPixels", r"WebGL-.*GL Driver Message", r"Automatic fallback to software WebGL", r"software WebGL"),
+    *(
+        r"GPU stall due to ReadPixels",
+        r"WebGL-.*GL Driver Message",
+        r"Automatic fallback to software WebGL",
+        r"software WebGL",
+    ),
     *(r"WebSocket connection to .* failed", r"net::ERR_CONNECTION_(REFUSED|RESET)", r"THREE\.THREE\.Clock"),
     r"THREE\.WebGLRenderer: (Context Lost|KHR_parallel_shader_compile)",
 )
@@ -222,7 +253,9 @@ def _close(context: BrowserContext) -> None:
 
 
 @pytest.fixture
-def page_at(browser: Browser, browser_in: BrowserIn, used_tabs: list[Page], request: pytest.FixtureRequest) -> Iterator[PageAt]:
+def page_at(
+    browser: Browser, browser_in: BrowserIn, used_tabs: list[Page], request: pytest.FixtureRequest
+) -> Iterator[PageAt]:
     """`page_at(width, height, expect=(…), font=…)` opens an empty tab of that size, with wide letters unless they are to be narrow.
 
     A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
@@ -320,7 +353,8 @@ def screenshot(page: Page, name: str) -> None:
 
 def wait_frames(page: Page, count: int = 2) -> None:
     page.evaluate(
-        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })", count
+        "n => new Promise(done => { const step = () => (n-- > 0 ? requestAnimationFrame(step) : done()); step(); })",
+        count,
     )
 
 

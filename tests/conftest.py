@@ -32,7 +32,9 @@ from tests.browser import FAILED, browser, browser_in, page_at, used_tabs  # noq
 
 __all__ = ["approve", "browser", "browser_in", "page_at", "pytest_addoption", "used_tabs"]
 
-settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.register_profile("explore", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 

@@ -23,7 +23,12 @@ TIMEOUT: Final = 180.0
 """Longest time for anything that is waited for [s]."""
 
 # Firefox prints what it thinks of a machine without a graphics card; viser's own build has one message of its own.
-HARMLESS: Final = ("WebGL warning", "WEBGL_debug_renderer_info", "WebGL context was lost", "downloadable font")
+HARMLESS: Final = (
+    "WebGL warning",
+    "WEBGL_debug_renderer_info",
+    "WebGL context was lost",
+    "downloadable font",
+)
 
 
 NO_PREFERENCES: Final[Mapping[str, int]] = {}
@@ -79,16 +84,22 @@ class Firefox:
         return message
 
     def open(self, url: str, width: int, height: int) -> None:
-        self._send("browsingContext.setViewport", context=self._tab, viewport={"width": width, "height": height})
+        self._send(
+            "browsingContext.setViewport", context=self._tab, viewport={"width": width, "height": height}
+        )
         self._send("browsingContext.navigate", context=self._tab, url=url, wait="complete")
 
     def enter_frame(self) -> None:
         """Ask the first frame of the page from now on."""
-        self._tab = self._send("browsingContext.getTree", root=self._tab)["contexts"][0]["children"][0]["context"]
+        self._tab = self._send("browsingContext.getTree", root=self._tab)["contexts"][0]["children"][0][
+            "context"
+        ]
 
     def value(self, script: str) -> Any:
         """Value of an expression, a number, a text or true or false."""
-        answer = self._send("script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True)
+        answer = self._send(
+            "script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True
+        )
         if answer["type"] == "exception":
             raise RuntimeError(answer["exceptionDetails"]["text"])
         return answer["result"].get("value")
@@ -101,13 +112,22 @@ class Firefox:
             with suppress(TimeoutError):
                 self._next(0.1)
 
-    def drag(self, start: tuple[float, float], by: tuple[float, float], held: Callable[[], None] = lambda: None) -> None:
+    def drag(
+        self, start: tuple[float, float], by: tuple[float, float], held: Callable[[], None] = lambda: None
+    ) -> None:
         """Press at a point of the window, go by a way in steps, let go. `held`: called before that."""
         steps = [
-            {"type": "pointerMove", "x": round(start[0] + by[0] * k / 8), "y": round(start[1] + by[1] * k / 8), "duration": 60}
+            {
+                "type": "pointerMove",
+                "x": round(start[0] + by[0] * k / 8),
+                "y": round(start[1] + by[1] * k / 8),
+                "duration": 60,
+            }
             for k in range(9)
         ]
-        self._point([*steps[:1], {"type": "pause", "duration": 100}, {"type": "pointerDown", "button": 0}, *steps[1:]])
+        self._point(
+            [*steps[:1], {"type": "pause", "duration": 100}, {"type": "pointerDown", "button": 0}, *steps[1:]]
+        )
         held()
         self._point([{"type": "pointerUp", "button": 0}])
 
@@ -116,7 +136,9 @@ class Firefox:
         self._send("input.performActions", context=self._tab, actions=[mouse])
 
     def picture(self, path: Path) -> None:
-        path.write_bytes(base64.b64decode(self._send("browsingContext.captureScreenshot", context=self._tab)["data"]))
+        path.write_bytes(
+            base64.b64decode(self._send("browsingContext.captureScreenshot", context=self._tab)["data"])
+        )
 
 
 @contextmanager
@@ -144,7 +166,15 @@ def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Itera
     preferences = {"webgl.force-enabled": True, **prefers}
     lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items())
     (profile / "user.js").write_text("".join(lines), encoding="utf-8")
-    command = [path, "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port), "about:blank"]
+    command = [
+        path,
+        "--no-remote",
+        "--profile",
+        str(profile),
+        "--remote-debugging-port",
+        str(port),
+        "about:blank",
+    ]
     said = profile / "said.txt"
     # A pipe that is not read would stop Firefox, which has much to say about software rendering.
     with screen() as display, said.open("w") as out:
@@ -156,7 +186,9 @@ def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Itera
                     assert process.poll() is None and time.monotonic() < end, "Firefox does not listen"
                     with suppress(subprocess.TimeoutExpired):
                         process.wait(0.1)
-                with connect(f"ws://127.0.0.1:{port}/session", max_size=None, open_timeout=TIMEOUT, ping_interval=None) as socket:
+                with connect(
+                    f"ws://127.0.0.1:{port}/session", max_size=None, open_timeout=TIMEOUT, ping_interval=None
+                ) as socket:
                     yield Firefox(socket)
             finally:
                 process.terminate()

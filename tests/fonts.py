@@ -43,7 +43,9 @@ _CONFIG: Final = """<?xml version="1.0"?>
   {aliases}
 </fontconfig>
 """
-_ALIAS: Final = '<alias binding="same"><family>{name}</family><prefer><family>{family}</family></prefer></alias>'
+_ALIAS: Final = (
+    '<alias binding="same"><family>{name}</family><prefer><family>{family}</family></prefer></alias>'
+)
 _SANS: Final = ("sans-serif", "sans", "serif", "system-ui", "Arial", "Helvetica")
 _MONO: Final = ("monospace", "ui-monospace")
 
@@ -70,7 +72,9 @@ def _configuration(font: Font) -> Path:
     families = dict.fromkeys(_SANS, _FAMILY[font]) | dict.fromkeys(_MONO, "DejaVu Sans Mono")
     aliases = "\n  ".join(_ALIAS.format(name=name, family=family) for name, family in families.items())
     file = folder / "fonts.conf"
-    file.write_text(_CONFIG.format(folder=escape(str(folder)), family=_FAMILY[font], aliases=aliases), encoding="utf-8")
+    file.write_text(
+        _CONFIG.format(folder=escape(str(folder)), family=_FAMILY[font], aliases=aliases), encoding="utf-8"
+    )
     return file
 
 
@@ -104,5 +108,7 @@ def _narrow(path: Path, widths: AFM) -> TTFont:
     font["OS/2"].usWinAscent, font["OS/2"].usWinDescent = 1854, 434
     for record in font["name"].names:
         if "DejaVu" in record.toUnicode():
-            record.string = record.toUnicode().replace("DejaVu Sans", "Duet Narrow").replace("DejaVuSans", "DuetNarrow")
+            record.string = (
+                record.toUnicode().replace("DejaVu Sans", "Duet Narrow").replace("DejaVuSans", "DuetNarrow")
+            )
     return font

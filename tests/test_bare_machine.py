@@ -12,9 +12,9 @@ from tests.tools.bare_machine import UNABLE, handed_on, installation, main, read
 def test_the_commands_are_those_of_the_readme() -> None:
     commands = readme_commands(README)
     assert commands == [block.strip() for block in blocks("sh", README)]
-    assert installation(commands[1]).startswith("python3 -m venv .venv && ") and installation(commands[1]).endswith(
-        "-e '.[test]'"
-    )
+    assert installation(commands[1]).startswith("python3 -m venv .venv && ") and installation(
+        commands[1]
+    ).endswith("-e '.[test]'")
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "tests/tools/bare_machine.py --or-here --then " in ci
     # Not a part of the extra `test`; without them their tests would be skipped.
@@ -22,15 +22,27 @@ def test_the_commands_are_those_of_the_readme() -> None:
 
 
 def test_of_this_computer_only_the_way_to_the_package_index_is_handed_on() -> None:
-    ours = {"PYTHONPATH": "x", "DUET_BROWSER": "x", "PIP_FIND_LINKS": "/wheels", "LANG": "sl_SI", "HOME": "/home/ann"}
-    index = {"PIP_INDEX_URL": "https://example.org/simple", "https_proxy": "http://proxy:3128", "NO_PROXY": "localhost"}
+    ours = {
+        "PYTHONPATH": "x",
+        "DUET_BROWSER": "x",
+        "PIP_FIND_LINKS": "/wheels",
+        "LANG": "sl_SI",
+        "HOME": "/home/ann",
+    }
+    index = {
+        "PIP_INDEX_URL": "https://example.org/simple",
+        "https_proxy": "http://proxy:3128",
+        "NO_PROXY": "localhost",
+    }
     assert handed_on(ours | index) == index
 
 
 @pytest.fixture
 def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """No bare machine can be had, and a checkout whose README only says that it is installed."""
-    (tmp_path / "README.md").write_text("```sh\ntrue\n```\n\n```sh\necho installed && echo tested\n```\n", encoding="utf-8")
+    (tmp_path / "README.md").write_text(
+        "```sh\ntrue\n```\n\n```sh\necho installed && echo tested\n```\n", encoding="utf-8"
+    )
     monkeypatch.setattr(bare_machine, "ROOT", tmp_path)
     monkeypatch.setattr(bare_machine, "reason_against", lambda: "it takes root on Linux")
 

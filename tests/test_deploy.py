@@ -65,12 +65,19 @@ def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> 
 def test_the_base_is_one_image_that_no_tag_can_replace() -> None:
     (base,) = re.findall(r"^ARG PYTHON=(\S+)$", RECIPE, flags=re.MULTILINE)
     assert re.fullmatch(r"3\.\d+\.\d+-slim-\w+@sha256:[0-9a-f]{64}", base)
-    assert set(re.findall(r"^FROM (\S+)", RECIPE, flags=re.MULTILINE)) == {"docker.io/library/python:${PYTHON}"}
+    assert set(re.findall(r"^FROM (\S+)", RECIPE, flags=re.MULTILINE)) == {
+        "docker.io/library/python:${PYTHON}"
+    }
 
 
 def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
     assert "--require-hashes -r app/deploy/requirements.hashed" in RECIPE
-    entries = (ROOT / "app" / "deploy" / "requirements.hashed").read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+    entries = (
+        (ROOT / "app" / "deploy" / "requirements.hashed")
+        .read_text(encoding="utf-8")
+        .replace("\\\n", " ")
+        .splitlines()
+    )
     assert all(re.search(r" --hash=sha256:[0-9a-f]{64}", entry) for entry in entries)
     found = {entry.split()[0] for entry in entries}
     lock = {line.split()[0] for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines()}
@@ -84,7 +91,9 @@ def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
 def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:
     python, *check = started_by("CMD")
     assert python == "/opt/duet/bin/python"
-    with subprocess.Popen(in_this_place(started_by("ENTRYPOINT"), tmp_path), stdout=subprocess.PIPE, text=True) as server:
+    with subprocess.Popen(
+        in_this_place(started_by("ENTRYPOINT"), tmp_path), stdout=subprocess.PIPE, text=True
+    ) as server:
         try:
             assert server.stdout is not None
             url = server.stdout.readline().split()[3]
@@ -100,7 +109,11 @@ def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path
 
 
 def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp_path: Path) -> None:
-    settings = dict(line.split("=", 1) for line in UNIT.read_text(encoding="utf-8").splitlines() if re.match(r"\w+=", line))
+    settings = dict(
+        line.split("=", 1)
+        for line in UNIT.read_text(encoding="utf-8").splitlines()
+        if re.match(r"\w+=", line)
+    )
     serve = tyro.cli(serve_with(FEATURES), args=in_this_place(settings["ExecStart"].split(), tmp_path)[4:])
     for address in serve.allow_origin:
         check_origin(address)
@@ -114,10 +127,19 @@ def test_systemd_finds_no_mistake_in_the_unit_and_calls_it_hardened(tmp_path: Pa
     unit = tmp_path / UNIT.name
     # The program is checked to be there, too.
     unit.write_text(UNIT.read_text(encoding="utf-8").replace(PROGRAM, sys.executable), encoding="utf-8")
-    done = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        ["systemd-analyze", "verify", unit], capture_output=True, text=True, timeout=60, check=False
+    )
     # Of other units that are installed here it may say more.
     assert done.returncode == 0 and UNIT.name not in done.stderr, done.stderr
-    judge = ["systemd-analyze", "security", "--offline=true", f"--threshold={round(10 * SAFE)}", "--no-pager", unit]
+    judge = [
+        "systemd-analyze",
+        "security",
+        "--offline=true",
+        f"--threshold={round(10 * SAFE)}",
+        "--no-pager",
+        unit,
+    ]
     done = subprocess.run(judge, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0, done.stdout[-80:]
 
@@ -125,12 +147,16 @@ def test_systemd_finds_no_mistake_in_the_unit_and_calls_it_hardened(tmp_path: Pa
 UNPACKED = ("app/i18n/README.md", "app/biome.jsonc")
 """For developers, in the repository alone."""
 
-ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {"PYTHONIOENCODING": "utf-8"}
+ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {
+    "PYTHONIOENCODING": "utf-8"
+}
 
 
 def run(*command: str | Path, cwd: Path) -> str:
     """The output of a command that succeeds."""
-    done = subprocess.run(command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=200, check=False)
+    done = subprocess.run(
+        command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=200, check=False
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -190,7 +216,11 @@ def editable(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.thorough
 def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
-    wanted = {file for file in files if file.startswith(("app/", "controllers/", "scenes/")) and file not in UNPACKED}
+    wanted = {
+        file
+        for file in files
+        if file.startswith(("app/", "controllers/", "scenes/")) and file not in UNPACKED
+    }
     wanted = {file.replace("app/lwr_duet/", "lwr_duet/") for file in wanted}
     assert "lwr_duet/__init__.py" in wanted
     assert len(wanted) > 200 and wanted - packed == set()
@@ -201,16 +231,24 @@ def test_it_serves_from_an_empty_folder_with_all_lessons(command: Path, tmp_path
     serve, said = [command, "serve", "--no-open", "--store", "memory", "--port", "0"], tmp_path / "said"
     with (
         said.open("w") as errors,
-        subprocess.Popen(serve, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=errors, text=True) as server,
+        subprocess.Popen(
+            serve, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=errors, text=True
+        ) as server,
     ):
         try:
             assert server.stdout is not None
             url = server.stdout.readline().split()[3]
-            for path, content in (("", b"duet-loading"), ("/documents/model?lang=de", b"<h1"), ("/healthz", b"true")):
+            for path, content in (
+                ("", b"duet-loading"),
+                ("/documents/model?lang=de", b"<h1"),
+                ("/healthz", b"true"),
+            ):
                 with urllib.request.urlopen(url + path, timeout=60) as answer:
                     assert answer.status == 200 and content in answer.read(), path
             with BlockingClient(url, query="lesson=1&lang=sl") as visitor:
-                visitor.wait_for(lambda v: "/arms/arm/base" in v.mirror.nodes and len(v.mirror.commands) >= 14)
+                visitor.wait_for(
+                    lambda v: "/arms/arm/base" in v.mirror.nodes and len(v.mirror.commands) >= 14
+                )
         finally:
             server.terminate()
     assert "left out" not in said.read_text(encoding="utf-8")
@@ -243,15 +281,21 @@ def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
     specs = folder.parent / "kernels"
     (specs / "duet").mkdir(parents=True, exist_ok=True)
     (specs / "duet" / "kernel.json").write_text(json.dumps(spec), encoding="utf-8")
-    manager = KernelManager(kernel_name="duet", kernel_spec_manager=KernelSpecManager(kernel_dirs=[str(specs)]))
-    manager.start_kernel(cwd=str(folder), env=ENVIRONMENT | {"HOME": str(folder.parent), "IPYTHONDIR": str(folder.parent)})
+    manager = KernelManager(
+        kernel_name="duet", kernel_spec_manager=KernelSpecManager(kernel_dirs=[str(specs)])
+    )
+    manager.start_kernel(
+        cwd=str(folder), env=ENVIRONMENT | {"HOME": str(folder.parent), "IPYTHONDIR": str(folder.parent)}
+    )
     client = manager.blocking_client()
     printed, error = [], ""
     try:
         client.start_channels()
         client.wait_for_ready(timeout=120)
         for cell in cells:
-            hook = lambda message: printed.append(message["content"]["text"]) if message["msg_type"] == "stream" else None  # noqa: E731
+            hook = lambda message: (  # noqa: E731
+                printed.append(message["content"]["text"]) if message["msg_type"] == "stream" else None
+            )
             reply = client.execute_interactive(cell, timeout=120, output_hook=hook)["content"]
             error = reply.get("evalue", "")
     finally:
@@ -262,7 +306,9 @@ def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("installed", ["command", "editable"])
-def test_a_notebook_beside_an_app_of_its_own_finds_duet(installed: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+def test_a_notebook_beside_an_app_of_its_own_finds_duet(
+    installed: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
     python = request.getfixturevalue(installed).with_name("python")
     folder = tmp_path / "notebook"
     folder.mkdir()

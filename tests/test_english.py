@@ -8,7 +8,9 @@ import pytest
 from tests.test_imports import ROOT
 
 HABITS = {
-    "Return whether, what, how, where, who: name what is returned": re.compile(r"\bReturn (?:whether|what|how|where|who)\b"),
+    "Return whether, what, how, where, who: name what is returned": re.compile(
+        r"\bReturn (?:whether|what|how|where|who)\b"
+    ),
     "None for none: say when it is None": re.compile(r"\bNone for none\b", re.IGNORECASE),
     "so many: name the number": re.compile(r"\bso many\b", re.IGNORECASE),
     "a caption that continues the one before": re.compile(r'^\s*"""…', re.MULTILINE),
@@ -16,7 +18,11 @@ HABITS = {
 
 
 def files() -> list[Path]:
-    found = [path for folder in ("controllers", "scenes", "app", "tests") for path in sorted((ROOT / folder).rglob("*.py"))]
+    found = [
+        path
+        for folder in ("controllers", "scenes", "app", "tests")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+    ]
     return [path for path in found if path != Path(__file__)]
 
 
@@ -31,7 +37,12 @@ def test_no_file_has_the_habit(habit: str) -> None:
     assert found == []
 
 
-EXAMPLES = ('"""Return whether it runs."""', "a law; None for none.", "after so many steps", '\n"""… and this."""')
+EXAMPLES = (
+    '"""Return whether it runs."""',
+    "a law; None for none.",
+    "after so many steps",
+    '\n"""… and this."""',
+)
 
 
 @pytest.mark.parametrize(("habit", "text"), list(zip(HABITS, EXAMPLES, strict=True)))

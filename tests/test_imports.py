@@ -28,7 +28,11 @@ def imported(source: str) -> Iterator[str]:
             yield from (f"{'.' * node.level}{node.module or ''}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
             name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
-            if name in ("import_module", "__import__") and node.args and isinstance(node.args[0], ast.Constant):
+            if (
+                name in ("import_module", "__import__")
+                and node.args
+                and isinstance(node.args[0], ast.Constant)
+            ):
                 yield str(node.args[0].value)
 
 
@@ -40,7 +44,11 @@ def wrong(floor: str, source: str) -> set[str]:
 def test_imports_go_down_only(floor: str) -> None:
     files = sorted((ROOT / floor).rglob("*.py"))
     assert len(files) > 5
-    found = {str(file.relative_to(ROOT)): names for file in files if (names := wrong(floor, file.read_text(encoding="utf-8")))}
+    found = {
+        str(file.relative_to(ROOT)): names
+        for file in files
+        if (names := wrong(floor, file.read_text(encoding="utf-8")))
+    }
     assert not found
 
 
@@ -79,4 +87,9 @@ def test_every_public_name_is_there_and_is_no_module(package: str) -> None:
 
 def test_settings_load_no_robot() -> None:
     code = "import sys; from scenes import RunSettings; RunSettings(); print('pinocchio' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        == "False"
+    )

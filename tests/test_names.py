@@ -8,7 +8,9 @@ import pytest
 
 from tests.test_imports import ROOT
 
-PRODUCT = [path for floor in ("app", "scenes", "controllers") for path in sorted((ROOT / floor).rglob("*.py"))]
+PRODUCT = [
+    path for floor in ("app", "scenes", "controllers") for path in sorted((ROOT / floor).rglob("*.py"))
+]
 TEXTS = [
     *PRODUCT,
     *(ROOT / "app").rglob("*.js"),
@@ -37,5 +39,9 @@ def test_one_class_name_has_one_meaning() -> None:
 @pytest.mark.parametrize("word", RARE)
 def test_riddle_words_are_rare(word: str) -> None:
     pattern = re.compile(rf"\b{word}\b", re.IGNORECASE)
-    found = {path.relative_to(ROOT).as_posix(): n for path in TEXTS if (n := len(pattern.findall(path.read_text("utf-8"))))}
+    found = {
+        path.relative_to(ROOT).as_posix(): n
+        for path in TEXTS
+        if (n := len(pattern.findall(path.read_text("utf-8"))))
+    }
     assert sum(found.values()) <= MOST, found

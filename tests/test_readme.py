@@ -17,11 +17,16 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 FILES = {
     path.name: path
-    for path in (*(ROOT / "app" / "documents").glob("*.md"), *(one.file for f in FEATURES for one in f.documents.values()))
+    for path in (
+        *(ROOT / "app" / "documents").glob("*.md"),
+        *(one.file for f in FEATURES for one in f.documents.values()),
+    )
 }
 DOCUMENTS = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
 TEXTS = README + "".join(DOCUMENTS.values())
-OURS = re.sub(r"^(?:dask|docker|echo|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE)
+OURS = re.sub(
+    r"^(?:dask|docker|echo|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE
+)
 """Without the commands of other programs."""
 
 
@@ -35,10 +40,10 @@ def test_every_example_runs_by_itself_and_prints_numbers() -> None:
     examples = blocks("python", TEXTS)
     assert len(examples) >= 6
     # In one process, which loads the libraries once; every example begins with no names but its own.
-    code = (
-        f"for code in {examples!r}:\n    print('example')\n    exec(compile(code, 'example', 'exec'), {{'__name__': 'example'}})"
+    code = f"for code in {examples!r}:\n    print('example')\n    exec(compile(code, 'example', 'exec'), {{'__name__': 'example'}})"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
     _, *printed = done.stdout.split("example\n")
     assert [text for text in printed if not re.search(r"\d\.\d|\d\d", text)] == []
@@ -49,7 +54,9 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
     start, test = blocks("sh", README)
     for command in (start, test):
         assert command.count("\n") == 1
-        assert command.startswith("python3 -m venv .venv && .venv/bin/pip install -q -c requirements.lock -e ")
+        assert command.startswith(
+            "python3 -m venv .venv && .venv/bin/pip install -q -c requirements.lock -e "
+        )
     assert start.rstrip().endswith(".venv/bin/lwr-duet")
     assert test.rstrip().endswith(".venv/bin/python -m pytest")
 
@@ -86,9 +93,13 @@ def test_every_key_is_in_the_table() -> None:
 
 def test_every_file_that_a_recipe_or_a_teacher_s_note_names_exists() -> None:
     lessons = ROOT / "app" / "features" / "lessons" / "files"
-    of_lessons = "".join(path.read_text(encoding="utf-8") for path in (lessons / "README.md", *lessons.glob("*.notes.md")))
+    of_lessons = "".join(
+        path.read_text(encoding="utf-8") for path in (lessons / "README.md", *lessons.glob("*.notes.md"))
+    )
     named = {
-        path for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"]) if "<" not in path
+        path
+        for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"])
+        if "<" not in path
     } | set(re.findall(r"`([\w/]+\.py)`", of_lessons))
     assert "app/features/custom_law/trials.py" in named
     assert len(named) >= 15 and [path for path in sorted(named) if not (ROOT / path).exists()] == []

@@ -27,7 +27,9 @@ DOOR = "app/web/viser_internals.py"
 """The one file that may use viser's private names."""
 
 FLOORS_OF_CODE = ("app", "scenes", "controllers")
-PRODUCT = sorted(path.relative_to(ROOT).as_posix() for floor in FLOORS_OF_CODE for path in (ROOT / floor).rglob("*.py"))
+PRODUCT = sorted(
+    path.relative_to(ROOT).as_posix() for floor in FLOORS_OF_CODE for path in (ROOT / floor).rglob("*.py")
+)
 FILES = [file for file in PRODUCT if file.startswith("app/")]
 MODULES = {file.removesuffix(".py").replace("/", ".").removesuffix(".__init__"): file for file in PRODUCT}
 
@@ -46,7 +48,10 @@ def modules(source: str) -> Iterator[str]:
 
 
 def arrows() -> dict[str, set[str]]:
-    return {file: {MODULES[m] for m in modules((ROOT / file).read_text(encoding="utf-8"))} - {file} for file in PRODUCT}
+    return {
+        file: {MODULES[m] for m in modules((ROOT / file).read_text(encoding="utf-8"))} - {file}
+        for file in PRODUCT
+    }
 
 
 def upward(file: str, source: str) -> list[str]:
@@ -68,7 +73,10 @@ def test_a_room_imports_only_rooms_below_it(file: str) -> None:
 
 def test_positive_control_an_import_upwards_is_found() -> None:
     plain = "from app.page.view import View"
-    nested = (f"def late():\n    {plain}", f"from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    {plain}")
+    nested = (
+        f"def late():\n    {plain}",
+        f"from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    {plain}",
+    )
     for source in (plain, "import app.page.view", "from app.page import view", *nested):
         assert upward("app/session/session.py", source), source
 
@@ -113,9 +121,14 @@ def test_scripts_are_files() -> None:
 
 
 def test_the_top_level_holds_the_floors_and_little_else() -> None:
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
     top = {line.split("/", 1)[0] for line in listed if not line.startswith(".")}
-    assert top == {*("app", "controllers", "scenes", "tests"), *("pyproject.toml", "README.md", "LICENSE", "requirements.lock")}
+    assert top == {
+        *("app", "controllers", "scenes", "tests"),
+        *("pyproject.toml", "README.md", "LICENSE", "requirements.lock"),
+    }
 
 
 def test_tests_stand_in_the_rooms_that_they_test() -> None:

@@ -55,10 +55,13 @@ def test_what_cannot_be_installed_is_said(machine: Machine, asked: list[str]) ->
 def test_without_a_library_that_cannot_be_had_all_tests_end_with_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "pinocchio").mkdir()
     (tmp_path / "pinocchio" / "__init__.py").write_text(
-        "raise ImportError('libunknown.so.3: cannot open shared object file: No such file', name=__name__)\n", encoding="utf-8"
+        "raise ImportError('libunknown.so.3: cannot open shared object file: No such file', name=__name__)\n",
+        encoding="utf-8",
     )
     command = [sys.executable, "-m", "pytest", "-n", "0", "tests/test_names.py"]
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
     assert done.returncode != 0
     assert done.stderr == f"The tests cannot run: {remedy('libunknown.so.3', 'pinocchio')}\n"

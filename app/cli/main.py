@@ -15,7 +15,12 @@ from controllers.errors import DuetError
 def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     """Commands of the core, then those of the features, the lowest feature first."""
     commands = {
-        "serve": Command(serve_with(features), partial(serve, features=features), "show", partial(brief_serve_with, features)),
+        "serve": Command(
+            serve_with(features),
+            partial(serve, features=features),
+            "show",
+            partial(brief_serve_with, features),
+        ),
         "run": Command(run_with(features), partial(simulate, features=features), "compute"),
     }
     for feature in reversed(features):

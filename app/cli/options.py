@@ -23,7 +23,10 @@ PLACES: Final[dict[str, tuple[str, str]]] = {
         "The link that is the hand of the left arm, if that is from a URDF file; without it the likely one, which is said.",
     ),
     "hand_right": ("LINK", "The link that is the hand of the right arm."),
-    "base_left": ("X,Y,Z,YAW", "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0."),
+    "base_left": (
+        "X,Y,Z,YAW",
+        "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0.",
+    ),
     "base_right": ("X,Y,Z,YAW", "Where the right arm stands instead of on a rig [m, degrees]."),
 }
 
@@ -43,7 +46,13 @@ def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType(
             text, metavar = f"{text} Or a file: {files[key]}", f"{metavar}|FILE"
         about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
         kind: Any = bool if isinstance(default, bool) else str
-        fields.append((key, Annotated[kind, about], field(default=default if isinstance(default, bool) else _text(default))))
+        fields.append(
+            (
+                key,
+                Annotated[kind, about],
+                field(default=default if isinstance(default, bool) else _text(default)),
+            )
+        )
     for key, (metavar, text) in PLACES.items():
         about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
         fields.append((key, Annotated[str, about], field(default="")))
@@ -125,7 +134,9 @@ def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
     """
     usual = (both, both) if _is_file(both) else makes(both)
     made: list[str] = []
-    for side, text, hand in zip(("left", "right"), (sides[0] or usual[0], sides[1] or usual[1]), hands, strict=True):
+    for side, text, hand in zip(
+        ("left", "right"), (sides[0] or usual[0], sides[1] or usual[1]), hands, strict=True
+    ):
         if _is_file(text):
             text = robot_from_file(Path(text), hand)
         elif hand:
@@ -143,7 +154,9 @@ def _say_guesses(robot: str) -> None:
 
 
 def _is_file(text: str) -> bool:
-    return reads_robots() and ("/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml")))
+    return reads_robots() and (
+        "/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml"))
+    )
 
 
 Flat = tyro.conf.OmitArgPrefixes
@@ -163,7 +176,9 @@ def shown_alone(options: type, names: Collection[str]) -> type:
         for name, one in every.items()
         if name not in names
     ]
-    return make_dataclass(options.__name__, hidden, bases=(options,), frozen=True, namespace={"__doc__": options.__doc__})
+    return make_dataclass(
+        options.__name__, hidden, bases=(options,), frozen=True, namespace={"__doc__": options.__doc__}
+    )
 
 
 def in_one_list(options: type) -> Any:

@@ -43,7 +43,9 @@ def run_with(features: Sequence[Feature]) -> type[RunCommand]:
     """Options of the command with those of the features, each a field of the feature's name."""
     kinds = [(one.name, one.run_source()) for one in features if one.run_source is not None]
     added = [(name, Flat[kind], field(default_factory=kind)) for name, kind in kinds]
-    return make_dataclass("RunCommand", added, bases=(RunCommand,), frozen=True, namespace={"__doc__": RunCommand.__doc__})
+    return make_dataclass(
+        "RunCommand", added, bases=(RunCommand,), frozen=True, namespace={"__doc__": RunCommand.__doc__}
+    )
 
 
 def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
@@ -68,7 +70,9 @@ def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
     settings: RunSettings = settings_of_options(options, RunSettings())
     start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
-    of_features: list[RunSource] = [getattr(command, one.name) for one in features if one.run_source is not None]
+    of_features: list[RunSource] = [
+        getattr(command, one.name) for one in features if one.run_source is not None
+    ]
     given = _given_sources(command, of_features)
     source = _target_source(command, of_features, settings)
     if command.csv is not None:
@@ -113,7 +117,9 @@ def _start_file(command: RunCommand) -> Path | None:
     path = Path(name)
     # Unlike `Path.exists` it takes a text that is too long for a name.
     if not os.path.exists(path):
-        raise BadSetting(f"start = {name}: there is no such file; give one, or choose from {', '.join(choices)}.")
+        raise BadSetting(
+            f"start = {name}: there is no such file; give one, or choose from {', '.join(choices)}."
+        )
     return path
 
 
@@ -127,11 +133,15 @@ def _given_sources(command: RunCommand, of_features: Sequence[RunSource]) -> dic
     for one in of_features:
         given |= one.given
     if len(given) > 1:
-        raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
+        raise BadSetting(
+            f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them."
+        )
     return given
 
 
-def _target_source(command: RunCommand, of_features: Sequence[RunSource], settings: RunSettings) -> "TargetSource | None":
+def _target_source(
+    command: RunCommand, of_features: Sequence[RunSource], settings: RunSettings
+) -> "TargetSource | None":
     from scenes.inputs_file import read_person
     from scenes.recording import Recording
     from scenes.sample_check import check_samples

@@ -73,7 +73,9 @@ def serve_with(features: Sequence[Feature]) -> type[Serve]:
     settings = all_options()
     added: list[tuple[str, Any, Any]] = [("settings", Flat[settings], field(default_factory=settings))]  # type: ignore[valid-type]
     added += [
-        (one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None
+        (one.name, Flat[one.options()], field(default_factory=one.options()))
+        for one in features
+        if one.options is not None
     ]
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
@@ -103,7 +105,9 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     """
     if isinstance(command.sessions, int) and command.sessions < 1:
         raise BadSetting("--sessions must be at least 1, or auto.")
-    of_features: tuple[FeatureOptions, ...] = tuple(getattr(command, one.name) for one in features if one.options is not None)
+    of_features: tuple[FeatureOptions, ...] = tuple(
+        getattr(command, one.name) for one in features if one.options is not None
+    )
     for one in of_features:
         one.check()
     settings = settings_of_options(command.settings, Settings())
@@ -134,7 +138,9 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
             options = replace(options, port=listener.getsockname()[1])
             options = replace(options, features=tuple(one.held(options.port, held) for one in of_features))
             announce = partial(_announce, command, options)
-            started = (one.start(options, listener, features, announce) for one in features if one.start is not None)
+            started = (
+                one.start(options, listener, features, announce) for one in features if one.start is not None
+            )
             if not any(started):
                 _serve_here(options, listener, features, announce)
     except KeyboardInterrupt:
@@ -157,7 +163,10 @@ def _draw_given_robots() -> None:
 
 
 def _serve_here(
-    options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+    options: ServeOptions,
+    listener: socket.socket,
+    features: Sequence[Feature],
+    announce: Callable[[int], None],
 ) -> None:
     with ending_at_once():
         from app.start import start_app

@@ -31,7 +31,9 @@ class PrivateHost:
         self.visitors: dict[int, Visitor] = {}
         joining = context.given(Joining) or Joining()
         self.joining = tuple(make(context) for make in joining.makers)
-        self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
+        self.admission = Admission(
+            context, self._admit, lambda _: log.exception("a visitor's page could not be built")
+        )
 
     def close(self, goes_on: bool = False) -> None:
         """Save and close all sessions, also of absent visitors."""
@@ -84,7 +86,9 @@ class PrivateHost:
         # The tab's earlier connection may not have been noticed to be gone, or the tab was duplicated and
         # keeps its own session.
         tab = tab_id(query)
-        before = [one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab]
+        before = [
+            one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab
+        ]
         for visitor in before:
             visitor.save()
         # A run that continues from an earlier connection needs no store.

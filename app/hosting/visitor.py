@@ -86,7 +86,9 @@ class Visitor:
             self.session.parts.restore(record.parts, record.recordings)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
-        visit = Visit(self.session, self.language, self.query, private, self.is_back, parked is None and record is None)
+        visit = Visit(
+            self.session, self.language, self.query, private, self.is_back, parked is None and record is None
+        )
         made = (part.visit(visit) for part in context.parts)
         self._parts = tuple(part for part in made if part is not None)
         self.view: View
@@ -260,7 +262,9 @@ def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
     if record.state is None or None in histories:
         return
     try:
-        yield from go_on_from(session, record.state, max((one for one in histories if one is not None), default=0.0))
+        yield from go_on_from(
+            session, record.state, max((one for one in histories if one is not None), default=0.0)
+        )
         for part in session.parts:
             part.run_restored()
     except Exception:

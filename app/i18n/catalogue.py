@@ -92,7 +92,13 @@ class Words:
     def _part(self, part: object) -> object:
         if isinstance(part, float):
             return _Number(part, self(DECIMAL_SIGN))
-        return self(part) if isinstance(part, LazyText | NumberText) else Count(part) if type(part) is int else part
+        return (
+            self(part)
+            if isinstance(part, LazyText | NumberText)
+            else Count(part)
+            if type(part) is int
+            else part
+        )
 
 
 def add_catalogues(folders: Iterable[Path]) -> None:

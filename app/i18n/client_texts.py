@@ -20,12 +20,16 @@ OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here 
 """Shown when a student has opened another tab."""
 
 NO_PICTURE: Final = N_("No picture: WebGL is switched off in this browser")
-WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow.")
+WHAT_WORKS: Final = N_(
+    "Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow."
+)
 WHAT_TO_SWITCH_ON: Final = N_(
     "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
 )
 
-PICTURE_LOST: Final = N_("The picture is lost: the graphics card gave it up. Reload this page to see the arms again.")
+PICTURE_LOST: Final = N_(
+    "The picture is lost: the graphics card gave it up. Reload this page to see the arms again."
+)
 """Shown by `lost_picture.js` until the browser gives the picture back."""
 
 LOADING: Final = N_("Loading …")
@@ -85,9 +89,25 @@ VISERS: Final = (
     *("Connected", "Connecting...", "Inactive", "Connection rejected"),
     *("Search commands...", "No matching commands..."),
     *("Open navigation", "Close navigation", "Return to GUI", "Configuration & diagnostics", "Control panel"),
-    *("Expand panel", "Minimize panel", "Expand column", "Collapse column", "Expand panels", "Minimize panels"),
+    *(
+        "Expand panel",
+        "Minimize panel",
+        "Expand column",
+        "Collapse column",
+        "Expand panels",
+        "Minimize panels",
+    ),
     *("Collapse panel area", "Expand panel {name}", "Collapse panel {name}", "Expand plot", "Expand image"),
-    *("Server", "Server URL", "Save Canvas", "Reset View", "Orbit Origin Tool", "Dev Settings", "Scene tree", "local"),
+    *(
+        "Server",
+        "Server URL",
+        "Save Canvas",
+        "Reset View",
+        "Orbit Origin Tool",
+        "Dev Settings",
+        "Scene tree",
+        "local",
+    ),
     "Show tool for setting the look-at point and",
     "up direction of the camera.",
     "This can be used to set the origin of the",
@@ -100,12 +120,22 @@ VISERS: Final = (
     "reduces resolution to maintain framerates.",
     "Discard any panel rearrangement and restore the layout the server set.",
     *("Edit props for {name}", "Close props", "Local Props", "Invalid JSON"),
-    *("Updates from the server will overwrite local changes.", "Client-local: only this client sees this node"),
-    *("Toggle visibility override", "Clear visibility override", "Auto-created anchor for client-local children"),
+    *(
+        "Updates from the server will overwrite local changes.",
+        "Client-local: only this client sees this node",
+    ),
+    *(
+        "Toggle visibility override",
+        "Clear visibility override",
+        "Auto-created anchor for client-local children",
+    ),
     *("Uploading {name}", "File uploaded successfully.", "Receiving {name}", "Received {name}"),
     "WebGL unavailable",
     "WebGL is unavailable. This may be caused by hardware acceleration being disabled — check your browser settings.",
-    *("Could not detect browser version", "Your browser version could not be detected. It may not be supported."),
+    *(
+        "Could not detect browser version",
+        "Your browser version could not be detected. It may not be supported.",
+    ),
     "Unsupported browser",
 )
 """Shown by viser's client; {name} matches anything."""

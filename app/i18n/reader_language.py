@@ -48,7 +48,9 @@ def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Loo
         start: settings that the link leaves open.
     """
     settings = from_query({key: query[key] for key in LOOKS if key in query}, start)[0]
-    return Look(settings.page.theme, settings.page.profile, settings.page.picture, language_of(settings, browser))
+    return Look(
+        settings.page.theme, settings.page.profile, settings.page.picture, language_of(settings, browser)
+    )
 
 
 def language_asked(query: Mapping[str, str], accept: str) -> Language:

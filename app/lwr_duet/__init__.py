@@ -19,7 +19,10 @@ def _find_packages() -> None:
     here = os.path.dirname(os.path.abspath(__file__))
     inside = os.path.join("controllers", "own_packages.py")
     # Beside this package in a wheel; in a checkout this one is in `app`.
-    beside, above = (os.path.join(folder, inside) for folder in (os.path.dirname(here), os.path.dirname(os.path.dirname(here))))
+    beside, above = (
+        os.path.join(folder, inside)
+        for folder in (os.path.dirname(here), os.path.dirname(os.path.dirname(here)))
+    )
     spec = spec_from_file_location("controllers.own_packages", beside if os.path.isfile(beside) else above)
     assert spec is not None and spec.loader is not None
     own_packages = module_from_spec(spec)

@@ -117,7 +117,12 @@ class CameraFollow:
         if dragging:
             return
         changed, looks = self.picture.take_change(), now >= self._next
-        if self._pose is None or self.left_alone or not (changed or looks or self._glide) or self._moved_by_visitor():
+        if (
+            self._pose is None
+            or self.left_alone
+            or not (changed or looks or self._glide)
+            or self._moved_by_visitor()
+        ):
             return
         if changed:
             # The visitor has folded or opened the plots, or resized the window.
@@ -163,7 +168,10 @@ class CameraFollow:
         may mix an old position with a new aim.
         """
         said = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
-        known = [next((k for k, sent in enumerate(self._sent) if np.abs(sent[i] - said[i]).max() < SAME), None) for i in range(2)]
+        known = [
+            next((k for k, sent in enumerate(self._sent) if np.abs(sent[i] - said[i]).max() < SAME), None)
+            for i in range(2)
+        ]
         self.left_alone = None in known
         del self._sent[: min(k or 0 for k in known)]
         return self.left_alone
@@ -173,7 +181,13 @@ class CameraFollow:
         begun, start, end = self._glide
         s = min((now - begun) / GLIDE, 1.0)
         s *= s * (3.0 - 2.0 * s)
-        self._send(Pose(start.eye + s * (end.eye - start.eye), start.look_at + s * (end.look_at - start.look_at), end.fov))
+        self._send(
+            Pose(
+                start.eye + s * (end.eye - start.eye),
+                start.look_at + s * (end.look_at - start.look_at),
+                end.fov,
+            )
+        )
         if s >= 1.0:
             self._glide, self._rest_until = None, now + REST
 
@@ -195,7 +209,10 @@ class CameraFollow:
         centres, radii = np.concatenate([centres, ways]), np.concatenate([radii, np.full(len(ways), WAY)])
         corners = np.concatenate([view_corners(view), joints(simulation)])
         whole = Balls(corners, np.zeros(len(corners)), picture.open)
-        poses = [fit(toward, view.fov, size, (Balls(centres, radii, part.inset(ROOM)), whole)) for part in picture.free]
+        poses = [
+            fit(toward, view.fov, size, (Balls(centres, radii, part.inset(ROOM)), whole))
+            for part in picture.free
+        ]
         away = [float(np.linalg.norm(pose.eye - view.centre)) for pose in poses]
         if self._part is not None and self._part < len(away):
             away[self._part] *= STAYS
@@ -206,11 +223,15 @@ class CameraFollow:
 def view_corners(view: Camera) -> Array:
     """Corners (4, 3) of what a view must show [m]."""
     right, up, _ = axes(np.array(view.toward))
-    corners = [x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+    corners = [
+        x * view.width / 2.0 * right + y * view.height / 2.0 * up for x in (-1.0, 1.0) for y in (-1.0, 1.0)
+    ]
     return np.array(view.centre) + np.array(corners)
 
 
-def kept_free(view: PointView, picture: FreePicture, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
+def kept_free(
+    view: PointView, picture: FreePicture, place: Array, label: tuple[float, float]
+) -> tuple[Array, bool]:
     """See `CameraFollow.keep_free`."""
     x, y, metre = view.pixel(place, picture.width, picture.height)
     if math.isnan(x):

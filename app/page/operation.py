@@ -68,8 +68,12 @@ class Operation:
         self.whole, self._instead = whole, instead
         self._client, self._session, self._view = client, session, view
         self.handlers = handlers = ActionHandlers()
-        self._controls = Controls(client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE, key_help)
-        self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
+        self._controls = Controls(
+            client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE, key_help
+        )
+        self._keep = client.gui.add_folder(
+            tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False
+        )
         with self._keep:
             replay_bar = ReplayBar(client.gui, session, handlers)
         hands_off = lambda: session.parts.hands_off  # noqa: E731
@@ -77,7 +81,17 @@ class Operation:
             client, session.hand, lambda: view.stage.yours, hands_off, handlers, lambda: view.stage.wall
         )
         self._page = page = PanelContext(
-            client, session, view, handlers, self._controls, gizmos, self._keep, private, owners, instead, [replay_bar]
+            client,
+            session,
+            view,
+            handlers,
+            self._controls,
+            gizmos,
+            self._keep,
+            private,
+            owners,
+            instead,
+            [replay_bar],
         )
         for make in (*PANELS, *panels):
             panel = make(page)

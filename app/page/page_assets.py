@@ -10,7 +10,15 @@ import viser
 from markupsafe import Markup
 from viser.theme import TitlebarConfig, TitlebarImage
 
-from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, PART_NAMES, PICTURE_LOST, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.i18n.client_texts import (
+    ICON_NAMES,
+    LOADING,
+    NO_PICTURE,
+    PART_NAMES,
+    PICTURE_LOST,
+    WHAT_TO_SWITCH_ON,
+    WHAT_WORKS,
+)
 from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.hotkeys import hotkeys
@@ -48,7 +56,11 @@ def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
         "partNames": PART_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},
     }
-    return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
+    return (
+        software_rendering()
+        + contact_assets()
+        + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
+    )
 
 
 def _files(names: str, kind: str) -> tuple[Path, ...]:
@@ -79,7 +91,9 @@ _LIGHT: Final = PALETTES["light"]
 
 
 def _mark(ink: str, motto: str) -> str:
-    svg = page_of_template("page/panels/title_bar.svg", ink=ink, motto=motto, brand=_LIGHT.brand, faint=_LIGHT.faint)
+    svg = page_of_template(
+        "page/panels/title_bar.svg", ink=ink, motto=motto, brand=_LIGHT.brand, faint=_LIGHT.faint
+    )
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 

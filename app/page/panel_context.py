@@ -53,7 +53,9 @@ class PanelContext:
         for panel in self.made:
             if isinstance(panel, kind):
                 return panel
-        raise LookupError(f"no {kind.__name__} was made before: its feature must stand below the one that asks for it")
+        raise LookupError(
+            f"no {kind.__name__} was made before: its feature must stand below the one that asks for it"
+        )
 
 
 PanelMaker = Callable[[PanelContext], PagePanel | None]

@@ -47,7 +47,9 @@ class PictureReport:
         page: returns the profile of the page, and whether it is bare, see `free_picture`.
     """
 
-    def __init__(self, client: viser.ClientHandle, tab: viser.GuiTabHandle, page: Callable[[], tuple[Profile, bool]]) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, tab: viser.GuiTabHandle, page: Callable[[], tuple[Profile, bool]]
+    ) -> None:
         self._client, self._page = client, page
         self._size: PictureSize | None = None
         self._taken: object = client.camera.aspect
@@ -58,7 +60,9 @@ class PictureReport:
             client.gui.add_html(mark, order=-1.0)
 
     def _take(self, text: str) -> None:
-        found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", text)
+        found = re.fullmatch(
+            r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", text
+        )
         if found is not None:
             self._size = PictureSize(*map(float, found.groups()))
 
@@ -194,8 +198,14 @@ def free_picture(
         covered = min(panel, 0.6 * height)
     whole = Rectangle(0.0, 0.0, width, height - covered)
     if card is None:
-        card = (width, PHONE_CARD - CARD_MARGIN) if phone else (CARD[0] * k + CARD_MARGIN, CARD[1] * k + CARD_MARGIN)
+        card = (
+            (width, PHONE_CARD - CARD_MARGIN)
+            if phone
+            else (CARD[0] * k + CARD_MARGIN, CARD[1] * k + CARD_MARGIN)
+        )
     right, bottom = (end + CARD_MARGIN if end else 0.0 for end in card)
     beside, below = whole._replace(left=right), whole._replace(top=bottom)
-    useful = [part for part in (beside, below) if min(part.right - part.left, part.bottom - part.top) >= LEAST]
+    useful = [
+        part for part in (beside, below) if min(part.right - part.left, part.bottom - part.top) >= LEAST
+    ]
     return FreePicture(width, height, whole, tuple(useful) or (whole,))

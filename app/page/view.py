@@ -161,7 +161,9 @@ class View:
         return view_of(simulation) if self.camera is None or not self._of_live else self.camera(simulation)
 
     def _way(self) -> Array:
-        return self.session.hand.way(AHEAD) if self._simulation is self.session.simulation else np.zeros((0, 3))
+        return (
+            self.session.hand.way(AHEAD) if self._simulation is self.session.simulation else np.zeros((0, 3))
+        )
 
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
@@ -175,7 +177,9 @@ class View:
         page = self.page
         self._simulation, self._of_live = frame.simulation, frame.of_live
         sheet = style_sheet(page.profile)
-        self._style.content = self._style_too.content = sheet + replay_style(frame.shown) if frame.replayed else sheet
+        self._style.content = self._style_too.content = (
+            sheet + replay_style(frame.shown) if frame.replayed else sheet
+        )
         if self._look != (page.theme, page.profile):
             self._change_look()
         experiment = experiment_of(frame.simulation)

@@ -68,7 +68,9 @@ class Bins:
             self._fill(bin_, times[rows], values[rows], before_times[rows], before[rows], steps[rows])
         self._row = float(times[-1]), values[-1].copy()
 
-    def _fill(self, b: Array, times: Array, values: Array, before_times: Array, before: Array, steps: Array) -> None:
+    def _fill(
+        self, b: Array, times: Array, values: Array, before_times: Array, before: Array, steps: Array
+    ) -> None:
         every = self._range
         signed = np.stack([values, -values])
         signed[np.isnan(signed)] = np.inf
@@ -160,14 +162,22 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
     places = np.concatenate([5 * np.flatnonzero(kept) + 4, (5 * rows[:, None] + np.arange(4)).ravel()])
     order = places.argsort(kind="stable")
     times = np.concatenate([ends[kept], times.T.ravel()])[order]
-    values = np.concatenate([last[:, kept], values.transpose(1, 2, 0).reshape(len(last), -1)], axis=1)[:, order]
+    values = np.concatenate([last[:, kept], values.transpose(1, 2, 0).reshape(len(last), -1)], axis=1)[
+        :, order
+    ]
     same = (values[:, 1:] == values[:, :-1]) | (np.isnan(values[:, 1:]) & np.isnan(values[:, :-1]))
     other = np.concatenate([~(same.all(axis=0) & (times[1:] == times[:-1])), [True]])
     return times[other], values[:, other]
 
 
 def _corners(
-    ends: Array, stats: Array, before: Array, shown: np.ndarray, sizes: Array, rows: np.ndarray, tolerance: float
+    ends: Array,
+    stats: Array,
+    before: Array,
+    shown: np.ndarray,
+    sizes: Array,
+    rows: np.ndarray,
+    tolerance: float,
 ) -> tuple[Array, Array]:
     """Four times (4, bins) in each of the bins `rows`, and all signals at them (4, signals, bins). `stats`:
     of those bins only.
@@ -182,7 +192,11 @@ def _corners(
         for kept in (times, values):
             np.copyto(kept[extreme], kept[edge], where=whole)
             np.copyto(kept[edge], kept[extreme], where=still)
-    order, signals, bins = times.argsort(axis=0, kind="stable"), np.arange(len(before))[:, None], np.arange(len(rows))
+    order, signals, bins = (
+        times.argsort(axis=0, kind="stable"),
+        np.arange(len(before))[:, None],
+        np.arange(len(rows)),
+    )
     times, values = times[order, signals, bins], values[order, signals, bins]
     sizes = sizes[:, rows]
     times = times[:, np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0), bins]
@@ -193,7 +207,9 @@ def _corners(
     return times, np.where(shown, values, straight)
 
 
-def _straight(numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, tolerance: float) -> np.ndarray:
+def _straight(
+    numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, tolerance: float
+) -> np.ndarray:
     """Mask (k,) of the bins on a straight line between others. `last`: (signals, k); `calm`: bins (k,) that
     may be.
     """
@@ -201,7 +217,11 @@ def _straight(numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, t
     if int(numbers[-1]) - first + 1 != count:
         # Long steps have jumped over bins: those in between are there, and not calm.
         full = np.arange(first, int(numbers[-1]) + 1)
-        every_end, every_last, every_calm = np.full(len(full), np.nan), np.full((len(last), len(full)), np.nan), full < 0
+        every_end, every_last, every_calm = (
+            np.full(len(full), np.nan),
+            np.full((len(last), len(full)), np.nan),
+            full < 0,
+        )
         there = numbers - first
         every_end[there], every_last[:, there], every_calm[there] = ends, last, calm
         return _straight(full, every_end, every_last, every_calm, tolerance)[there]
@@ -211,7 +231,9 @@ def _straight(numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, t
         at = span + -first % (2 * span)
         if at >= count - span:
             break
-        left, middle, right = (slice(at + shift, count - span + shift, 2 * span) for shift in (-span, 0, span))
+        left, middle, right = (
+            slice(at + shift, count - span + shift, 2 * span) for shift in (-span, 0, span)
+        )
         alike = calm[middle] & calm[right]
         if span > 1:
             for shift in (-span // 2, span // 2):

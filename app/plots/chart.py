@@ -67,7 +67,11 @@ class Chart:
 
     def dots(self, xs: Array, ys: Array, kind: str, width: float) -> None:
         """Add a dot at every point (points,); `kind` is a CSS class, `width` in px."""
-        places = [(self.frame.across(x), self.frame.down(y)) for x, y in zip(xs.tolist(), ys.tolist(), strict=True) if y == y]
+        places = [
+            (self.frame.across(x), self.frame.down(y))
+            for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
+            if y == y
+        ]
         path = "".join(f"M{px * _SIDE:.0f} {py * _SIDE:.0f}h0" for px, py in places)
         self._lines.append((f"{kind} dots", path, f"{width:g}", ""))
 
@@ -87,7 +91,9 @@ class Chart:
         grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
         x_texts = [(f"{100 * frame.across(x):.1f}", decimal(text)) for x, text in frame.x_ticks]
         y_texts = [(f"{100 * frame.down(y):.1f}", decimal(text)) for y, text in frame.y_ticks]
-        return macros("plots/charts.html").chart(height, _SIDE, grid, self._lines, self._marks, x_texts, y_texts)
+        return macros("plots/charts.html").chart(
+            height, _SIDE, grid, self._lines, self._marks, x_texts, y_texts
+        )
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:

@@ -117,7 +117,9 @@ def path_of(curve: Curve, axis: CurveAxis) -> str:
 
 
 def _area(x: CurveAxis, y: CurveAxis) -> Iterator[tuple[Line, str]]:
-    grid = "".join(f"M{at * COLUMNS:.2f} 0v1" for at, _ in x.ticks) + "".join(f"M0 {1.0 - at:.3f}h{COLUMNS}" for at, _ in y.ticks)
+    grid = "".join(f"M{at * COLUMNS:.2f} 0v1" for at, _ in x.ticks) + "".join(
+        f"M0 {1.0 - at:.3f}h{COLUMNS}" for at, _ in y.ticks
+    )
     yield Line((), "", "", 1.0, "", 0.15), grid
     critical = Line((), "dm", "", 1.5, "2 4")
     if x.critical is not None:

@@ -88,7 +88,15 @@ def axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
     """Axis of a quantity. `name`: a key of `AXES`; `ends`: SI; `d_m`: marked on an axis of d [m]."""
     quantity, (low, high) = AXES[name], ends
     shows_critical = name == "distance" and low < d_m < high
-    return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
+    return CurveAxis(
+        quantity.symbol,
+        quantity.unit,
+        quantity.factor,
+        quantity.colour,
+        low,
+        high,
+        d_m if shows_critical else None,
+    )
 
 
 def _is_number(value: object) -> TypeGuard[int | float]:
@@ -103,7 +111,9 @@ def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
         heights = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(heights, list) or not all(h is None or (_is_number(h) and 0.0 <= h <= 1.0) for h in heights):
+    if not isinstance(heights, list) or not all(
+        h is None or (_is_number(h) and 0.0 <= h <= 1.0) for h in heights
+    ):
         return None
     return checked_curve(drawing, [None if h is None else drawing.y.value(h) for h in heights])
 

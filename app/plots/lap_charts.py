@@ -51,7 +51,8 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     reach = np.ptp(places, axis=0)
     # The gap need not lie in the plane of the circle.
     most, open_most = (
-        sorted(np.argsort(sizes)[-2:].tolist()) for sizes in (reach, np.abs(gaps).max(axis=0) if last > first else reach)
+        sorted(np.argsort(sizes)[-2:].tolist())
+        for sizes in (reach, np.abs(gaps).max(axis=0) if last > first else reach)
     )
     whole, near = places[:, most], places[:, open_most]
     edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
@@ -122,7 +123,11 @@ def _pieces(times: Array, places: Array) -> list[Array]:
     """Pieces (k, 2) of a path around the ends of the laps."""
     near = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0) < NEAR
     cuts = np.flatnonzero(np.diff(near.astype(int))) + 1
-    return [piece for piece, shown in zip(np.split(places, cuts), np.split(near, cuts), strict=True) if shown.any()]
+    return [
+        piece
+        for piece, shown in zip(np.split(places, cuts), np.split(near, cuts), strict=True)
+        if shown.any()
+    ]
 
 
 def _chart(low: Array, high: Array, width: int) -> Chart:

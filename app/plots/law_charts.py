@@ -76,7 +76,11 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
 
 
 def _activations(law: Law, xs: np.ndarray) -> np.ndarray:
-    return law.activations(xs) if isinstance(law, LawOfFile) else np.array([law.activation(d) for d in xs.tolist()])
+    return (
+        law.activations(xs)
+        if isinstance(law, LawOfFile)
+        else np.array([law.activation(d) for d in xs.tolist()])
+    )
 
 
 _SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
@@ -93,7 +97,11 @@ DASHES: Final = ("2 4", "12 4 2 4", "")
 
 
 def laws_html(
-    simulation: Simulation, ghost: Simulation | None, now: Contact, height: int, ticked: Mapping[str, int] = MappingProxyType({})
+    simulation: Simulation,
+    ghost: Simulation | None,
+    now: Contact,
+    height: int,
+    ticked: Mapping[str, int] = MappingProxyType({}),
 ) -> Markup:
     """Chart of a few laws from 0 to 2 d_m; each line has the number of its law.
 
@@ -121,7 +129,9 @@ def laws_html(
         chart.line(xs, ys, law_class(name), width, dash)
         if not isinstance(law, LawOfFile):
             x = min(max(LAW_TEXTS[name].anchor(of, LawLine(xs, ys, span)), 0.06 * far), 0.94 * far)
-            numbers.append((x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(list(LAWS).index(name) + 1)))
+            numbers.append(
+                (x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(list(LAWS).index(name) + 1))
+            )
 
     running, laws = settings.law, all_laws(settings)
     for name, place in ticked.items():
@@ -137,7 +147,9 @@ def laws_html(
         chart.mark(*number)
     if now.distance <= far:
         chart.mark(now.distance, now.rate, f"dot {law_class(running)}")
-    u, lever = (decimal(f"{value:.2f}".replace("-", "−")) for value in (now.pull + 0.0, math.sqrt(now.square)))
+    u, lever = (
+        decimal(f"{value:.2f}".replace("-", "−")) for value in (now.pull + 0.0, math.sqrt(now.square))
+    )
     return macros("plots/charts.html").laws(chart.html(height), u, lever)
 
 
@@ -153,4 +165,8 @@ def law_class(name: str) -> str:
 
 def laws_legend(simulation: Simulation) -> tuple[tuple[str, str, str], ...]:
     """Class, kind and name of the line of a custom law, for the caption; all other lines have a number."""
-    return ((law_class(simulation.settings.law.law), "", simulation.law.file),) if isinstance(simulation.law, LawOfFile) else ()
+    return (
+        ((law_class(simulation.settings.law.law), "", simulation.law.file),)
+        if isinstance(simulation.law, LawOfFile)
+        else ()
+    )

@@ -26,7 +26,9 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
     rows = [(pair_name(simulation, pair), _runs(pairs, pair), pair == int(pairs[-1])) for pair in shown]
     if (often := np.diff(changes, prepend=changes[0])).max() > 1.0:
         # Changes to and fro within a bin are not shown.
-        rows.append((tr("changes, up to {rate} a second", rate=f"{often.max() / BIN:.0f}"), _bars(often), False))
+        rows.append(
+            (tr("changes, up to {rate} a second", rate=f"{often.max() / BIN:.0f}"), _bars(often), False)
+        )
     count, others = int(changes[-1] - changes[0]), len(held) - len(shown)
     words = _words(simulation, count, len(held))
     more = " " + tr("{count} more pairs are not shown.", count=others) if others else ""
@@ -69,8 +71,12 @@ def _bars(counts: np.ndarray) -> str:
 
 def _words(simulation: Simulation, changes: int, pairs: int) -> str:
     if simulation.detector.count == 1:
-        return tr("There is one pair only: the critical point never changes, and the law is smooth in the strict sense.")
-    counted = tr("{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}.", changes=changes, pairs=pairs)
+        return tr(
+            "There is one pair only: the critical point never changes, and the law is smooth in the strict sense."
+        )
+    counted = tr(
+        "{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}.", changes=changes, pairs=pairs
+    )
     law = simulation.settings.law
     if law.entry.sees == "nothing":
         return counted

@@ -43,7 +43,19 @@ PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
 def possible_details(run: RunSettings) -> tuple[str, ...]:
     details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
     if run.experiment.obstacle != "nothing":
-        details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
+        details = (
+            "none",
+            "lambda",
+            "joints",
+            "rates",
+            "speeds",
+            "curve",
+            "laws",
+            "safety",
+            "pairs",
+            "stability",
+            "microscope",
+        )
     if run.draws_circle:
         details += ("laps", "joint_laps")
     if run.experiment.follows != "nothing":
@@ -68,7 +80,11 @@ def possible_plots(run: RunSettings) -> tuple[str, ...]:
     `app.settings.Details`.
     """
     hand = ("hand",) if run.experiment.error_unit == "m²" else ()
-    return tuple(dict.fromkeys((*first_plots(run), *hand, *(name for name in possible_details(run) if name not in _COMPUTED))))
+    return tuple(
+        dict.fromkeys(
+            (*first_plots(run), *hand, *(name for name in possible_details(run) if name not in _COMPUTED))
+        )
+    )
 
 
 _ALONE: Final = {"error": "hand", "distance": "elbow"}
@@ -87,7 +103,11 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
         details = "none" if details in shown else details
     if details == "none" or details not in possible_details(run):
         return shown
-    return (*shown, details, *(("follow_other",) if details == "follow" and run.experiment.follows == "person" else ()))
+    return (
+        *shown,
+        details,
+        *(("follow_other",) if details == "follow" and run.experiment.follows == "person" else ()),
+    )
 
 
 def makes_room(shown: tuple[str, ...]) -> bool:

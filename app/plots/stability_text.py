@@ -33,7 +33,9 @@ STILL: Final = 0.5 * NO_ERROR**2
 """V of a zero error; a smaller rate of V counts as 0, too [m² or rad², or per second]."""
 
 
-def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> Markup:
+def stability_html(
+    analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None
+) -> Markup:
     """Two sentences and the numbers behind them, as HTML.
 
     Args:
@@ -42,7 +44,9 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
             rad/s].
         W: the barrier function; None for a hand task, which has none.
     """
-    eigenvalue, mode = (_fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3)))
+    eigenvalue, mode = (
+        _fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3))
+    )
     words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
     return macros("plots/charts.html").stability(
         condition_text(analysis),
@@ -61,7 +65,9 @@ def condition_text(analysis: Analysis) -> str:
     if analysis.activation == 0.0 and analysis.condition_holds:
         return tr_html("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
-        why = tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
+        why = (
+            tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
+        )
         return tr_html("<b>The paper’s condition holds:</b> {why}.", why=why)
     why = lever_text(lever(analysis.lever * analysis.lever)) or tr("not every error makes V fall")
     return tr_html("<b>The paper’s condition does not hold:</b> {why}.", why=why)
@@ -75,14 +81,18 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     if error_norm < NO_ERROR and error_rate < AT_REST:
         return tr("There is no error to bring down.")
     holds = analysis.condition_holds
-    size = Markup('<b class="e">|e|</b> = {}{}').format(_fixed(error_norm * scale, 0 if unit != "°" else 1), unit)
+    size = Markup('<b class="e">|e|</b> = {}{}').format(
+        _fixed(error_norm * scale, 0 if unit != "°" else 1), unit
+    )
     speed = f"{_fixed(error_rate * scale, 0 if unit != '°' else 1, sign=True)}{unit}/s"
     if analysis.independent and error_norm < DIED_OUT and abs(error_rate) < DIED_OUT:
         return tr_html("The error has died out: {size}.", size=size)
     if abs(error_rate) < AT_REST:
         if analysis.independent:
             return tr_html("The error stays as it is: {size}.", size=size)
-        return tr_html("The error stays as it is: {size}, because avoidance and task are dependent.", size=size)
+        return tr_html(
+            "The error stays as it is: {size}, because avoidance and task are dependent.", size=size
+        )
     if error_rate > 0.0:
         grows = tr("The error grows even so") if holds else tr("The error grows")
         return Markup("{}: {}, {}.").format(grows, size, speed)
@@ -98,7 +108,11 @@ def ranks_text(analysis: Analysis) -> str:
     if not analysis.independent:
         return tr_html("{stack} &lt; {a} + {b}, dependent", stack=stack, a=a, b=b)
     return tr(
-        "{stack} = {a} + {b}, independent by {angle}°", stack=stack, a=a, b=b, angle=_fixed(math.degrees(analysis.angle), 1)
+        "{stack} = {a} + {b}, independent by {angle}°",
+        stack=stack,
+        a=a,
+        b=b,
+        angle=_fixed(math.degrees(analysis.angle), 1),
     )
 
 
@@ -144,7 +158,9 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
     """The panel, or a sentence why it does not apply."""
     run, law = simulation.settings, simulation.settings.law
     if not law.entry.of_section_iii or isinstance(simulation.law, LawOfFile):
-        return _nothing("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it.")
+        return _nothing(
+            "Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it."
+        )
     if run.one_row:
         return _nothing("Section III is about one arm and its task; here one row is shared by both arms.")
     if not keeps_its_task_clear(simulation):
@@ -156,8 +172,12 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
     e = analysis.error(speed, error)
     W = None
     if J is None and law.entry.promises:
-        W = barrier(error, gain, now.row, now.distance, law.critical_distance, law.order, law.nominal_velocity)
-    return stability_html(analysis, sample.error, error_rate(simulation), analysis.lyapunov(e), analysis.lyapunov_rate(e), W)
+        W = barrier(
+            error, gain, now.row, now.distance, law.critical_distance, law.order, law.nominal_velocity
+        )
+    return stability_html(
+        analysis, sample.error, error_rate(simulation), analysis.lyapunov(e), analysis.lyapunov_rate(e), W
+    )
 
 
 def keeps_its_task_clear(simulation: Simulation) -> bool:
@@ -174,8 +194,12 @@ def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | N
     J = keeper.task_jacobian
     if J is None:
         # The hand has no task yet.
-        J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(simulation.settings)]]
-    return position_error(pose, keeper.place) if len(J) == 3 else pose_error(pose, keeper.place, keeper.place_rotation), J
+        J = simulation.kinematics.hand_jacobian(arm)[
+            : TASK_DIMENSION[simulation.room.task(simulation.settings)]
+        ]
+    return position_error(pose, keeper.place) if len(J) == 3 else pose_error(
+        pose, keeper.place, keeper.place_rotation
+    ), J
 
 
 def error_rate(simulation: Simulation) -> float:

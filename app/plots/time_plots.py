@@ -105,7 +105,9 @@ class TimePlot:
         low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
         return max(high - (min(low, 0.0) if self.positive else low), self.top / self.scale) / ROWS
 
-    def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
+    def legend(
+        self, others: Collection[str] = (), names: tuple[str, str] | None = None
+    ) -> tuple[LegendEntry, ...]:
         """The legend: the named lines, then the other runs that have lines ("ghost", "what_if").
 
         Args:
@@ -123,7 +125,15 @@ class TimePlot:
 
 
 def _entry(line: PlotLine, name: str, for_all: bool) -> LegendEntry:
-    dash = "mix" if len(line.dash) > 2 else "dash" if max(line.dash, default=0.0) > 4.0 else "dot" if line.dash else ""
+    dash = (
+        "mix"
+        if len(line.dash) > 2
+        else "dash"
+        if max(line.dash, default=0.0) > 4.0
+        else "dot"
+        if line.dash
+        else ""
+    )
     return "" if for_all else line.colour, dash, name
 
 
@@ -135,9 +145,14 @@ def _with_ghost(column: str, colour: str) -> tuple[PlotLine, ...]:
     return PlotLine(column, colour, 2.2), _shadows(column, colour)[0]
 
 
-def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
+def _joints(
+    title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float
+) -> TimePlot:
     numbers = range(1, JOINTS + 1)
-    own = (PlotLine(f"{stem}{i}", f"j{i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
+    own = (
+        PlotLine(f"{stem}{i}", f"j{i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "")
+        for i in numbers
+    )
     ghost = (PlotLine(f"{stem}{i}", f"j{i}", 1.0, _GHOST_JOINT, "ghost") for i in numbers)
     return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
@@ -150,7 +165,9 @@ def _distance(rests: bool, kept: KeptQuantity) -> TimePlot:
         PlotLine("d*", "rest", 1.6, (2.0, 4.0), name=f"{d}*" if rests else "", held=False),
         *_shadows("d", "d"),
     )
-    title = N_('distance <b class="d">d</b>') if kept is DISTANCE else f'{tr(kept.short)} <b class="d">{d}</b>'
+    title = (
+        N_('distance <b class="d">d</b>') if kept is DISTANCE else f'{tr(kept.short)} <b class="d">{d}</b>'
+    )
     return TimePlot(title, kept.unit, lines, top=CEILING)
 
 
@@ -166,7 +183,10 @@ def _squared_error(unit: str, arms: tuple[str, str]) -> TimePlot:
 def _followed(prefix: str, title: str, model: str) -> TimePlot:
     numbers = range(1, DRIVEN + 1)
     own = (PlotLine(f"{prefix}q{i}", f"j{i}", 2.0, name=str(i)) for i in numbers)
-    desired = (PlotLine(f"{prefix}qd{i}", f"j{i}", 1.4, (5.0, 4.0), name=model if i == 1 else "", for_all=True) for i in numbers)
+    desired = (
+        PlotLine(f"{prefix}qd{i}", f"j{i}", 1.4, (5.0, 4.0), name=model if i == 1 else "", for_all=True)
+        for i in numbers
+    )
     return TimePlot(title, "°", (*own, *desired), None, DEGREES, positive=False)
 
 
@@ -191,7 +211,9 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
     """The plot `name` ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
-    avoiding, other = (arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided))
+    avoiding, other = (
+        arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided)
+    )
     count = min(joints.stop - joints.start, JOINTS)
     match name:
         case "error":
@@ -208,7 +230,9 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
         case "follow" if run.experiment.follows == "person":
             return _followed("", tr("q, {arm} arm", arm=avoiding), N_("person"))
         case "follow":
-            return _followed("", N_("q, slave"), N_("master") if run.following == "identical" else N_("master, mirrored"))
+            return _followed(
+                "", N_("q, slave"), N_("master") if run.following == "identical" else N_("master, mirrored")
+            )
         case "follow_other":
             return _followed("other_", tr("q, {arm} arm", arm=other), N_("person"))
         case _:

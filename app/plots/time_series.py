@@ -28,7 +28,8 @@ class Swivel:
         """
         pin.forwardKinematics(self._model, self._data, positions)
         shoulder, elbow, wrist = (
-            self._data.oMi[joint].translation for joint in (self._arm.shoulder, self._arm.elbow, self._arm.wrist)
+            self._data.oMi[joint].translation
+            for joint in (self._arm.shoulder, self._arm.elbow, self._arm.wrist)
         )
         way = wrist - shoulder
         way /= math.sqrt(float(way.dot(way))) or 1.0
@@ -126,7 +127,14 @@ def resting_now(simulation: Simulation, sample: Sample) -> float:
 
 
 def _resting(
-    settings: RunSettings, d: float, d_law: float, u: float, w: float, s: float, second_u: float, second_s: float
+    settings: RunSettings,
+    d: float,
+    d_law: float,
+    u: float,
+    w: float,
+    s: float,
+    second_u: float,
+    second_s: float,
 ) -> float:
     law = settings.law
     d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
@@ -183,7 +191,9 @@ class RollingSeries:
             self._history, self.bins = history, Bins(len(NAMES))
             self._seen, self._last_pair, self._changes = 0, -1.0, 0.0
             self._swivel = (
-                Swivel(simulation.room, simulation.avoiding) if simulation.settings.experiment.obstacle == "nothing" else None
+                Swivel(simulation.room, simulation.avoiding)
+                if simulation.settings.experiment.obstacle == "nothing"
+                else None
             )
         if history.count == self._seen:
             return

@@ -74,10 +74,16 @@ class Difference:
     def words(self, error_unit: str) -> LazyText:
         unit = unit_of(self.column, error_unit)
         if self.column in KINDS or math.isinf(self.by):
-            what = LazyText("{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now)
+            what = LazyText(
+                "{column} ({then:g} then, {now:g} now)", column=self.column, then=self.then, now=self.now
+            )
         else:
-            what = LazyText("{column} by {by:.2g}{unit}", column=self.column, by=self.by, unit=f" {unit}" if unit else "")
-        return LazyText("{what}, at step {number} (t = {time:.3f} s)", what=what, number=self.step + 1, time=self.time)
+            what = LazyText(
+                "{column} by {by:.2g}{unit}", column=self.column, by=self.by, unit=f" {unit}" if unit else ""
+            )
+        return LazyText(
+            "{what}, at step {number} (t = {time:.3f} s)", what=what, number=self.step + 1, time=self.time
+        )
 
 
 @dataclass(frozen=True)
@@ -121,14 +127,20 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
     table = _plain(table)
     stride = -(-len(table) // MOST_ROWS)
     places = np.unique(np.append(np.arange(0, len(table), stride), len(table) - 1)).astype(np.uint32)
-    return RunOutcome(columns, hashlib.sha256(table.tobytes()).hexdigest(), _hashes(table), places, table[places])
+    return RunOutcome(
+        columns, hashlib.sha256(table.tobytes()).hexdigest(), _hashes(table), places, table[places]
+    )
 
 
 def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
     """Differences of a repeated run, (steps ≥ 1, columns), from the recorded one."""
     table = _plain(table)
     steps = len(table)
-    if columns == outcome.columns and steps == outcome.steps and hashlib.sha256(table.tobytes()).hexdigest() == outcome.digest:
+    if (
+        columns == outcome.columns
+        and steps == outcome.steps
+        and hashlib.sha256(table.tobytes()).hexdigest() == outcome.digest
+    ):
         return Comparison(True, None, None, None, steps, steps)
     first_step: int | None = None
     if columns == outcome.columns:
@@ -158,7 +170,12 @@ def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> 
     first = int(rows[0])
     row, column = (int(i) for i in np.unravel_index(int(by.argmax()), by.shape))
     return Comparison(
-        False, first_step, difference(first, int(by[first].argmax())), difference(row, column), outcome.steps, steps
+        False,
+        first_step,
+        difference(first, int(by[first].argmax())),
+        difference(row, column),
+        outcome.steps,
+        steps,
     )
 
 
@@ -178,7 +195,12 @@ def _hashes(table: Array) -> np.ndarray:
 
 def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
     about = json.dumps({"columns": outcome.columns, "digest": outcome.digest}).encode()
-    parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), planes_of(outcome.rows))
+    parts = (
+        np.frombuffer(about, np.uint8),
+        outcome.hashes.astype("<u4"),
+        outcome.places.astype("<u4"),
+        planes_of(outcome.rows),
+    )
     return dict(zip(ARRAYS, parts, strict=True))
 
 

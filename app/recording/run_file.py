@@ -68,7 +68,12 @@ def made_from(data: object) -> dict[str, str]:
 def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
     """ "numpy 2.3.1 then, 2.4.0 now" for everything that differs."""
     return tuple(
-        LazyText("{name} {then} then, {now} now", name=name, then=then.get(key, _UNKNOWN), now=now.get(key, _UNKNOWN))
+        LazyText(
+            "{name} {then} then, {now} now",
+            name=name,
+            then=then.get(key, _UNKNOWN),
+            now=now.get(key, _UNKNOWN),
+        )
         for key, name in NAMES.items()
         if then.get(key) != now.get(key)
     )
@@ -117,7 +122,9 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
     """
     table = rerun(recorded).table
     if last is not None and table[-1].tobytes() != last:
-        raise BadSetting("Computed again, this run gives another result, so it was not saved. Restart it with R.")
+        raise BadSetting(
+            "Computed again, this run gives another result, so it was not saved. Restart it with R."
+        )
     outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
     return recorded_bytes(recorded, {MADE: made, **outcomes.outcome_arrays(outcome)})
@@ -186,7 +193,9 @@ def load_run(data: bytes, name: str) -> Loaded:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 
 
-def _words(verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
+def _words(
+    verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str
+) -> LazyText:
     steps = comparison.steps_then
     if verdict == "exact":
         return LazyText("Repeated: all {steps} steps are the same, to the last bit.", steps=steps)
@@ -205,7 +214,9 @@ def _words(verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[s
         parts.append(LazyText("It had {then} steps and has {now} now.", then=steps, now=comparison.steps_now))
     if comparison.first_step is not None:
         number = comparison.first_step + 1
-        parts.append(LazyText("The first step that differs is number {number} of {steps}.", number=number, steps=steps))
+        parts.append(
+            LazyText("The first step that differs is number {number} of {steps}.", number=number, steps=steps)
+        )
     if comparison.first is not None and comparison.largest is not None:
         parts.append(LazyText("First stored difference: {what}.", what=comparison.first.words(error_unit)))
         if comparison.largest != comparison.first:
@@ -213,5 +224,9 @@ def _words(verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[s
     if changes:
         parts.append(LazyText("The file was not made here: {what}.", what=joined(changes, "; ")))
     else:
-        parts.append(LazyText("Program, libraries and machine are the same; the file or the program was changed since."))
+        parts.append(
+            LazyText(
+                "Program, libraries and machine are the same; the file or the program was changed since."
+            )
+        )
     return joined(parts, " ")

@@ -110,7 +110,9 @@ class JobWatch:
         failed: called by `collect` with a job that has failed.
     """
 
-    def __init__(self, background: Jobs | None, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
+    def __init__(
+        self, background: Jobs | None, wake: Callable[[], None], failed: Callable[[Job], None]
+    ) -> None:
         self._background, self._wake, self._failed = background, wake, failed
         self.computes = background is not None
         self._jobs: dict[Job, Callable[[Any], None]] = {}
@@ -120,12 +122,19 @@ class JobWatch:
         return tuple(job.kind for job in self._jobs)
 
     def submit(
-        self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
+        self,
+        kind: str,
+        done: Callable[[Any], None],
+        function: Callable[..., Any],
+        *arguments: Any,
+        urgent: bool = False,
     ) -> None:
         """Replace an older job of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
         self.drop(kind)
         if self._background is not None:
-            self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
+            self._jobs[
+                self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)
+            ] = done
 
     def drop(self, kind: str) -> None:
         if self._background is not None:
@@ -169,7 +178,11 @@ class JobPool(Jobs):
     def _queue(self, job: Job) -> None:
         with self._lock:
             place = len(self._waiting)
-            for old in [j for j in (*self._waiting, *self._running.values()) if (j.owner, j.kind) == (job.owner, job.kind)]:
+            for old in [
+                j
+                for j in (*self._waiting, *self._running.values())
+                if (j.owner, j.kind) == (job.owner, job.kind)
+            ]:
                 # A new request takes the old one's place in the queue.
                 place = min(place, self._drop(old))
             if self._closed or len(self._waiting) >= MOST_WAITING:
@@ -234,7 +247,9 @@ class JobPool(Jobs):
                 self._stop = SPAWN.RawArray(c_longlong, self.workers)
                 with inheriting():
                     # Its locks start a process, too.
-                    self._pool = ProcessPoolExecutor(self.workers, SPAWN, _begin, (self._stop, given_at_start()))
+                    self._pool = ProcessPoolExecutor(
+                        self.workers, SPAWN, _begin, (self._stop, given_at_start())
+                    )
             pool = self._pool
             self._stop[place] = 0  # The job may be the one that was put back here.
             with inheriting():

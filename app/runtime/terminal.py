@@ -148,7 +148,11 @@ def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
     raw = _Raw(before, raises)
     buffer: Any = raw if before.write_through else io.BufferedWriter(raw)
     return io.TextIOWrapper(
-        buffer, encoding, "duet-readable", line_buffering=before.line_buffering, write_through=before.write_through
+        buffer,
+        encoding,
+        "duet-readable",
+        line_buffering=before.line_buffering,
+        write_through=before.write_through,
     )
 
 

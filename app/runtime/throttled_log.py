@@ -26,7 +26,10 @@ class ThrottledLog:
     """
 
     def __init__(
-        self, log: logging.Logger, intervals: tuple[float, ...] = EVER_RARER, clock: Callable[[], float] = monotonic
+        self,
+        log: logging.Logger,
+        intervals: tuple[float, ...] = EVER_RARER,
+        clock: Callable[[], float] = monotonic,
     ) -> None:
         self._log, self._intervals, self._clock = log, intervals, clock
         self._known: dict[tuple[object, ...], _Known] = {}

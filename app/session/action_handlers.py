@@ -55,7 +55,9 @@ class ActionHandlers:
         """Raises TypeError if the action's type has no handler."""
         handlers = self.of(type(action))
         if not handlers:
-            raise TypeError(f"nothing here does {action!r}: no handler of {type(action).__name__} is registered")
+            raise TypeError(
+                f"nothing here does {action!r}: no handler of {type(action).__name__} is registered"
+            )
         *first, handler = handlers
         if not (first and first[0](action)):
             handler(action)

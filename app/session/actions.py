@@ -34,7 +34,11 @@ class Action:
     @property
     def control(self) -> Hashable:
         """Key under which it replaces a waiting action; None if every press counts."""
-        return None if self.newest_by is None else (type(self), *(getattr(self, name) for name in self.newest_by))
+        return (
+            None
+            if self.newest_by is None
+            else (type(self), *(getattr(self, name) for name in self.newest_by))
+        )
 
 
 class Pause(Action, newest_by=None):

@@ -162,4 +162,6 @@ def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float =
     """
     shown = shown or live
     simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
-    return Frame(now, shown, live, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed)
+    return Frame(
+        now, shown, live, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed
+    )

@@ -58,7 +58,11 @@ class GhostRun:
     def catch_up(self, time: float) -> None:
         """Simulate a run with its own inputs up to a time [s]."""
         simulation, source = self.simulation, self.source
-        while simulation is not None and source is not None and simulation.time < time - 0.5 * simulation.settings.dt:
+        while (
+            simulation is not None
+            and source is not None
+            and simulation.time < time - 0.5 * simulation.settings.dt
+        ):
             self.inputs.record(simulation, target := source.target(simulation.time))
             simulation.step(target)
 

@@ -56,7 +56,9 @@ class InputSource:
     def opening(self) -> bool:
         return isinstance(self._active, Opening)
 
-    def resume(self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False) -> None:
+    def resume(
+        self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False
+    ) -> None:
         """Continue with a source that began earlier; the simulation is reset to it, because the source may
         depend on q.
         """
@@ -90,10 +92,14 @@ class InputSource:
         # A person's angles are not known in advance, and are not positions.
         if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
-        source = (autopilot and (self._active or self._chosen)) or self._own(simulation, self._begins_with_opening(simulation))
+        source = (autopilot and (self._active or self._chosen)) or self._own(
+            simulation, self._begins_with_opening(simulation)
+        )
         begin = simulation.time - self._begin if source is self._active else 0.0
         wanted = [source.target(begin + ahead) for ahead in np.arange(0.0, seconds, WAY_STEP)]
-        return np.array([one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]).reshape(-1, 3)
+        return np.array(
+            [one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]
+        ).reshape(-1, 3)
 
 
 def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) -> Target | None:
@@ -127,7 +133,9 @@ def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: f
     if simulation.settings.experiment.follows != "arm" or joint >= columns.stop - columns.start:
         return None
     wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
-    wanted[joint] = np.clip(angle, model.lowerPositionLimit[columns][joint], model.upperPositionLimit[columns][joint])
+    wanted[joint] = np.clip(
+        angle, model.lowerPositionLimit[columns][joint], model.upperPositionLimit[columns][joint]
+    )
     return JointTarget(wanted)
 
 

@@ -24,10 +24,14 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "clip": lambda s: s.page.source == "clips",
     "autopilot": lambda s: s.run.moves_itself,
     "gizmo": _can_be_pulled,
-    "seed": lambda s: s.run.moves_itself or s.run.hardware.joint_noise > 0.0 or s.run.hardware.distance_noise > 0.0,
+    "seed": lambda s: (
+        s.run.moves_itself or s.run.hardware.joint_noise > 0.0 or s.run.hardware.distance_noise > 0.0
+    ),
     "wmax": _can_be_pulled,
     # A point of the arm and the ball are one pair.
-    "beta": lambda s: s.run.law.pairs != "single" and (s.run.point == "arm" or "point" not in s.run.experiment.reads),
+    "beta": lambda s: (
+        s.run.law.pairs != "single" and (s.run.point == "arm" or "point" not in s.run.experiment.reads)
+    ),
     "eps": lambda s: s.run.law.pairs == "smooth",
     "together": lambda s: s.run.first == ALL,
     "load": lambda s: s.run.first in (TIP, ALL),
@@ -50,6 +54,26 @@ def built_of(settings: Settings) -> tuple[object, ...]:
     """Settings that determine room, arms, handles and page; a change of one rebuilds something."""
     run, page = settings.run, settings.page
     return (
-        *(run.scene, run.robot, run.rig, run.point, run.guided, run.path, run.start, run.first, run.load, run.together),
-        *(page.language, page.theme, page.profile, page.picture, page.ghost, page.details, page.source, page.gizmo),
+        *(
+            run.scene,
+            run.robot,
+            run.rig,
+            run.point,
+            run.guided,
+            run.path,
+            run.start,
+            run.first,
+            run.load,
+            run.together,
+        ),
+        *(
+            page.language,
+            page.theme,
+            page.profile,
+            page.picture,
+            page.ghost,
+            page.details,
+            page.source,
+            page.gizmo,
+        ),
     )

@@ -185,11 +185,21 @@ class ReplayPlayer:
             self.seek(time)
             return
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
-        if self.jobs.computes and self._session.control.halt and (recorded := self.recorded(reach)) is not None:
+        if (
+            self.jobs.computes
+            and self._session.control.halt
+            and (recorded := self.recorded(reach)) is not None
+        ):
             self.reviewing, self.mark, self._seek = True, mark, time
             self._watch(recorded, beside=self._session.ghost_run.recorded(reach))
 
-    def _watch(self, recorded: Recorded, name: str = "", beside: Recorded | None = None, whole: Recorded | None = None) -> None:
+    def _watch(
+        self,
+        recorded: Recorded,
+        name: str = "",
+        beside: Recorded | None = None,
+        whole: Recorded | None = None,
+    ) -> None:
         if not self.jobs.computes:
             return
         self.loaded, self._run = name, self._session.settings.run
@@ -270,7 +280,9 @@ class ReplayPlayer:
     def advance(self, elapsed: float) -> None:
         """Collect finished jobs and play `elapsed` seconds [s]."""
         self.jobs.collect()
-        if self._run is not None and ("replay" not in self._session.control.halt or self._session.settings.run is not self._run):
+        if self._run is not None and (
+            "replay" not in self._session.control.halt or self._session.settings.run is not self._run
+        ):
             # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:

@@ -130,7 +130,10 @@ class Session:
         handlers.add(actions.Pause, lambda _: self.control.toggle_pause())
         handlers.add(actions.SingleStep, lambda _: self.control.single_step())
         handlers.add(actions.Reset, lambda _: self.reset())
-        handlers.add(actions.ChangeSpeed, lambda action: self.change("speed", next_speed(self.settings.page.speed, action.by)))
+        handlers.add(
+            actions.ChangeSpeed,
+            lambda action: self.change("speed", next_speed(self.settings.page.speed, action.by)),
+        )
         handlers.add(actions.SetSetting, lambda action: self.change(action.key, action.value))
         handlers.add(actions.Digit, lambda action: self.change("scene", action.scene))
         handlers.add(actions.RestoreSettings, self._restore)

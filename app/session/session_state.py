@@ -60,7 +60,9 @@ def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, 
     begins = {piece.snapshot.steps for piece in state.ghost.pieces}
     first = next((i for i, piece in enumerate(run) if piece.snapshot.steps in begins), len(run))
     run = run[first:]
-    return run, tuple(piece for piece in state.ghost.pieces if run and piece.snapshot.steps >= run[0].snapshot.steps)
+    return run, tuple(
+        piece for piece in state.ghost.pieces if run and piece.snapshot.steps >= run[0].snapshot.steps
+    )
 
 
 def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...]) -> Iterator[None]:
@@ -95,7 +97,9 @@ def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> I
         history: length of the recomputed curves before it [s].
     """
     ghost = session.ghost_run
-    run, beside = common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())
+    run, beside = (
+        common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())
+    )
     ghost.frozen = state.frozen
     ghost.begin(session.settings, session.simulation)
     session.hand.source.resume(session.simulation, state.source, state.opening)

@@ -39,12 +39,16 @@ class ArmView:
         BadSetting: there is no such robot, or what it needs is not installed.
     """
 
-    def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
+    def __init__(
+        self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr"
+    ) -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         add_frame = partial(scene.add_frame, show_axes=False)
         add_shape = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
         path = f"{name}/base"
-        self.root = fresh(add_frame(path, wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
+        self.root = fresh(
+            add_frame(path, wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist()))
+        )
         """The frame of the base."""
         self.links: list[viser.FrameHandle] = []
         """The frame that turns with each joint, from the base on."""
@@ -98,7 +102,11 @@ class TranslucentArms(StagePart):
     """
 
     def __init__(
-        self, scene: viser.SceneApi, palette: Literal["ghost", "wish"], fine: bool, posture: Callable[[Frame], Array | None]
+        self,
+        scene: viser.SceneApi,
+        palette: Literal["ghost", "wish"],
+        fine: bool,
+        posture: Callable[[Frame], Array | None],
     ) -> None:
         self._scene, self._palette, self._fine, self._posture = scene, palette, fine, posture
         self._arms: dict[str, ArmView] = {}

@@ -37,9 +37,15 @@ class BalanceView(StagePart):
 
     def __init__(self, scene: viser.SceneApi, task: CentreOfMass) -> None:
         line = np.zeros((1, 2, 3), np.float32)
-        self._foot = scene.add_line_segments("/balance/foot", line, (0, 0, 0), thickness=4, thickness_units="screen")
-        self._kept = scene.add_line_segments("/balance/kept", line, (0, 0, 0), thickness=2, thickness_units="screen")
-        self._plumb = scene.add_line_segments("/balance/plumb", line, (0, 0, 0), thickness=2, thickness_units="screen")
+        self._foot = scene.add_line_segments(
+            "/balance/foot", line, (0, 0, 0), thickness=4, thickness_units="screen"
+        )
+        self._kept = scene.add_line_segments(
+            "/balance/kept", line, (0, 0, 0), thickness=2, thickness_units="screen"
+        )
+        self._plumb = scene.add_line_segments(
+            "/balance/plumb", line, (0, 0, 0), thickness=2, thickness_units="screen"
+        )
         self._centre = scene.add_icosphere("/balance/centre", radius=0.03, subdivisions=3, cast_shadow=False)
         self._load = scene.add_icosphere("/balance/load", radius=LOAD_RADIUS, subdivisions=3)
         self.nodes = (self._foot, self._kept, self._plumb, self._centre, self._load)
@@ -48,7 +54,11 @@ class BalanceView(StagePart):
 
     def dress(self, page: PageSettings) -> None:
         self._on, palette = page.contact, PALETTES[page.theme]
-        for node, colour in ((self._foot, palette.ink), (self._kept, palette.activation), (self._plumb, palette.ink)):
+        for node, colour in (
+            (self._foot, palette.ink),
+            (self._kept, palette.activation),
+            (self._plumb, palette.ink),
+        ):
             node.colors = np.array(rgb(colour), np.uint8)
         self._load.color = rgb(palette.faint)
         self._colours: tuple[Rgb, Rgb] = rgb(palette.distance), rgb(palette.approach)
@@ -80,5 +90,7 @@ def _outline(task: CentreOfMass, inside: float) -> np.ndarray:
     """Return the edges (4, 2, 3) of the foot, moved inwards [m]; all at its centre where nothing is left."""
     (x, y), half = task.foot.centre.tolist(), np.maximum(task.foot.half - inside, 0.0)
     a, b = half.tolist()
-    corners = np.array([[x - a, y - b, ABOVE], [x + a, y - b, ABOVE], [x + a, y + b, ABOVE], [x - a, y + b, ABOVE]])
+    corners = np.array(
+        [[x - a, y - b, ABOVE], [x + a, y - b, ABOVE], [x + a, y + b, ABOVE], [x - a, y + b, ABOVE]]
+    )
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1).astype(np.float32)

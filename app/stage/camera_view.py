@@ -49,7 +49,11 @@ def axes(toward: Array) -> tuple[Array, Array, Array]:
     length, across = math.sqrt(x * x + y * y + z * z), math.hypot(x, y)
     right, ahead = -y / across, x / across
     x, y, z = x / length, y / length, z / length
-    return np.array([right, ahead, 0.0]), np.array([-z * ahead, z * right, x * ahead - y * right]), np.array([x, y, z])
+    return (
+        np.array([right, ahead, 0.0]),
+        np.array([-z * ahead, z * right, x * ahead - y * right]),
+        np.array([x, y, z]),
+    )
 
 
 def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Balls, ...]) -> Pose:
@@ -81,7 +85,11 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
         least, most = place + radii + high * depth, place - radii + low * depth
         away = max(away, float(((least[:, None] - most[None, :]) / (high[:, None] - low[None, :])).max()))
     middle = [
-        (float((place + radii - high * (away - depth)).max()) + float((place - radii - low * (away - depth)).min())) / 2.0
+        (
+            float((place + radii - high * (away - depth)).max())
+            + float((place - radii - low * (away - depth)).min())
+        )
+        / 2.0
         for place, low, high in sideways
     ]
     eye = middle[0] * right + middle[1] * up + away * back
@@ -105,7 +113,9 @@ def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
     from_eye = np.asarray(points, float) - pose.eye
     depth = -(from_eye @ back)
     pixels = size[1] / 2.0 / np.tan(pose.fov / 2.0) / np.where(depth > 0.0, depth, np.nan)
-    return np.stack([size[0] / 2.0 + pixels * (from_eye @ right), size[1] / 2.0 - pixels * (from_eye @ up)], axis=-1)
+    return np.stack(
+        [size[0] / 2.0 + pixels * (from_eye @ right), size[1] / 2.0 - pixels * (from_eye @ up)], axis=-1
+    )
 
 
 class PointView:
@@ -154,7 +164,9 @@ def hands(simulation: Simulation) -> Array:
 def joints(simulation: Simulation) -> Array:
     """Positions of shoulder, elbow and wrist of every arm (k, 3) [m]."""
     point = simulation.kinematics.joint_point
-    return np.array([point(joint) for arm in simulation.room.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)])
+    return np.array(
+        [point(joint) for arm in simulation.room.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)]
+    )
 
 
 def framed_now(simulation: Simulation) -> tuple[Array, Array]:

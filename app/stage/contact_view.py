@@ -35,7 +35,9 @@ class ClosestLine(StagePart):
             "/closest/line", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False
         )
         self._ends = [
-            scene.add_icosphere(f"/closest/end{i}", radius=0.011, subdivisions=2, cast_shadow=False, visible=False)
+            scene.add_icosphere(
+                f"/closest/end{i}", radius=0.011, subdivisions=2, cast_shadow=False, visible=False
+            )
             for i in (0, 1)
         ]
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
@@ -112,7 +114,9 @@ RINGS: Final = 8
 
 def contact_assets() -> PageAssets:
     """Scripts that a page needs to draw skins as rims, the line of contact through everything, and the tint."""
-    return PageAssets((Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation})
+    return PageAssets(
+        (Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation}
+    )
 
 
 @dataclass
@@ -212,7 +216,10 @@ class ContactSkin(StagePart):
             return
         body, label = self._room.geometry.geometryObjects[index], self._rims[index]
         world = simulation.kinematics.data.oMi[body.parentJoint] * body.placement
-        present, radius = self._around.get(index, 0), body.geometry.radius + self._shells[index, "skin"].growth
+        present, radius = (
+            self._around.get(index, 0),
+            body.geometry.radius + self._shells[index, "skin"].growth,
+        )
         k = self._label_scale / LABEL_SCALE
 
         def is_free(side: int) -> bool:
@@ -251,7 +258,9 @@ class ContactSkin(StagePart):
         """Return the label on the rim of a body's skin, at the skin's present thickness [m]."""
         body = self._room.geometry.geometryObjects[index]
         node, placement = self._node(body)
-        place = tuple((placement * ((body.geometry.radius + growth) * sideways(self._around.get(index, 0)))).tolist())
+        place = tuple(
+            (placement * ((body.geometry.radius + growth) * sideways(self._around.get(index, 0)))).tolist()
+        )
         label = self._rims.get(index)
         if label is None:
             label = self._scene.add_label(
@@ -294,7 +303,9 @@ def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
     return (pairs.first, pairs.second) if first_avoids else (pairs.second, pairs.first)
 
 
-def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+def capsule_mesh(
+    shape: coal.CollisionGeometry, growth: float
+) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
     """Vertices (k, 3) and faces (m, 3) of a capsule about z, or of a sphere, grown by `growth` [m]."""
     radius = shape.radius + growth
     half = shape.halfLength if isinstance(shape, coal.Capsule) else 0.0
@@ -313,4 +324,6 @@ def grid_faces(corners: NDArray[np.int64]) -> NDArray[np.uint32]:
     """
     p, q = corners[:-1], corners[1:]
     s, t = np.roll(q, -1, axis=1), np.roll(p, -1, axis=1)
-    return np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in ((p, q, s), (p, s, t))]).astype(np.uint32)
+    return np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in ((p, q, s), (p, s, t))]).astype(
+        np.uint32
+    )

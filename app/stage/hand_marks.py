@@ -31,7 +31,9 @@ class TargetPlace(StagePart):
         self._ball = scene.add_icosphere(
             "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
         )
-        ring = scene.add_mesh_simple("/place/ring", *_ring(RADIUS, TUBE), color=(255, 255, 255), cast_shadow=False)
+        ring = scene.add_mesh_simple(
+            "/place/ring", *_ring(RADIUS, TUBE), color=(255, 255, 255), cast_shadow=False
+        )
         self._ring = fresh(ring)
         line = np.zeros((1, 2, 3), np.float32)
         self._error = scene.add_line_segments(
@@ -82,7 +84,9 @@ class GripMark(StagePart):
     def __init__(self, scene: viser.SceneApi, other: bool = False) -> None:
         line, name = np.zeros((1, 2, 3), np.float32), "/other_grip" if other else "/grip"
         self._other = other
-        self._line = scene.add_line_segments(f"{name}/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
+        self._line = scene.add_line_segments(
+            f"{name}/line", line, BRAND, thickness=2, thickness_units="screen", visible=False
+        )
         look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
         self._point = scene.add_icosphere(f"{name}/point", radius=0.018, color=WHITE, **look)
         self._place = scene.add_icosphere(f"{name}/place", radius=0.009, color=BRAND, **look)
@@ -117,12 +121,17 @@ class PathLine(StagePart):
     def __init__(self, scene: viser.SceneApi, way: Array) -> None:
         self._count = len(way) - 1
         line = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
-        self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
+        self._line = scene.add_line_segments(
+            "/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen"
+        )
         # Beyond either end, clear of the number at the line to the ball.
         self._labels = (
             ()
             if np.allclose(way[0], way[-1])
-            else (scene.add_label("/path/A", "A", anchor="center-right"), scene.add_label("/path/B", "B", anchor="center-left"))
+            else (
+                scene.add_label("/path/A", "A", anchor="center-right"),
+                scene.add_label("/path/B", "B", anchor="center-left"),
+            )
         )
         self.nodes = (self._line, *self._labels)
         self._home: list[float] | None = None
@@ -160,7 +169,9 @@ class Trace(StagePart):
         self._home: list[float] | None = None
         # Always of one length: the browser fails if points and colours change their number one after the other.
         line = np.zeros((self._count - 1, 2, 3), np.float32)
-        self._line = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
+        self._line = scene.add_line_segments(
+            "/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False
+        )
         self.nodes = (self._line,)
 
     def dress(self, page: PageSettings) -> None:

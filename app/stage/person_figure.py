@@ -51,7 +51,9 @@ class FigureView(StagePart):
         for part in parts:
             path = paths[part.name] = f"{paths.get(part.parent, '/person')}/{part.name}"
             place = SCALE * part.pose.translation + (0.0 if part.parent else STAND)
-            self.parts[part.name] = fresh(scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist())))
+            self.parts[part.name] = fresh(
+                scene.add_glb(path, part.glb, scale=SCALE, position=tuple(place.tolist()))
+            )
         above = _SHOULDERS + np.array([0.0, 0.0, 0.33])
         self._label = scene.add_label(
             "/person/lost", tr("no person in view"), anchor="bottom-center", position=above, visible=False

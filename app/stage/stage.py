@@ -24,10 +24,14 @@ def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
     palette, dark, fine = PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
     top, bottom = (np.array(c, float) for c in palette.background)
     ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
-    scene.set_background_image(np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png")
+    scene.set_background_image(
+        np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png"
+    )
     scene.configure_default_lights(enabled=False)
     scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=fine, position=(2.4, -2.0, 4.0))
-    scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255), visible=fine)
+    scene.add_light_directional(
+        "/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255), visible=fine
+    )
     if fine:
         scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
     else:
@@ -121,13 +125,19 @@ class Stage:
         self._room = (self.scene.add_glb("/room", furniture_glb(room.rig, coarse=not fine)),)
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
-            ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
+            ArmView(
+                self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key
+            )
             for arm, base, made in zip(room.arms, room.rig.bases, room.robots, strict=True)
         )
         views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
         self.yours = None if yours is None else views[yours.name]
         self.other = views[simulation.avoiding.name] if experiment.for_two else None
-        parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene), TouchedPoints(self.scene)]
+        parts: list[StagePart] = [
+            ContactSkin(self.scene, room, self._arms),
+            ClosestLine(self.scene),
+            TouchedPoints(self.scene),
+        ]
         if self.yours is not None and experiment.moves != "person":
             parts.append(GripMark(self.scene))
         if self.other is not None:

@@ -37,10 +37,14 @@ class TouchedPoints(StagePart):
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._lights = [
-            scene.add_icosphere(f"/touch/light{i}", radius=RADIUS, subdivisions=2, cast_shadow=False, visible=False)
+            scene.add_icosphere(
+                f"/touch/light{i}", radius=RADIUS, subdivisions=2, cast_shadow=False, visible=False
+            )
             for i in range(MOST)
         ]
-        self._labels = [scene.add_label(f"/touch/thing{i}", "", anchor="top-center", visible=False) for i in range(MOST)]
+        self._labels = [
+            scene.add_label(f"/touch/thing{i}", "", anchor="top-center", visible=False) for i in range(MOST)
+        ]
         self.nodes = (*self._lights, *self._labels)
 
     def dress(self, page: PageSettings) -> None:

@@ -30,7 +30,12 @@ class WallView(StagePart):
         self.wall = scene.add_box("/wall", rgb(PALETTES["light"].calm), SIZE, opacity=0.4, cast_shadow=False)
         plane = (0.004, SIZE[1], SIZE[2])
         self._kept = scene.add_box(
-            "/kept_from_wall", rgb(PALETTES["light"].activation), plane, opacity=0.16, cast_shadow=False, receive_shadow=False
+            "/kept_from_wall",
+            rgb(PALETTES["light"].activation),
+            plane,
+            opacity=0.16,
+            cast_shadow=False,
+            receive_shadow=False,
         )
         self.nodes = (self.wall, self._kept)
 

@@ -49,5 +49,9 @@ def document_html(text: str) -> Markup:
 def _html(text: str, documents: tuple[tuple[str, DocumentFile], ...]) -> Markup:
     folders = {one.file.parent for _, one in documents}
     # As a document names another one, from whatever folder.
-    links = {Path(os.path.relpath(one.file, folder)).as_posix(): name for name, one in documents for folder in folders}
+    links = {
+        Path(os.path.relpath(one.file, folder)).as_posix(): name
+        for name, one in documents
+        for folder in folders
+    }
     return Markup(markdown_reader(links).render(text, {"folder": FOLDER}))

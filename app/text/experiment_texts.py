@@ -23,7 +23,9 @@ class ExperimentTexts(NamedTuple):
 
 def _solo(run: RunSettings, itself: bool) -> ExperimentTexts:
     if run.path == "circle":
-        circle = tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt > 2.")
+        circle = tr(
+            "The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt > 2."
+        )
         return ExperimentTexts(circle, tr("The hand draws a circle."))
     drag = tr("Pull the arm at its elbow, or its hand to another place.")
     does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
@@ -33,7 +35,9 @@ def _solo(run: RunSettings, itself: bool) -> ExperimentTexts:
 
 def _ball(run: RunSettings, itself: bool) -> ExperimentTexts:
     what = {"hand": tr("its hand"), "elbow": tr("its elbow"), "arm": tr("all of it")}[run.point]
-    watched = tr("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
+    watched = tr(
+        "The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what
+    )
     crosses = itself and run.ball == "cross"
     drag = tr("The ball crosses the path by itself; drag it.") if crosses else tr("Drag the ball.")
     return ExperimentTexts(f"{watched} {drag}", watched)
@@ -59,7 +63,9 @@ def _master_slave(run: RunSettings, itself: bool) -> ExperimentTexts:
         watched = tr("The silver arm follows it in a mirror, and {avoids}.", avoids=avoids)
     else:
         watched = tr("The silver arm follows it joint by joint, and {avoids}.", avoids=avoids)
-    return ExperimentTexts(f"{takes_over if itself else tr('Pull the orange arm, the master, anywhere.')} {watched}", watched)
+    return ExperimentTexts(
+        f"{takes_over if itself else tr('Pull the orange arm, the master, anywhere.')} {watched}", watched
+    )
 
 
 def _imitation(run: RunSettings, itself: bool) -> ExperimentTexts:
@@ -80,13 +86,19 @@ def _first_task(run: RunSettings, itself: bool) -> ExperimentTexts:
         ALL: tr("The arm keeps all of these at once; the least margin counts."),
     }[run.first]
     takes_over = tr("The autopilot shows it; drag the hand to take over.")
-    drag = tr("Drag the hand, or the wall.") if run.first in (WALL, ALL) else tr("Drag the hand as far as you can.")
+    drag = (
+        tr("Drag the hand, or the wall.")
+        if run.first in (WALL, ALL)
+        else tr("Drag the hand as far as you can.")
+    )
     return ExperimentTexts(f"{takes_over if itself else drag} {watched}", watched)
 
 
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
     """Name of the arm that keeps clear. `free`, `guided`: the text if only that arm does."""
-    return tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
+    return (
+        tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
+    )
 
 
 EXPERIMENT_TEXTS: Final[dict[str, Callable[[RunSettings, bool], ExperimentTexts]]] = {

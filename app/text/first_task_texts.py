@@ -50,7 +50,9 @@ FIRST_TASK_TEXTS: Final[dict[str, FirstTaskTexts]] = {
         N_("from singular"),
         N_("singularity"),
         N_("the arm is singular"),
-        N_("smallest singular value of J: the hand's speed for joint speeds of 1 rad/s, in the worst direction."),
+        N_(
+            "smallest singular value of J: the hand's speed for joint speeds of 1 rad/s, in the worst direction."
+        ),
         N_("the singular value to keep."),
     ),
     TIP: FirstTaskTexts(

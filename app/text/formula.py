@@ -59,8 +59,16 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
     svg = svg.replace('fill="black"', 'fill="currentColor"')
     # A wide one may shrink to the size of the text around it; beyond that its line scrolls.
     width = float(svg.partition('width="')[2].partition('"')[0])
-    place = f' style="vertical-align:{below:.2f}px"' if inline else f' style="min-width:{SMALLEST / size * width:.0f}px"'
-    return svg.replace("<svg ", f'<svg role="img" aria-label="{html.escape(plain_formula(tex))}" fill="currentColor"{place} ', 1)
+    place = (
+        f' style="vertical-align:{below:.2f}px"'
+        if inline
+        else f' style="min-width:{SMALLEST / size * width:.0f}px"'
+    )
+    return svg.replace(
+        "<svg ",
+        f'<svg role="img" aria-label="{html.escape(plain_formula(tex))}" fill="currentColor"{place} ',
+        1,
+    )
 
 
 def _coloured(found: re.Match[str]) -> str:
@@ -115,6 +123,8 @@ def display_formula(tex: str) -> str:
     shown = f'<span class="no">({html.escape(number)})</span>' if number else ""
     whole = " ".join(_TAG.sub("", tex).split())
     parts = whole.split(r"\qquad")
-    if len(parts) == 1 or any(part.count(one) != part.count(other) for part in parts for one, other in _PAIRS):
+    if len(parts) == 1 or any(
+        part.count(one) != part.count(other) for part in parts for one, other in _PAIRS
+    ):
         return formula(whole, False) + shown
     return f"<span>{' '.join(formula(part.strip(), False) for part in parts)}</span>{shown}"

@@ -159,7 +159,10 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
     ),
 }  # fmt: skip
 
-ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
+ALONE: Final = (
+    (r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"),
+    "(4)–(8)",
+)
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
@@ -184,7 +187,9 @@ def equation_html(run: RunSettings) -> Markup:
         symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
         symbols = {**symbols, "d": coloured("d", symbol), "dm": coloured("dm", f"{symbol}_m")}
         equation = tuple(line.replace("J_d", "J_a").replace("J_{{d,i}}", "J_{{a,i}}") for line in equation)
-    lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation)
+    lines = (
+        _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation
+    )
     drawings = [Markup(formula(line, False, 17.0)) for line in lines]
     if named:
         # The page writes this moment's law distance at it.

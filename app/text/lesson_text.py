@@ -62,7 +62,9 @@ def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
 
 def _join_formulas(state: StateCore) -> None:
     """Join a formula of several lines: a line that begins with a plus would become a list."""
-    state.src = _SPANS.sub(lambda span: re.sub(r"\s*\n\s*", " ", span[0]) if span["formula"] else span[0], state.src)
+    state.src = _SPANS.sub(
+        lambda span: re.sub(r"\s*\n\s*", " ", span[0]) if span["formula"] else span[0], state.src
+    )
 
 
 def left_dollar(text: str) -> int | None:
@@ -122,9 +124,15 @@ def _link_open(renderer: Any, tokens: Any, at: int, options: Any, env: Any) -> s
 
 _RENDERED: Final = {
     "formula": lambda _, tokens, at, *__: formula(tokens[at].content, True),
-    "formula_display": lambda _, tokens, at, *__: f'<span class="duet-formula">{display_formula(tokens[at].content)}</span>',
-    "formula_block": lambda _, tokens, at, *__: f'<div class="duet-formula">{display_formula(tokens[at].content)}</div>',
-    "picture": lambda _, tokens, at, __, env: _picture_html(tokens[at].content, tokens[at].info, env.get("folder")),
+    "formula_display": lambda _, tokens, at, *__: (
+        f'<span class="duet-formula">{display_formula(tokens[at].content)}</span>'
+    ),
+    "formula_block": lambda _, tokens, at, *__: (
+        f'<div class="duet-formula">{display_formula(tokens[at].content)}</div>'
+    ),
+    "picture": lambda _, tokens, at, __, env: _picture_html(
+        tokens[at].content, tokens[at].info, env.get("folder")
+    ),
     "link_open": _link_open,
     # Code and formulas stay as they are.
     "text": lambda _, tokens, at, *__: escapeHtml(unbroken(tokens[at].content)),
@@ -150,6 +158,10 @@ def plain(text: str) -> str:
     """A line of Markdown as plain text, for a button or a list."""
     tokens = _READER.parseInline(text)[0].children or []
     return "".join(
-        " " if token.type == "softbreak" else plain_formula(token.content) if token.type == "formula" else token.content
+        " "
+        if token.type == "softbreak"
+        else plain_formula(token.content)
+        if token.type == "formula"
+        else token.content
         for token in tokens
     )

@@ -20,7 +20,9 @@ MOST_BYTES: Final = 300_000
 _KINDS: Final = {".svg": "image/svg+xml", ".png": "image/png"}
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
 _SVG: Final = "{http://www.w3.org/2000/svg}"
-_SHAPES: Final = frozenset(("svg", "g", "path", "circle", "ellipse", "line", "rect", "polyline", "polygon", "text", "tspan"))
+_SHAPES: Final = frozenset(
+    ("svg", "g", "path", "circle", "ellipse", "line", "rect", "polyline", "polygon", "text", "tspan")
+)
 _WORDS: Final = frozenset(("title", "desc"))
 
 
@@ -39,14 +41,18 @@ def picture_html(folder: Path, name: str, words: str) -> str:
     """
     path, quoted = path_inside(folder, name), repr(name[:60])
     if path is None or path.suffix not in _KINDS:
-        raise NoPicture(f"{quoted} is not a picture beside the lesson; it must be an .svg or .png in its folder or one below.")
+        raise NoPicture(
+            f"{quoted} is not a picture beside the lesson; it must be an .svg or .png in its folder or one below."
+        )
     try:
         data = read_file(path, MOST_BYTES)
     except FileNotFoundError:
         raise NoPicture(f"there is no picture {quoted} beside the lesson.") from None
     except OSError as error:
         if error.errno == errno.EFBIG:
-            raise NoPicture(f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller.") from None
+            raise NoPicture(
+                f"the picture {quoted} is larger than {MOST_BYTES // 1000} kB; make it smaller."
+            ) from None
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
     if path.suffix == ".png" and not data.startswith(_PNG):
         raise NoPicture(f"the picture {quoted} is not a PNG; save it as one.")
@@ -62,7 +68,9 @@ def _root(data: bytes, quoted: str) -> ET.Element:
     except (ET.ParseError, ValueError) as error:
         raise NoPicture(f"the picture {quoted} is not an SVG: {error}.") from None
     if root.tag != f"{_SVG}svg":
-        raise NoPicture(f'the picture {quoted} is not an SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.')
+        raise NoPicture(
+            f'the picture {quoted} is not an SVG; begin it with <svg xmlns="{_SVG[1:-1]}" viewBox="…">.'
+        )
     return root
 
 

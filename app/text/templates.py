@@ -20,7 +20,9 @@ from app.text.units import unbroken
 _BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
 """A line break beside a tag of HTML or of the template, with the indentation."""
 
-_LOWERED: Final = re.compile(r"`(?P<code>[^`\n]+)`|(?<!\w)(?P<symbol>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})(?!\w)")
+_LOWERED: Final = re.compile(
+    r"`(?P<code>[^`\n]+)`|(?<!\w)(?P<symbol>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})(?!\w)"
+)
 """Code between backticks, also in HTML, or a symbol with an index."""
 
 
@@ -34,7 +36,9 @@ class _JoinedLines(Extension):
 
 def tr_html(text: str, /, **parts: object) -> Markup:
     """An English text with tags in the current language; filled-in values are escaped."""
-    filled = tr(text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()})
+    filled = tr(
+        text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()}
+    )
     return Markup(unbroken(filled))
 
 
@@ -44,7 +48,9 @@ def lowered(text: str) -> Markup:
 
 
 def _lowered_html(found: re.Match[str]) -> str:
-    return f"<code>{found['code']}</code>" if found["code"] else f"{found['symbol']}<sub>{found['index']}</sub>"
+    return (
+        f"<code>{found['code']}</code>" if found["code"] else f"{found['symbol']}<sub>{found['index']}</sub>"
+    )
 
 
 def _finalized(value: object) -> object:
@@ -92,5 +98,7 @@ def element(tag: str, text: str = "", *children: str, **attributes: str) -> Mark
         children: HTML after the text.
         attributes: escaped; a final underscore of a name is dropped (`class_`), any other becomes a hyphen.
     """
-    given = "".join(f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items())
+    given = "".join(
+        f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items()
+    )
     return Markup(f"<{tag}{given}>{unbroken(escape(text))}{''.join(children)}</{tag}>")

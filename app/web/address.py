@@ -40,7 +40,13 @@ def find_address(origin: str, listening: str, port: int) -> Address:
     name = _name(origin)
     if name and not is_loopback(name):
         return Address(origin.rstrip("/") + "/", False)
-    host = own_address() if listening in ("", "0.0.0.0", "::") else "localhost" if listening == "::1" else listening
+    host = (
+        own_address()
+        if listening in ("", "0.0.0.0", "::")
+        else "localhost"
+        if listening == "::1"
+        else listening
+    )
     return Address(f"{url_of(host, port)}/", is_loopback(host))
 
 
@@ -68,9 +74,19 @@ def qr_svg(text: str, label: str = "QR code of the address") -> Markup:
     out = io.BytesIO()
     # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(
-        out, kind="svg", border=4, dark=PALETTES["light"].ink, light="white", omitsize=True, xmldecl=False, svgns=True, nl=False
+        out,
+        kind="svg",
+        border=4,
+        dark=PALETTES["light"].ink,
+        light="white",
+        omitsize=True,
+        xmldecl=False,
+        svgns=True,
+        nl=False,
     )
-    return Markup(out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1))
+    return Markup(
+        out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1)
+    )
 
 
 def _name(origin: str) -> str:

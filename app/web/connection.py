@@ -208,11 +208,17 @@ class FilteredConnection(ServerConnection):
         await self.close(code, reason)
         raise self.protocol.close_exc from None
 
-    async def send_windows(self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None) -> None:
+    async def send_windows(
+        self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None
+    ) -> None:
         """See `app.web.viser_internals.adapt_viser`."""
         if isinstance(buffer, ClientBuffer):
             self._entries = buffer.entries
-        chosen = self.duet.shared_buffer(self, client_id, buffer) if buffer.persistent_messages else nullcontext(buffer)
+        chosen = (
+            self.duet.shared_buffer(self, client_id, buffer)
+            if buffer.persistent_messages
+            else nullcontext(buffer)
+        )
         with chosen as own:
             await send_windows(self, own, client_id, backlog_done_message, self._seen.wait)
 
@@ -226,7 +232,9 @@ class Forwarder(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         error = record.exc_info[1] if record.exc_info else None
-        if not isinstance(error, ConnectionClosed) and not isinstance(getattr(error, "__cause__", None), EOFError):
+        if not isinstance(error, ConnectionClosed) and not isinstance(
+            getattr(error, "__cause__", None), EOFError
+        ):
             # A peer that hangs up, such as a health check, is not logged.
             connection = getattr(record, "websocket", None)
             address = connection.address if isinstance(connection, FilteredConnection) else ""

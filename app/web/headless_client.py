@@ -87,12 +87,17 @@ class Mirror:
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.pop(message["name"], None)
         elif "props" in message and "uuid" in message:
-            self.gui[message["uuid"]] = {**message["props"], **{key: value for key, value in message.items() if key != "props"}}
+            self.gui[message["uuid"]] = {
+                **message["props"],
+                **{key: value for key, value in message.items() if key != "props"},
+            }
         elif "props" in message and "name" in message:
             self._node(message).update(message["props"], type=kind, owner=message.get("owner", ""))
 
     def _node(self, message: dict[str, Any]) -> dict[str, Any]:
-        return self.nodes.setdefault(message["name"], {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0)})
+        return self.nodes.setdefault(
+            message["name"], {"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0)}
+        )
 
     @property
     def grabbable(self) -> set[str]:
@@ -156,7 +161,12 @@ class HeadlessClient:
     """
 
     def __init__(
-        self, url: str, query: str = "", *, decode: bool = True, headers: Mapping[str, str] = MappingProxyType({})
+        self,
+        url: str,
+        query: str = "",
+        *,
+        decode: bool = True,
+        headers: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
         self.url = f"{base}/?{query}" if query else base
@@ -228,7 +238,9 @@ class HeadlessClient:
         middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
         pulled = {"start_position": taken, "end_position": to, "button": "left", "modifier": None}
         owner = self.mirror.nodes[name].get("owner", "")
-        await self.send({"type": "SceneNodeDragMessage", "name": name, "owner": owner, "phase": phase, **middle, **pulled})
+        await self.send(
+            {"type": "SceneNodeDragMessage", "name": name, "owner": owner, "phase": phase, **middle, **pulled}
+        )
 
     async def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """Wait until `predicate(self)` is true, checked after every frame and at the end of the connection.

@@ -36,11 +36,19 @@ def listen(host: str, port: int) -> socket.socket:
         f"port {port} on {host} is already in use, perhaps by another Duet; choose another one: --port {port % 65535 + 1}"
     )
     try:
-        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
+        family, _, _, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
     except (OSError, UnicodeError) as error:
-        raise BadSetting(f"host {host!r} is unknown; valid: 127.0.0.1, 0.0.0.0 or an address of this computer") from error
+        raise BadSetting(
+            f"host {host!r} is unknown; valid: 127.0.0.1, 0.0.0.0 or an address of this computer"
+        ) from error
     # macOS lets a second program take the loopback side of a port that is held for all addresses.
-    if port and sys.platform == "darwin" and port_answers("127.0.0.1" if host in ("0.0.0.0", "::", "") else host, port):
+    if (
+        port
+        and sys.platform == "darwin"
+        and port_answers("127.0.0.1" if host in ("0.0.0.0", "::", "") else host, port)
+    ):
         raise in_use
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
@@ -57,7 +65,9 @@ def listen(host: str, port: int) -> socket.socket:
         if error.errno == errno.EADDRINUSE or getattr(error, "winerror", None) in (10013, 10048):
             raise in_use from error
         if isinstance(error, PermissionError):
-            raise BadSetting(f"port {port} needs administrator rights; choose one from 1024 on: --port 8080") from error
+            raise BadSetting(
+                f"port {port} needs administrator rights; choose one from 1024 on: --port 8080"
+            ) from error
         raise BadSetting(
             f"host {host!r} is not an address of this computer; valid: 127.0.0.1, 0.0.0.0 or an address of its own"
         ) from error

@@ -11,7 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.web.schemas import SHAPES, UPLOAD_TOO_LARGE, Control, Malformed, Refused, Scope, check_value, fields_of, kind_of
+from app.web.schemas import (
+    SHAPES,
+    UPLOAD_TOO_LARGE,
+    Control,
+    Malformed,
+    Refused,
+    Scope,
+    check_value,
+    fields_of,
+    kind_of,
+)
 from app.web.traffic_limits import Allowance, TrafficLimits
 from app.web.viser_internals import GuiRegistry
 
@@ -108,7 +118,11 @@ class Gate:
     def _start_upload(self, client_id: int, traffic: Traffic, message: dict[str, Any]) -> None:
         if not self._control(client_id, message["source_component_uuid"]).takes_files:
             raise Refused("unknown element")
-        transfer, size, parts = message["transfer_uuid"], int(message["size_bytes"]), int(message["part_count"])
+        transfer, size, parts = (
+            message["transfer_uuid"],
+            int(message["size_bytes"]),
+            int(message["part_count"]),
+        )
         if transfer in self._open_uploads:
             raise Refused("upload that exists")
         # Also bounds the number of parts: each costs memory besides its bytes.

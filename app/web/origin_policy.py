@@ -37,7 +37,14 @@ def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | N
         name, port = parts.hostname, parts.port
     except ValueError:
         return None
-    if not name or not _NAME.fullmatch(name) or parts.path or parts.query or parts.fragment or parts.username is not None:
+    if (
+        not name
+        or not _NAME.fullmatch(name)
+        or parts.path
+        or parts.query
+        or parts.fragment
+        or parts.username is not None
+    ):
         return None
     return name, default_port if port is None else port
 
@@ -66,7 +73,12 @@ def check_origin(address: str, what: str = "allowed origin") -> None:
 
 def _may_name_us(name: str) -> bool:
     """True if `name` can only mean a machine nearby, so that DNS rebinding cannot use it."""
-    if name in LOOPBACK_NAMES or "." not in name or name.endswith(".local") or name == socket.gethostname().lower():
+    if (
+        name in LOOPBACK_NAMES
+        or "." not in name
+        or name.endswith(".local")
+        or name == socket.gethostname().lower()
+    ):
         return True
     try:
         ipaddress.ip_address(name)
@@ -109,9 +121,13 @@ class OriginPolicy:
     def is_local(self, peer: str, headers: Iterable[str]) -> bool:
         """True for a program of this computer, but not for a proxy, behind which all have its address.
         `headers`: names."""
-        return _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
+        return (
+            _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
+        )
 
-    def is_owners(self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str) -> bool:
+    def is_owners(
+        self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str
+    ) -> bool:
         """True if the request comes from the person who started this server.
 
         Args:

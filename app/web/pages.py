@@ -37,7 +37,9 @@ class PageAssets:
     constants: Mapping[str, object] = field(default_factory=dict)
 
     def __add__(self, other: PageAssets) -> PageAssets:
-        return PageAssets(self.scripts + other.scripts, self.styles + other.styles, {**self.constants, **other.constants})
+        return PageAssets(
+            self.scripts + other.scripts, self.styles + other.styles, {**self.constants, **other.constants}
+        )
 
     def style_html(self) -> Markup:
         """<style> element, with the theme's colours before the rules."""
@@ -53,7 +55,10 @@ class PageAssets:
 NO_ASSETS: Final = PageAssets()
 
 
-_COMMENTS: Final = {".js": re.compile(r"^\s*//.*\n", re.MULTILINE), ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL)}
+_COMMENTS: Final = {
+    ".js": re.compile(r"^\s*//.*\n", re.MULTILINE),
+    ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL),
+}
 """Removed comments: whole lines of JavaScript, any in CSS."""
 
 
@@ -75,7 +80,9 @@ def software_rendering() -> PageAssets:
     """Script that warns if the browser draws without a graphics card; needs `translation`, and the event
     `duet-built`."""
     return PageAssets(
-        (STATIC / "software_rendering.js",), (STATIC / "software_rendering.css",), constants={"softwareNote": SOFTWARE}
+        (STATIC / "software_rendering.js",),
+        (STATIC / "software_rendering.css",),
+        constants={"softwareNote": SOFTWARE},
     )
 
 
@@ -118,7 +125,9 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     # viser's program is long: in the body, after what is shown until it arrives.
-    ours = f"<title>{html.escape(title)}</title>{assets.style_html()}{assets.script_html()}</head><body>{body}"
+    ours = (
+        f"<title>{html.escape(title)}</title>{assets.style_html()}{assets.script_html()}</head><body>{body}"
+    )
     return head + ours + program + root.replace("<body>", "", 1)
 
 
@@ -127,8 +136,19 @@ def _connection() -> PageAssets:
         "longestQuery": _LONGEST_QUERY,
         "longestPush": LONGEST_PUSH,
         "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
-        "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},
-        "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "takenOver": OPEN_TWICE},
+        "reasons": {
+            "full": ROOM_IS_FULL,
+            "elsewhere": ELSEWHERE,
+            "tooMany": OPEN_TOO_OFTEN,
+            "takenOver": TAKEN_OVER,
+        },
+        "texts": {
+            "lost": LOST,
+            "silent": SILENT,
+            "refused": KEPT_OUT,
+            "tooMany": CROWDED,
+            "takenOver": OPEN_TWICE,
+        },
     }
     scripts = STATIC / "same_html.js", STATIC / "entries.js", STATIC / "connection.js"
     return PageAssets(scripts, (STATIC / "connection.css",), {"connection": constants})
@@ -167,7 +187,12 @@ def full_page(limit: int) -> str:
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))
     page = (STATIC / "room_full.html").read_text(encoding="utf-8")
-    parts = {"__ICON__": _ICON, "__PLACES__": places, "__STYLES__": assets.style_html(), "__SCRIPTS__": assets.script_html()}
+    parts = {
+        "__ICON__": _ICON,
+        "__PLACES__": places,
+        "__STYLES__": assets.style_html(),
+        "__SCRIPTS__": assets.script_html(),
+    }
     for name, value in parts.items():
         page = page.replace(name, value)
     return page

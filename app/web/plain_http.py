@@ -106,7 +106,9 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
 def metrics_text(state: Mapping[str, Any]) -> bytes:
     """Prometheus' text format. `state`: as in `/healthz`."""
     registry = CollectorRegistry()
-    Info("duet", "The program that serves.", registry=registry).info({name: state[name] for name in ("version", "run")})
+    Info("duet", "The program that serves.", registry=registry).info(
+        {name: state[name] for name in ("version", "run")}
+    )
     store = state.get("store", {})
     for name, meaning, value in (
         ("ok", "Whether pages are drawn.", state["ok"]),
@@ -114,10 +116,18 @@ def metrics_text(state: Mapping[str, Any]) -> bytes:
         ("room", "Whether a newcomer gets a place.", state["room"]),
         ("sessions", "Sessions at work.", state.get("sessions", 0)),
         ("frames_per_second", "Frames a second of the slowest process.", state.get("frames", 0)),
-        ("load_ratio", "Load of the busiest process; at 1 its pages have 20 frames a second.", state.get("load", 0) / 100.0),
+        (
+            "load_ratio",
+            "Load of the busiest process; at 1 its pages have 20 frames a second.",
+            state.get("load", 0) / 100.0,
+        ),
         ("store_lasting", "Whether visitors' work outlives the server.", store.get("lasting", False)),
         ("store_ok", "Whether visitors' work can be written.", not store.get("problem")),
-        ("store_set_aside", "Whether a damaged file of visitors' work lies beside the store.", bool(store.get("set_aside"))),
+        (
+            "store_set_aside",
+            "Whether a damaged file of visitors' work lies beside the store.",
+            bool(store.get("set_aside")),
+        ),
     ):
         Gauge(f"duet_{name}", meaning, registry=registry).set(value)
     return generate_latest(registry)

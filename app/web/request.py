@@ -42,4 +42,6 @@ def request_address(client: viser.ClientHandle) -> str:
     folder = request_query(client).get("folder", "")
     if _ADDRESS.fullmatch(origin):
         return origin + (folder if _FOLDER.fullmatch(folder) else "")
-    return f"http://{host}" if _ADDRESS.fullmatch(f"http://{host}") else cast(DuetServer, server_of(client)).url
+    return (
+        f"http://{host}" if _ADDRESS.fullmatch(f"http://{host}") else cast(DuetServer, server_of(client)).url
+    )

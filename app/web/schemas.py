@@ -164,7 +164,11 @@ SHAPES: Mapping[str, Mapping[str, Field]] = {
         "modifier": _or_none(_name),
     },
     "GetRenderResponseMessage": {"payload": _blob, "render_uuid": _name},
-    "LocalStorageGetItemResponseMessage": {"value": _or_none(_any_text), "error": _or_none(_any_text), "request_uuid": _name},
+    "LocalStorageGetItemResponseMessage": {
+        "value": _or_none(_any_text),
+        "error": _or_none(_any_text),
+        "request_uuid": _name,
+    },
 }
 
 
@@ -174,8 +178,12 @@ class _Head(msgspec.Struct):
 
 def _decoder(kind: str, fields: Mapping[str, Field]) -> msgspec.msgpack.Decoder[Any]:
     # Older fields have no default; `owner` has one, which means the shared scene.
-    described = [(name, field.type, "") if name == "owner" else (name, field.type) for name, field in fields.items()]
-    struct = msgspec.defstruct(kind, described, tag_field="type", tag=kind, forbid_unknown_fields=True, kw_only=True)
+    described = [
+        (name, field.type, "") if name == "owner" else (name, field.type) for name, field in fields.items()
+    ]
+    struct = msgspec.defstruct(
+        kind, described, tag_field="type", tag=kind, forbid_unknown_fields=True, kw_only=True
+    )
     return msgspec.msgpack.Decoder(struct)
 
 
@@ -249,7 +257,9 @@ def check_value(control: Control, sent: msgspec.Raw, limits: TrafficLimits) -> N
         if control.options is not None and value not in control.options:
             raise Refused("not one of the options")
     elif isinstance(present, (int, float, tuple)):
-        entries: Any = row(len(present), number()).read(sent) if isinstance(present, tuple) else (number().read(sent),)
+        entries: Any = (
+            row(len(present), number()).read(sent) if isinstance(present, tuple) else (number().read(sent),)
+        )
         for index, entry in enumerate(entries):
             low, high = _bound(control.low, index), _bound(control.high, index)
             # The browser computes min + k step with its own rounding.

@@ -44,7 +44,11 @@ def pack(messages: Sequence[Message]) -> bytes:
     }
     inner = msgspec.msgpack.encode(content, enc_hook=_plain_text)
     packed = _compressor.compress(inner)
-    parts: list[bytes | memoryview] = [len(inner).to_bytes(8, "little"), len(packed).to_bytes(8, "little"), packed]
+    parts: list[bytes | memoryview] = [
+        len(inner).to_bytes(8, "little"),
+        len(packed).to_bytes(8, "little"),
+        packed,
+    ]
     append_aligned_buffers(parts, arrays, 16 + len(packed))
     return b"".join(parts)
 
@@ -92,7 +96,9 @@ async def send_windows(
             the newest of everything.
     """
     windows = buffer.window_generator(client_id, backlog_done_message)
-    shared: Packed | None = vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
+    shared: Packed | None = (
+        vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
+    )
     try:
         while not buffer.done:
             if shared is not None:
@@ -193,7 +199,11 @@ class ClientBuffer(MessageBuffer):
     def _forget(self, entity: tuple[str | None, str], adjacent: bool) -> None:
         """Drop updates of an element, and with `adjacent` also other messages about its name."""
         phases = ("update_dict", "update_simple", None) if adjacent else ("update_dict", "update_simple")
-        known = [key for key, one in self._waiting.items() if one.lifecycle_phase in phases and one.entity_state_key() == entity]
+        known = [
+            key
+            for key, one in self._waiting.items()
+            if one.lifecycle_phase in phases and one.entity_state_key() == entity
+        ]
         for key in known:
             del self._waiting[key]
 

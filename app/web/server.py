@@ -152,18 +152,25 @@ class DuetServer(viser.ViserServer):
         self.app_state: Callable[[], Mapping[str, object]] = dict
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.proof = ""
-        self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
+        self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(
+            buffer
+        )
         self.embed_origins = embed_origins
         self._frames = {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *embed_origins))}
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self.holders: dict[ServerConnection, tuple[str, str]] = {}
         self.placed: set[ServerConnection] = set()
-        self._silent = BoundedQueue[ServerConnection](2 * self.limits.silent, self.limits.silent, self.limits.connections)
+        self._silent = BoundedQueue[ServerConnection](
+            2 * self.limits.silent, self.limits.silent, self.limits.connections
+        )
         page = patched_index(viser_internals.client_html(), title="Duet", assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
         viser_internals.adapt_viser(ClientBuffer)
-        with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
+        with (
+            viser_internals.serving_with(partial(self._serve, listener)),
+            contextlib.redirect_stdout(io.StringIO()),
+        ):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)
         viser_internals.remove_share_handlers(self)
         self._ready.set()
@@ -194,7 +201,9 @@ class DuetServer(viser.ViserServer):
         if page is None or page.request is None or self.embed_origins:
             return False
         headers = page.request.headers
-        return self._origins.is_owners(headers.get_all("Origin"), headers.get_all("Host"), page.address, headers, self.proof)
+        return self._origins.is_owners(
+            headers.get_all("Origin"), headers.get_all("Host"), page.address, headers, self.proof
+        )
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Duet opens no tunnel to the outside."""
@@ -207,7 +216,14 @@ class DuetServer(viser.ViserServer):
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
-    def _serve(self, listener: socket.socket, handler: Handler, *address: Any, process_request: Static, **options: Any) -> Any:
+    def _serve(
+        self,
+        listener: socket.socket,
+        handler: Handler,
+        *address: Any,
+        process_request: Static,
+        **options: Any,
+    ) -> Any:
         """Replacement of viser's `websockets.asyncio.server.serve`, on a bound socket."""
         # Not registered with `logging`, so that it is freed with the server; viser adds a filter to it at
         # every start.
@@ -233,21 +249,31 @@ class DuetServer(viser.ViserServer):
 
     def _admits(self, connection: FilteredConnection, request: Request, origins: Sequence[str]) -> bool:
         hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
-        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, connection.address, vouched)
+        return self.trusts(page_query(request.path)) or self._origins.admits(
+            origins, hosts, connection.address, vouched
+        )
 
     async def _document(self, render: Document, request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
-        return respond(200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"})
+        return respond(
+            200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"}
+        )
 
     def _state(self) -> dict[str, object]:
-        state = {"ok": self.is_at_work(), "clients": self.elsewhere + self.count_clients(), "room": self._has_room()}
+        state = {
+            "ok": self.is_at_work(),
+            "clients": self.elsewhere + self.count_clients(),
+            "room": self._has_room(),
+        }
         return {**state, "version": duet_version(), "run": self.run, **self.app_state()}
 
     async def _metrics(self) -> Response:
         text = await asyncio.to_thread(metrics_text, self._state())
         return respond(200, CONTENT_TYPE_PLAIN_0_0_4, text, {"Cache-Control": "no-store"})
 
-    async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
+    async def _answer(
+        self, connection: FilteredConnection, request: Request, static: Static
+    ) -> Response | None:
         """None lets the request become a websocket."""
         delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
@@ -271,18 +297,24 @@ class DuetServer(viser.ViserServer):
     ) -> Response | Awaitable[Response] | None:
         fault = connection.head.fault
         if fault is not None:
-            self.log.warning("faulty request", f"{fault.value} {fault.phrase}, from {connection.address or 'unknown'}")
+            self.log.warning(
+                "faulty request", f"{fault.value} {fault.phrase}, from {connection.address or 'unknown'}"
+            )
             return respond(fault.value, "text/plain", f"{fault.phrase}.\n".encode(), {})
         path, _, query = request.path.partition("?")
         method, upgrades = connection.head.method, request.headers.get("Upgrade", "").lower() == "websocket"
         if method not in ALLOWED or (upgrades and method != "GET"):
-            return respond(405, "text/plain", b"Only GET and HEAD are possible.\n", {"Allow": ", ".join(ALLOWED)})
+            return respond(
+                405, "text/plain", b"Only GET and HEAD are possible.\n", {"Allow": ", ".join(ALLOWED)}
+            )
         if upgrades:
             origins = request.headers.get_all("Origin")
             if self._admits(connection, request, origins):
                 return None
             remedy = self._origins.remedy(origins)
-            self.log.warning("refused origin", f"{origins!r:.120} from {connection.address or 'unknown'}{remedy:.200}")
+            self.log.warning(
+                "refused origin", f"{origins!r:.120} from {connection.address or 'unknown'}{remedy:.200}"
+            )
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
             state = self._state()
@@ -291,16 +323,30 @@ class DuetServer(viser.ViserServer):
                 state["admitted"] = self._admits(connection, request, [origin])
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path == "/metrics":
-            if self._origins.is_local(connection.address, request.headers) or self.may_measure(page_query(request.path)):
+            if self._origins.is_local(connection.address, request.headers) or self.may_measure(
+                page_query(request.path)
+            ):
                 return self._metrics()
-            return respond(403, "text/plain", b"Only for this computer, or with the teacher's key: /metrics?key=KEY\n", {})
+            return respond(
+                403,
+                "text/plain",
+                b"Only for this computer, or with the teacher's key: /metrics?key=KEY\n",
+                {},
+            )
         if path in ("", "/"):
             if not self._has_room(request.path):
                 return respond(
-                    503, HTML, full_page(self.max_clients or 0).encode(), {"Retry-After": "10", "Cache-Control": "no-store"}
+                    503,
+                    HTML,
+                    full_page(self.max_clients or 0).encode(),
+                    {"Retry-After": "10", "Cache-Control": "no-store"},
                 )
             packed = "gzip" in request.headers.get("Accept-Encoding", "")
-            extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
+            extra = (
+                {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+                if packed
+                else {"Vary": "Accept-Encoding"}
+            )
             return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)
         if path in self._documents:
             return self._document(self._documents[path], request)
@@ -326,10 +372,16 @@ class DuetServer(viser.ViserServer):
         holder = ("tab", tab) if tab else ("address", address)
         if sum(one == holder for one in self.holders.values()) >= self.limits.connections:
             if self._has_room(path):
-                self.log.warning("connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}")
+                self.log.warning(
+                    "connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}"
+                )
             await connection.close(1013, OPEN_TOO_OFTEN if self._has_room(path) else ROOM_IS_FULL)
             return
-        before = [one for one, its in self.holders.items() if tab and its == holder and self.takes_over(page_query(path))]
+        before = [
+            one
+            for one, its in self.holders.items()
+            if tab and its == holder and self.takes_over(page_query(path))
+        ]
         self.holders[connection] = holder
         if (oldest := self._silent.enter(connection, address, tab)) is not None:
             oldest.transport.abort()
@@ -378,7 +430,10 @@ class DuetServer(viser.ViserServer):
         client, request = viser_internals.client_of(self, client_id), connection.request
         if refused.kind == UPLOAD_TOO_LARGE and client is not None and request is not None:
             words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"
-            title, body = words(N_("This file is too large")), words(N_("Files of up to {size} MB can be read."), size=size)
+            title, body = (
+                words(N_("This file is too large")),
+                words(N_("Files of up to {size} MB can be read."), size=size),
+            )
             client.add_notification(title, body, color="orange")
 
 

@@ -106,7 +106,11 @@ class BoundedQueue(Generic[One]):
         self._known[one] = address, word
         of_tab = [other for other, (_, its) in self._known.items() if word and its == word]
         of_address = [other for other, (its, _) in self._known.items() if its == address]
-        for group, most in ((of_tab, self._of_tab), (of_address, self._of_address), ([*self._known], self._most)):
+        for group, most in (
+            (of_tab, self._of_tab),
+            (of_address, self._of_address),
+            ([*self._known], self._most),
+        ):
             if len(group) > most:
                 self.leave(group[0])
                 return group[0]

@@ -132,7 +132,9 @@ class GuiRegistry:
 
     def command(self, client_id: int, uuid: str) -> Scope | None:
         """None if this browser does not have the palette command."""
-        return next((scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None)
+        return next(
+            (scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None
+        )
 
 
 # --- the server ----------------------------------------------------------------------------------------------------------------
@@ -149,7 +151,9 @@ def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
             viser's serving module is replaced, not the library.
     """
     stand_in = types.SimpleNamespace(
-        asyncio=types.SimpleNamespace(server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)),
+        asyncio=types.SimpleNamespace(
+            server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)
+        ),
         exceptions=websockets.exceptions,
         datastructures=websockets.datastructures,
     )
@@ -217,7 +221,10 @@ def _key_of_move(message: Any) -> str:
 
 
 async def _send_windows(
-    connection: ServerConnection, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None = None
+    connection: ServerConnection,
+    buffer: MessageBuffer,
+    client_id: int,
+    backlog_done_message: Message | None = None,
 ) -> None:
     own = getattr(connection, "send_windows", None)
     if own is None:
@@ -249,7 +256,11 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
         return
     props, kind = state.props, type(value)
     current = vars(props).get(name)
-    if kind is type(current) and (kind in _PLAIN or (kind is tuple and set(map(type, value)) <= _PLAIN)) and value == current:
+    if (
+        kind is type(current)
+        and (kind in _PLAIN or (kind is tuple and set(map(type, value)) <= _PLAIN))
+        and value == current
+    ):
         return
     number = _number_of(type(props), name)
     if (
@@ -300,14 +311,22 @@ async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMess
 @cache
 def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
     found = {name: getattr(kind, name, None) for name in dir(kind)}
-    return {name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None}
+    return {
+        name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None
+    }
 
 
 @cache
 def _number_of(props: type, name: str) -> type | None:
     """Number type of a property that is one array, or None."""
     hint = _hints_of(props).get(name)
-    return np.uint8 if hint == _BYTES and "color" in name else _FLOATS.get(hint) if isinstance(hint, types.GenericAlias) else None
+    return (
+        np.uint8
+        if hint == _BYTES and "color" in name
+        else _FLOATS.get(hint)
+        if isinstance(hint, types.GenericAlias)
+        else None
+    )
 
 
 def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
@@ -315,7 +334,12 @@ def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name
         return np.asarray(value).astype(_FLOATS[hint])
     if hint == _BYTES and "color" in name:
         return colors_to_uint8(value)
-    if isinstance(value, tuple) and get_origin(hint) is tuple and len(kinds := get_args(hint)) == 2 and kinds[1] is ...:
+    if (
+        isinstance(value, tuple)
+        and get_origin(hint) is tuple
+        and len(kinds := get_args(hint)) == 2
+        and kinds[1] is ...
+    ):
         return tuple(_cast_property(handle, kinds[0], item, name) for item in value)
     return value
 
@@ -328,7 +352,9 @@ def _set_pose(
     make_message: Callable[[Any], Any],
 ) -> None:
     """Write a pose's part and queue its message, unless it is within `numpy.allclose` of the old one."""
-    numbers = cast_vector(value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length)
+    numbers = cast_vector(
+        value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length
+    )
     for new, old in zip(numbers, current.tolist(), strict=True):
         if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
             current[:] = numbers
@@ -345,7 +371,9 @@ def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -
     state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
 
 
-def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float) -> None:
+def aim(
+    camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float
+) -> None:
     """Point a client's camera; its handle keeps the browser's last values.
 
     viser's own setters move the aim with the position, and skip values equal to the browser's last ones,
@@ -464,7 +492,9 @@ class ServerView(viser.ViserServer):
     """
 
     def __init__(self, server: viser.ViserServer, before: list[Message]) -> None:
-        self.buffer = MessageBuffer(server.get_event_loop(), persistent_messages=True, message_event=_LoopEvent())
+        self.buffer = MessageBuffer(
+            server.get_event_loop(), persistent_messages=True, message_event=_LoopEvent()
+        )
         for message in before:
             self.buffer.push(message)
         self._websock_server = _Channel(self.buffer)  # type: ignore[assignment]

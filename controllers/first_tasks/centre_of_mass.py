@@ -158,7 +158,10 @@ class CentreOfMass(FirstTask):
     def centre(self) -> Array:
         """Return the centre of mass of all (3,), world [m]."""
         placed = self._placements.read()
-        moved = sum(m * (M[:9].reshape(3, 3).T @ c + M[9:]) for M, c, m in zip(placed, self._centres, self._masses, strict=True))
+        moved = sum(
+            m * (M[:9].reshape(3, 3).T @ c + M[9:])
+            for M, c, m in zip(placed, self._centres, self._masses, strict=True)
+        )
         whole: Array = (moved + self._fixed[1:]) / (float(self._masses.sum()) + float(self._fixed[0]))
         return whole
 

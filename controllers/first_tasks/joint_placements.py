@@ -32,7 +32,9 @@ class JointPlacements:
 
     def __init__(self, kinematics: Kinematics, arm: Moved, joints: Sequence[int]) -> None:
         first = arm.joints.start
-        self.moving = np.array([kinematics.model.joints[joint].idx_v - first + 1 for joint in joints], np.int64)
+        self.moving = np.array(
+            [kinematics.model.joints[joint].idx_v - first + 1 for joint in joints], np.int64
+        )
         # Live views of Pinocchio's memory; its matrices are stored by columns.
         placed = [kinematics.data.oMi[joint] for joint in joints]
         self._views = [view for M in placed for view in (M.rotation.T.reshape(-1), M.translation)]

@@ -64,7 +64,9 @@ def box_distance(px: float, py: float, pz: float, box: Vector) -> tuple[float, f
 
 
 @loop("float64(float64, float64, float64, float64, float64, float64, float64, float64, float64[:])")
-def slope_along(cx: float, cy: float, cz: float, ax: float, ay: float, az: float, s: float, kappa: float, box: Vector) -> float:
+def slope_along(
+    cx: float, cy: float, cz: float, ax: float, ay: float, az: float, s: float, kappa: float, box: Vector
+) -> float:
     """Derivative by s of the minimised function [m]; increasing in s.
 
     Args:
@@ -160,7 +162,9 @@ def links_over_boxes(
         total += weight
         for j in range(moving[i // len(boxes)]):
             along = line[0] * jacobian[0, j] + line[1] * jacobian[1, j] + line[2] * jacobian[2, j]
-            row[j] += weight * (along + line[3] * jacobian[3, j] + line[4] * jacobian[4, j] + line[5] * jacobian[5, j])
+            row[j] += weight * (
+                along + line[3] * jacobian[3, j] + line[4] * jacobian[4, j] + line[5] * jacobian[5, j]
+            )
     for j in range(n):
         row[j] /= total
     return float(least - math.log(total) / beta)

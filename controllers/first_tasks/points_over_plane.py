@@ -187,7 +187,9 @@ class PointsOverPlane(FirstTask):
     def nearest_point(self) -> Array:
         """Return the point (3,) of the arm that is nearest to the plane, on the side that faces it, world [m]."""
         plane, placed = self._plane, self._placements.read()
-        points = np.array([M[:9].reshape(3, 3).T @ place + M[9:] for M, place in zip(placed, self._places, strict=True)])
+        points = np.array(
+            [M[:9].reshape(3, 3).T @ place + M[9:] for M, place in zip(placed, self._places, strict=True)]
+        )
         points -= plane.normal * self._radii[:, np.newaxis]
         nearest: Array = points[int((points @ plane.normal).argmin())]
         return nearest

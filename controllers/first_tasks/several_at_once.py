@@ -49,5 +49,7 @@ class SeveralAtOnce(FirstTask):
         h = smooth_minimum(values, rows, self._beta, row)
         if w != 0.0:
             weights = np.exp(self._beta * (h - values)) * self._shares
-            w = sum(weight * margin.approach for weight, margin in zip(weights.tolist(), margins, strict=True))
+            w = sum(
+                weight * margin.approach for weight, margin in zip(weights.tolist(), margins, strict=True)
+            )
         return Margin(h, row, w)

@@ -117,7 +117,9 @@ class SmallestSingularValue(FirstTask):
     name = "smallest singular value of J"
     unit = "m/rad"
 
-    def __init__(self, kinematics: Kinematics, arm: Arm, critical_value: float = 0.10, nominal_rate: float = 0.3) -> None:
+    def __init__(
+        self, kinematics: Kinematics, arm: Arm, critical_value: float = 0.10, nominal_rate: float = 0.3
+    ) -> None:
         super().__init__(critical_value, nominal_rate)
         self._jacobian, self._hand = kinematics.jacobian[:, arm.joints], kinematics.hand_pose(arm).translation
 

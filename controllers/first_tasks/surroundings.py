@@ -88,7 +88,9 @@ def margin_of_all(
             m, gx, gy, gz = D - inside - (radius + bodies[b, 7]), gx / D, gy / D, gz / D
         else:
             ax, ay, az = half * f[0], half * f[1], half * f[2]
-            m, px, py, pz, gx, gy, gz = capsule_over_box(f[3], f[4], f[5], ax, ay, az, radius, ROUNDING, boxes[-1 - b])
+            m, px, py, pz, gx, gy, gz = capsule_over_box(
+                f[3], f[4], f[5], ax, ay, az, radius, ROUNDING, boxes[-1 - b]
+            )
         contacts[i, 0], contacts[i, 1], contacts[i, 2], contacts[i, 3] = m, px, py, pz
         contacts[i, 4], contacts[i, 5], contacts[i, 6] = gx, gy, gz
         least = min(least, m)
@@ -215,7 +217,14 @@ class Surroundings(FirstTask):
         self.contacts = np.empty((len(meetings), 7))
         """Of every meeting, see `margin_of_all`; filled by each call."""
         self._row = np.empty(self._jacobian.shape[1])
-        self._seen = self._placements.read(), self._bodies, self._meetings, self._boxes, self._jacobian, self.contacts
+        self._seen = (
+            self._placements.read(),
+            self._bodies,
+            self._meetings,
+            self._boxes,
+            self._jacobian,
+            self.contacts,
+        )
 
     def margin(self) -> Margin:
         self._placements.read()

@@ -93,7 +93,11 @@ def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
     """Rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s] of all pairs, or of the only known one."""
     rows, distances, approaches = situation.rows, situation.distances, situation.approaches
     if rows is None or distances is None:
-        rows, distances, approaches = situation.row[None, :], np.array([situation.distance]), np.array([situation.approach])
+        rows, distances, approaches = (
+            situation.row[None, :],
+            np.array([situation.distance]),
+            np.array([situation.approach]),
+        )
     least = distances - law.critical_distance
     least *= -law.barrier_gain
     if law.feed_forward and approaches is not None:
@@ -102,7 +106,12 @@ def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
 
 
 def nearest(
-    nominal: Array, rows: Array, least: Array, lower: Array | None, upper: Array | None, weight: Array | None = None
+    nominal: Array,
+    rows: Array,
+    least: Array,
+    lower: Array | None,
+    upper: Array | None,
+    weight: Array | None = None,
 ) -> Array | None:
     """Velocity (n,) nearest to q̇_n with rows · q̇ ≥ least (soft) and within the bounds; None if the solver
     finds none.

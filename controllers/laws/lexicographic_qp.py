@@ -41,7 +41,13 @@ class LexicographicQP(BarrierQP):
         weight = J.T.dot(J)
         weight.ravel()[:: len(weight) + 1] += POSTURE_WEIGHT * POSTURE_WEIGHT
         lower, upper = situation.lower, situation.upper
-        velocities = nearest(situation.nominal, rows, np.minimum(least, rows.dot(first)), lower, upper, weight)
+        velocities = nearest(
+            situation.nominal, rows, np.minimum(least, rows.dot(first)), lower, upper, weight
+        )
         if velocities is None:
             return first
-        return velocities if lower is None or upper is None else np.clip(velocities, lower, np.maximum(lower, upper))
+        return (
+            velocities
+            if lower is None or upper is None
+            else np.clip(velocities, lower, np.maximum(lower, upper))
+        )

@@ -62,7 +62,9 @@ def _largest_share(nominal: Array, change: Array, lower: Array, upper: Array) ->
     if not (np.count_nonzero(velocities < lower) or np.count_nonzero(velocities > upper)):
         return 1.0
     share = 1.0
-    for q, dq, low, high in zip(nominal.tolist(), change.tolist(), lower.tolist(), upper.tolist(), strict=True):
+    for q, dq, low, high in zip(
+        nominal.tolist(), change.tolist(), lower.tolist(), upper.tolist(), strict=True
+    ):
         if dq > 0.0:
             share = min(share, (high - q) / dq)
         elif dq < 0.0:

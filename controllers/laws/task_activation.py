@@ -72,7 +72,9 @@ class TaskActivation(RetreatLaw):
         X = J - np.outer(J.dot(inverse), a * row)
         # (I − Q_1)ᵀ(I − Q_1) of Q_1 = I − a J_d^# J_d is wᵀ w with this row w.
         w = inverse * (a * math.sqrt(square))
-        smoothed = X.dot(_damped(np.vstack([X, math.sqrt(DIRECTION_WEIGHT) * w]), np.append(J.dot(change), 0.0)))
+        smoothed = X.dot(
+            _damped(np.vstack([X, math.sqrt(DIRECTION_WEIGHT) * w]), np.append(J.dot(change), 0.0))
+        )
         second = _damped(X, smoothed)
         return nominal + change - second + inverse * (a * float(row.dot(second)))
 

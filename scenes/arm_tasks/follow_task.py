@@ -65,7 +65,9 @@ class Slave(JointFollower):
         """q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
-        return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]
+        return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[
+            self._partner
+        ]
 
     def own_velocity(self, others: slice) -> Array | None:
         """K (q_d − q) (n,), clipped, if `others` are the master's joints."""

@@ -84,12 +84,21 @@ class GuidedTask(ArmTask):
         held = settings.hardware.frame_rate > 0.0
         self._jacobian = self._kinematics.hand_jacobian(self._arm, 3) if held else None
         target = target.first if isinstance(target, PairTarget) else target
-        dq, box, share, top_speed = self._velocities, self._box, settings.dt / (SMOOTHING_TIME + settings.dt), settings.hand_speed
+        dq, box, share, top_speed = (
+            self._velocities,
+            self._box,
+            settings.dt / (SMOOTHING_TIME + settings.dt),
+            settings.hand_speed,
+        )
         if isinstance(target, HandTarget) and target.rotation is None and target.elbow is None:
             arm = self._spatial, self._place, self._posture, self._positions
-            speed = fill_followed(*arm, target.position, top_speed, share, box.lower, box.upper, self._reach, dq)
+            speed = fill_followed(
+                *arm, target.position, top_speed, share, box.lower, box.upper, self._reach, dq
+            )
         else:
-            speed = fill_smoothed(self._wanted(target, top_speed), share, box.lower, box.upper, self._reach, dq)
+            speed = fill_smoothed(
+                self._wanted(target, top_speed), share, box.lower, box.upper, self._reach, dq
+            )
         # Each joint moves no point faster than its rate times the arm's length beyond it: this is usually enough.
         if speed > top_speed:
             np.concatenate(self._placed, out=self._placements.reshape(-1))
@@ -146,7 +155,9 @@ class GuidedTask(ArmTask):
 def _reach(robot: Robot) -> Array:
     """Largest reach of the arm beyond each joint (n,) [m]: along the joints to the farthest capsule end."""
     model = robot.model
-    ways = np.array([float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)])
+    ways = np.array(
+        [float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)]
+    )
     reach = np.zeros(model.nv)
     for joint, point in _axis_ends(robot):
         beyond = float(np.linalg.norm(point))

@@ -33,7 +33,14 @@ class HoldTask(ArmTask):
         overdriven: K is multiplied by the settings' `overdrive`.
     """
 
-    def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
+    def __init__(
+        self,
+        world: World,
+        arm: Arm,
+        path: Path | None = None,
+        movable: bool = False,
+        overdriven: bool = False,
+    ) -> None:
         self.joints = arm.joints
         self.place: Array = np.zeros(3)
         """Desired position of the hand (3,), world [m]."""
@@ -87,7 +94,11 @@ class HoldTask(ArmTask):
             where = self._spatial, self._hand, self.place
             self.squared_error = fill_place_task(*where, velocity, gain, self._bend, J, dq)
         else:
-            error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
+            error = (
+                position_error(pose, self.place)
+                if task == "position"
+                else pose_error(pose, self.place, self.place_rotation)
+            )
             x, y, z = error[:3].tolist()
             self.squared_error = x * x + y * y + z * z
             J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])

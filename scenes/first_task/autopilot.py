@@ -50,7 +50,12 @@ class FirstTaskAutopilot:
         if first in (WALL, ALL):
             for way, place in zip(WALL_WAYS, hands, strict=True):
                 pushed = wall + np.array(way)
-                ways += [(True, wall, pushed), (True, pushed, wall), (False, hand, place), (False, place, hand)]
+                ways += [
+                    (True, wall, pushed),
+                    (True, pushed, wall),
+                    (False, hand, place),
+                    (False, place, hand),
+                ]
         else:
             for place in hands:
                 ways += [(False, hand, place), (False, place, hand)]

@@ -49,7 +49,9 @@ class FirstTaskDetector(ProximityDetector):
         """Number of first tasks."""
         return len(self.tasks)
 
-    def detect(self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4) -> Proximity:
+    def detect(
+        self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4
+    ) -> Proximity:
         """Return value, row and which task is the least at the configuration of the last `kinematics.update`.
 
         Args:

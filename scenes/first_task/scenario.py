@@ -39,7 +39,9 @@ class AnotherFirstTask(Scenario):
         law = settings.law.made()
         if not isinstance(law, RowLaw):
             # What looks at all rows is one stage; those above it are the paper's.
-            law = SmoothPriority(settings.law.critical_distance, settings.law.order, settings.law.nominal_velocity)
+            law = SmoothPriority(
+                settings.law.critical_distance, settings.law.order, settings.law.nominal_velocity
+            )
         box = world.bounds.part(world.room.arms[0].joints)
         tasks: tuple[FirstTask, ...] = detector.tasks[1:]
         return tuple(RowStage(task, law, box) for task in tasks)

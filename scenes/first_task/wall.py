@@ -36,7 +36,9 @@ def add_wall(model: pin.Model) -> slice:
     """Add the wall's joints to a model: three translations, a turn about z and a tilt about y; return their columns of q."""
     first, far = model.nv, np.full(3, WALL_ROOM)
     still = pin.SE3.Identity()
-    carried = model.addJoint(0, pin.JointModelTranslation(), still, "wall", np.zeros(3), np.full(3, WALL_SPEED), -far, far)
+    carried = model.addJoint(
+        0, pin.JointModelTranslation(), still, "wall", np.zeros(3), np.full(3, WALL_SPEED), -far, far
+    )
     parent = carried
     for joint, name, most in (
         (pin.JointModelRZ(), "wall turn", WALL_TURN),

@@ -33,7 +33,9 @@ class Joint:
     torque_limit: float
 
 
-def _joint(number: int, origin: float, axis: tuple[int, int, int], position: float, velocity: float, torque: float) -> Joint:
+def _joint(
+    number: int, origin: float, axis: tuple[int, int, int], position: float, velocity: float, torque: float
+) -> Joint:
     return Joint(f"j{number}", origin, axis, float(np.radians(position)), float(np.radians(velocity)), torque)
 
 
@@ -47,7 +49,15 @@ JOINTS: Final = (
     _joint(7, 0.078, (0, 0, 1), 170, 180, 38),
 )
 
-JOINT_LABELS: Final = ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll")
+JOINT_LABELS: Final = (
+    "base turn",
+    "shoulder",
+    "upper-arm roll",
+    "elbow",
+    "forearm roll",
+    "wrist",
+    "flange roll",
+)
 
 MASSES: Final = (1.210, 2.303, 2.303, 2.303, 2.303, 1.601, 1.493, 0.109)
 """Links 0 (base) … 7 (flange) [kg]."""

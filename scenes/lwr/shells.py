@@ -20,7 +20,17 @@ import numpy as np
 from scenes import glb, surfaces
 from scenes.glb import Material
 from scenes.lwr import facts
-from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen, thinned_mesh
+from scenes.surfaces import (
+    Array,
+    join,
+    moved,
+    revolve,
+    rounded,
+    smooth_max,
+    smooth_min,
+    swollen,
+    thinned_mesh,
+)
 
 if TYPE_CHECKING:
     import trimesh
@@ -48,8 +58,12 @@ def _painted(body: Material, cover: Material, mark: Material) -> glb.GlbPalette:
 
 PALETTES: Final[Mapping[str, glb.GlbPalette]] = MappingProxyType(
     {
-        "orange": _painted(Material(ORANGE, 0.4, 0.05), Material(SILVER, 0.34, 0.55), Material(ORANGE, 0.4, 0.05)),
-        "silver": _painted(Material("#cdd2d7", 0.36, 0.1), Material(SLATE, 0.38, 0.2), Material(SLATE, 0.4, 0.2)),
+        "orange": _painted(
+            Material(ORANGE, 0.4, 0.05), Material(SILVER, 0.34, 0.55), Material(ORANGE, 0.4, 0.05)
+        ),
+        "silver": _painted(
+            Material("#cdd2d7", 0.36, 0.1), Material(SLATE, 0.38, 0.2), Material(SLATE, 0.4, 0.2)
+        ),
         "ghost": dict.fromkeys(PARTS, Material("#2f7dff", 0.5, 0.0, 0.36)),
         "wish": dict.fromkeys(PARTS, Material("#d0246f", 0.5, 0.0, 0.24)),
     }
@@ -117,7 +131,11 @@ class Casting:
         radius, rho = np.hypot(x, y), np.hypot(x, up)
         lip = 0.004 * np.clip(1 - z / 0.007, 0, 1) ** 2
         tube = smooth_max(radius - (self.tube - lip), up, 0.02)
-        drum = (self.drum + self.ball) / 2 * (((rho / self.drum) ** 2.6 + (np.abs(y) / self.ball) ** 2.6) ** (1 / 2.6) - 1)
+        drum = (
+            (self.drum + self.ball)
+            / 2
+            * (((rho / self.drum) ** 2.6 + (np.abs(y) / self.ball) ** 2.6) ** (1 / 2.6) - 1)
+        )
         body = smooth_min(tube, drum, 0.03)
         # The other half sweeps about the pitch axis: leave it its side as far as two bent tubes need it, then slant
         # out to the full tube.
@@ -131,7 +149,9 @@ class Casting:
     def shell(self) -> trimesh.Trimesh:
         height = np.r_[0.0, 0.003, 0.008, np.linspace(0.02, self.length, 27)]
         blend = np.clip((height - 0.02) / (0.4 * self.length), 0, 1)
-        spine = np.stack([np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1)
+        spine = np.stack(
+            [np.zeros(len(height)), (self.slit + 0.016) * blend**2 * (3 - 2 * blend), height], -1
+        )
         return surfaces.skin(self.form, spine, np.zeros(len(height)), SECTIONS, 0.15, dome=20)
 
     def cover(self, coarse: bool) -> trimesh.Trimesh:
@@ -139,7 +159,10 @@ class Casting:
 
     def seam(self, coarse: bool) -> trimesh.Trimesh:
         r, y = self.drum - 0.0035, self.slit
-        disc = revolve([(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)], FEW if coarse else SECTIONS)
+        disc = revolve(
+            [(0, y - 2 * GAP), (r, y - 2 * GAP), (r, y + 3 * GAP), (0, y + 3 * GAP)],
+            FEW if coarse else SECTIONS,
+        )
         return moved(join([disc, _groove(self.ball - SKIN, coarse)]), Y_UP, (0, 0, self.length))
 
 
@@ -166,7 +189,9 @@ def _ring(z: float, radius: float, coarse: bool) -> trimesh.Trimesh:
     return _hoop(radius - 0.012, radius, z - 0.0035, z + 0.0035, 0.0012, 2, coarse)
 
 
-def _hoop(inner: float, outer: float, low: float, high: float, edge: float, steps: int, coarse: bool) -> trimesh.Trimesh:
+def _hoop(
+    inner: float, outer: float, low: float, high: float, edge: float, steps: int, coarse: bool
+) -> trimesh.Trimesh:
     """Ring between two radii and two heights, its outer edges rounded with a radius `edge`."""
     if coarse:
         return revolve([(outer, low), (outer, high)], FEW)
@@ -210,7 +235,12 @@ def _wrist(coarse: bool) -> Parts:
     ball, slit = facts.CAPSULES[2].radius - SKIN, WRIST.slit - GAP
     radius, flat = ball - 0.001, 0.79 * ball
     bow = np.linspace(np.arcsin(-slit / radius) + 0.06, np.arcsin(flat / radius), 16)
-    outline = [(0.04, -slit), (0.0575, -slit), *np.stack([radius * np.cos(bow), radius * np.sin(bow)], 1), (0.03, flat)]
+    outline = [
+        (0.04, -slit),
+        (0.0575, -slit),
+        *np.stack([radius * np.cos(bow), radius * np.sin(bow)], 1),
+        (0.03, flat),
+    ]
     to_minus_y = Y_UP @ np.diag([1.0, -1.0, -1.0])
     neck = rounded([(0.0465, 0.030), (0.0445, 0.045), (0.0365, 0.052), (0.0365, 0.058)], 0.006, 5)
     if coarse:
@@ -226,7 +256,9 @@ def _wrist(coarse: bool) -> Parts:
 def _tool(coarse: bool) -> Parts:
     """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
-    neck = rounded([(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3)
+    neck = rounded(
+        [(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3
+    )
     palm = [(0.0200, 0.0255), (0.0212, 0.030), (0.0190, 0.040), (0.0182, 0.050)]
     grip_line = [*palm, (0.0194, 0.060), (0.0215, 0.069), (0.0205, 0.075)]
     knob = [(0.0215 * np.cos(a), 0.076 + 0.0105 * np.sin(a)) for a in np.linspace(0, np.pi / 2, 8)]
@@ -260,7 +292,11 @@ def link_meshes(coarse: bool) -> tuple[Parts, ...]:
         _wrist(coarse),
         _tool(coarse),
     )
-    return tuple({name: _coarse(name, part) for name, part in parts.items()} for parts in links) if coarse else links
+    return (
+        tuple({name: _coarse(name, part) for name, part in parts.items()} for parts in links)
+        if coarse
+        else links
+    )
 
 
 def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:

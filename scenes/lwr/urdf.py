@@ -42,7 +42,12 @@ def _numbers(*values: float) -> str:
 
 
 def _shape(
-    parent: xml.Element, tag: str, z: float, radius: float, length: float | None = None, material: str | None = None
+    parent: xml.Element,
+    tag: str,
+    z: float,
+    radius: float,
+    length: float | None = None,
+    material: str | None = None,
 ) -> None:
     element = xml.SubElement(parent, tag)
     xml.SubElement(element, "origin", xyz=_numbers(0, 0, z), rpy="0 0 0")
@@ -61,7 +66,9 @@ def _link(robot: xml.Element, number: int) -> None:
     xml.SubElement(inertial, "origin", xyz=_numbers(*CENTRES_OF_MASS[number]), rpy="0 0 0")
     xml.SubElement(inertial, "mass", value=_numbers(MASSES[number]))
     xx, yy, zz = link_inertia(number)
-    xml.SubElement(inertial, "inertia", ixx=_numbers(xx), ixy="0", ixz="0", iyy=_numbers(yy), iyz="0", izz=_numbers(zz))
+    xml.SubElement(
+        inertial, "inertia", ixx=_numbers(xx), ixy="0", ixz="0", iyy=_numbers(yy), iyz="0", izz=_numbers(zz)
+    )
 
     capsule, start, end = capsule_share(number)
     colour = "anthracite" if number in (0, 6, 7) else "orange"
@@ -69,7 +76,9 @@ def _link(robot: xml.Element, number: int) -> None:
     if number == capsule.link > 0:
         _shape(link, "visual", 0.0, 0.9 * capsule.radius, material=colour)
     if number == capsule.link:
-        _shape(link, "collision", (capsule.start + capsule.end) / 2, capsule.radius, capsule.end - capsule.start)
+        _shape(
+            link, "collision", (capsule.start + capsule.end) / 2, capsule.radius, capsule.end - capsule.start
+        )
         for z in (capsule.start, capsule.end):
             _shape(link, "collision", z, capsule.radius)
 

@@ -199,7 +199,10 @@ def body_angles(points: BodyPoints, previous: Array | None = None) -> Array | No
         return None
     angles = np.empty((2, 4))
     for i, side in enumerate(SIGN):
-        upper, forearm = _unit(points.elbows[i] - points.shoulders[i]), _unit(points.wrists[i] - points.elbows[i])
+        upper, forearm = (
+            _unit(points.elbows[i] - points.shoulders[i]),
+            _unit(points.wrists[i] - points.elbows[i]),
+        )
         if upper is None or forearm is None:
             return None
         angles[i] = direction_angles(upper @ R, forearm @ R, side, None if previous is None else previous[i])

@@ -62,7 +62,9 @@ class BodyPart(NamedTuple):
 
 
 _CUTS: Final = {
-    f"{side}_{part}": f"{side}_{link}" for side in SIGN for part, link in (("upper_arm", "upperarm"), ("forearm", "lowerarm"))
+    f"{side}_{part}": f"{side}_{link}"
+    for side in SIGN
+    for part, link in (("upper_arm", "upperarm"), ("forearm", "lowerarm"))
 }
 """Node → link of the URDF; the node begins at the joint of this link."""
 
@@ -119,7 +121,10 @@ def human_urdf() -> Path:
 
 def _build() -> tuple[bytes, ...]:
     meshes = person_meshes()
-    return tuple(glb.glb({name: surfaces.thinned_mesh(meshes[name], SHARE)}, {name: MATERIAL}) for name in ("body", *_CUTS))
+    return tuple(
+        glb.glb({name: surfaces.thinned_mesh(meshes[name], SHARE)}, {name: MATERIAL})
+        for name in ("body", *_CUTS)
+    )
 
 
 def person_meshes() -> dict[str, "trimesh.Trimesh"]:
@@ -155,7 +160,9 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
         placement = shapes_data.oMg[i]
         vertices = np.asarray(piece.vertices) * shape.meshScale @ placement.rotation.T + placement.translation
         faces = np.asarray(piece.faces)
-        pieces[name].append(trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False))
+        pieces[name].append(
+            trimesh.Trimesh((vertices - starts[name]) @ TORSO_FROM_MODEL.T, faces, process=False)
+        )
     pieces["body"].append(_yoke())
     return {name: surfaces.join(parts) for name, parts in pieces.items()}
 

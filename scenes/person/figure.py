@@ -7,7 +7,15 @@ import numpy as np
 from numpy.linalg import norm
 
 from controllers.kinematics import Array
-from scenes.person.angles import FOREARM, SIGN, UPPER_ARM, arm_directions, arm_points, arm_rotation, direction_angles
+from scenes.person.angles import (
+    FOREARM,
+    SIGN,
+    UPPER_ARM,
+    arm_directions,
+    arm_points,
+    arm_rotation,
+    direction_angles,
+)
 from scenes.person.clips import REST
 from scenes.settings import ArmName
 

@@ -88,7 +88,15 @@ def fill_joints(
 
 @loop("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64, float64, boolean, float64)")
 def pan_tilt(
-    x: float, y: float, z: float, branch: float, sense: float, pan_limit: float, tilt_limit: float, known: bool, before: float
+    x: float,
+    y: float,
+    z: float,
+    branch: float,
+    sense: float,
+    pan_limit: float,
+    tilt_limit: float,
+    known: bool,
+    before: float,
 ) -> tuple[float, float, float]:
     """Pan about z and a tilt after it that point at (x, y, z), and their error [rad].
 
@@ -155,7 +163,9 @@ class Retargeter:
         wanted = np.empty((2, DRIVEN))
         for i, side in enumerate(SIGN):
             sign, before = SIGN[side], wanted[i] if self._previous is None else self._previous[i]
-            fill_robot_arm(angles[i], sign, self._bases[i], _LIMITS, self._previous is not None, before, wanted[i])
+            fill_robot_arm(
+                angles[i], sign, self._bases[i], _LIMITS, self._previous is not None, before, wanted[i]
+            )
         self._previous = wanted
         return wanted.copy()
 
@@ -178,7 +188,9 @@ TOP_RATE: Final = 1.6
     "void(float64[:, :], float64, float64, float64, float64[:, :], float64[:, :])",
     fills=("values", "rates"),
 )
-def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values: Matrix, rates: Matrix) -> None:
+def fill_filtered(
+    goal: Matrix, omega: float, top_rate: float, dt: float, values: Matrix, rates: Matrix
+) -> None:
     """Move values towards a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
     for i in range(goal.shape[0]):
         for j in range(goal.shape[1]):

@@ -60,5 +60,7 @@ class SampledAngles:
     def angles(self, time: float) -> Array | None:
         """Angles (2, 4) at a time [s], or None next to a sample without a person."""
         i, j, part = between(self.times, time)
-        angles = self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])
+        angles = (
+            self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])
+        )
         return angles if np.isfinite(angles).all() else None

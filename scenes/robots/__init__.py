@@ -35,16 +35,31 @@ def robot(name: str) -> Robot:
     """
     if name == "lwr":
         capsules = tuple(
-            Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius) for c in facts.CAPSULES
+            Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius)
+            for c in facts.CAPSULES
         )
-        return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
+        return Robot(
+            "lwr",
+            "KUKA LWR 4+",
+            pin.buildModelFromUrdf(str(URDF_FILE)),
+            FLANGE,
+            2,
+            4,
+            6,
+            capsules,
+            facts.JOINT_LABELS,
+        )
     if name in GIVEN:
         given = GIVEN[name]
         return given.made(_stored(name, "trimesh", given.fitted, given.sources()))
     if name not in get_args(RobotName):
         if remedy := start_remedy(name):
             raise BadSetting(remedy)
-        raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
+        raise BadSetting(
+            "There is no robot {name!r}; choose from {known}.",
+            name=name,
+            known=", ".join(get_args(RobotName)),
+        )
     return _example_robot(name)
 
 
@@ -66,15 +81,21 @@ def _example_robot(name: str) -> Robot:
     return example.robot(model, _stored(name, PACKAGE, fit))
 
 
-def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]], sources: Sequence[Path] = ()) -> tuple[Capsule, ...]:
+def _stored(
+    name: str, package: str, fit: Callable[[], tuple[Capsule, ...]], sources: Sequence[Path] = ()
+) -> tuple[Capsule, ...]:
     """Capsules of a robot, fitted again if one of our sources, or the package, has changed."""
     # The LWR does without.
     from scenes import glb
 
-    key = glb.source_key([*SOURCES, *sources], name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
+    key = glb.source_key(
+        [*SOURCES, *sources], name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin"))
+    )
 
     def build() -> tuple[bytes, ...]:
-        return tuple(np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit())
+        return tuple(
+            np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit()
+        )
 
     capsules: list[Capsule] = []
     for blob in glb.cached(f"{name}-capsules", key, build):

@@ -144,7 +144,9 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
     count, crease = (COARSE_TRIANGLES, COARSE_CREASE) if coarse else (TRIANGLES, CREASE)
     painted = _painted(name, *((COARSE_SMALLEST, COARSE_WELD) if coarse else (SMALLEST, WELD)))
     # Pieces without an area have no weight.
-    share = count / max(sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces), 1e-12)
+    share = count / max(
+        sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces), 1e-12
+    )
     links = [
         {
             paint: join(_creased(_thinned(piece, round(share * _weight(piece))), crease) for piece in pieces)
@@ -154,7 +156,10 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
     ]
     if coarse:
         # With few triangles parts on the body would dive in and out of it.
-        links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
+        links = [
+            {paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()}
+            for parts in links
+        ]
     if height := GIVEN[name].column() if name in GIVEN else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)
         links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
@@ -202,7 +207,9 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
     """The mesh with the vertices of every grid cell at their mean, without the triangles that vanish."""
     import trimesh
 
-    _, cell, count = np.unique(np.round(vertices / pitch).astype(np.int64), axis=0, return_inverse=True, return_counts=True)
+    _, cell, count = np.unique(
+        np.round(vertices / pitch).astype(np.int64), axis=0, return_inverse=True, return_counts=True
+    )
     cell = cell.reshape(-1)
     means = np.column_stack([np.bincount(cell, weights=vertices[:, i]) / count for i in range(3)])
     corners = cell[faces]
@@ -236,10 +243,21 @@ def _creased(piece: trimesh.Trimesh, crease: float) -> trimesh.Trimesh:
     import trimesh
 
     smooth = trimesh.graph.smooth_shade(piece, angle=crease, facet_minarea=None)
-    return surfaces.mesh(np.asarray(smooth.vertices), np.asarray(smooth.faces), np.asarray(smooth.vertex_normals))
+    return surfaces.mesh(
+        np.asarray(smooth.vertices), np.asarray(smooth.faces), np.asarray(smooth.vertex_normals)
+    )
 
 
 def _column(height: float, sections: int) -> trimesh.Trimesh:
     r, tube, plate = COLUMN_RADIUS - 0.001, COLUMN_RADIUS - 0.017, 0.012
-    foot = [(0, 0), (r, 0), (r, plate), (tube, plate), (tube, height - plate), (r, height - plate), (r, height), (0, height)]
+    foot = [
+        (0, 0),
+        (r, 0),
+        (r, plate),
+        (tube, plate),
+        (tube, height - plate),
+        (r, height - plate),
+        (r, height),
+        (0, height),
+    ]
     return revolve(rounded(foot, 0.002, 2), sections)

@@ -72,7 +72,17 @@ class Example:
     column: float = 0.0
 
     def robot(self, model: pin.Model, capsules: tuple[Capsule, ...]) -> Robot:
-        return Robot(self.key, self.name, model, self.hand, self.shoulder, self.elbow, self.wrist, capsules, self.labels)
+        return Robot(
+            self.key,
+            self.name,
+            model,
+            self.hand,
+            self.shoulder,
+            self.elbow,
+            self.wrist,
+            capsules,
+            self.labels,
+        )
 
 
 SHOULDER: Final = 0.141
@@ -100,7 +110,10 @@ PANDA: Final = Example(
     JOINT_LABELS,
     # Mirrored, the odd joints change sign; its hand sits 45° off, so that joint 7 mirrors about that.
     {
-        "torso": ((-44.0, -72.0, -85.0, -63.0, 25.0, 121.0, 48.0), (44.0, -72.0, 85.0, -63.0, -25.0, 121.0, 42.0)),
+        "torso": (
+            (-44.0, -72.0, -85.0, -63.0, 25.0, 121.0, 48.0),
+            (44.0, -72.0, 85.0, -63.0, -25.0, 121.0, 42.0),
+        ),
         "table": ((0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0), (0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0)),
     },
     {"torso": (1.23, 1.60, 1.02), "table": (1.34, 1.85, 1.44)},
@@ -155,7 +168,9 @@ UR5: Final = Example(
 EXAMPLES: Final[dict[str, Example]] = {example.key: example for example in (PANDA, UR5)}
 
 
-def load_example(example: Example, kind: pin.GeometryType | None = None) -> tuple[pin.Model, pin.GeometryModel]:
+def load_example(
+    example: Example, kind: pin.GeometryType | None = None
+) -> tuple[pin.Model, pin.GeometryModel]:
     """Model of a robot without its locked joints, and its collision or visual shapes with their meshes; none
     without a kind.
 
@@ -184,11 +199,16 @@ def load_example(example: Example, kind: pin.GeometryType | None = None) -> tupl
     locked = [model.getJointId(joint) for joint in example.locked]
     model, (shapes,) = pin.buildReducedModel(model, [shapes], locked, reference)
     lift = pin.SE3(np.eye(3), np.array([0.0, 0.0, example.column]))
-    return pin.appendModel(pin.Model(), model, pin.GeometryModel(), shapes, 0, lift) if example.column else (model, shapes)
+    return (
+        pin.appendModel(pin.Model(), model, pin.GeometryModel(), shapes, 0, lift)
+        if example.column
+        else (model, shapes)
+    )
 
 
 _REMEDY: Final = LazyText(
-    "Install it with: pip install --force-reinstall {package}; or choose the robot lwr, which needs nothing.", package=PACKAGE
+    "Install it with: pip install --force-reinstall {package}; or choose the robot lwr, which needs nothing.",
+    package=PACKAGE,
 )
 
 

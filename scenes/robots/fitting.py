@@ -66,7 +66,9 @@ def _triangles(shape: coal.CollisionGeometry) -> Array:
     if isinstance(shape, coal.Box):
         corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * shape.halfSide
         return corners[ConvexHull(corners).simplices]
-    faces = [[triangle[0], triangle[1], triangle[2]] for triangle in map(shape.tri_indices, range(shape.num_tris))]
+    faces = [
+        [triangle[0], triangle[1], triangle[2]] for triangle in map(shape.tri_indices, range(shape.num_tris))
+    ]
     return np.array(shape.vertices())[np.array(faces)]
 
 
@@ -77,7 +79,9 @@ def _refined(triangles: Array) -> Array:
         done.append(triangles[~long])
         a, b, c = np.moveaxis(triangles[long], 1, 0)
         ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
-        triangles = np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+        triangles = np.concatenate(
+            [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        )
     return np.concatenate(done)
 
 
@@ -180,7 +184,12 @@ def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
             lambda line: _volume(points, *ends(line)),
             line,
             method="Nelder-Mead",
-            options={"initial_simplex": np.vstack([line, line + steps]), "maxiter": 400, "xatol": 2e-4, "fatol": 1e-8},
+            options={
+                "initial_simplex": np.vstack([line, line + steps]),
+                "maxiter": 400,
+                "xatol": 2e-4,
+                "fatol": 1e-8,
+            },
         ).x
     return ends(line)
 
@@ -200,7 +209,11 @@ def _shortest(points: Array, centre: Array, direction: Array) -> tuple[Array, Ar
 def _radius(points: Array, start: Array, end: Array) -> float:
     axis = end - start
     length = float(axis @ axis)
-    share = np.minimum(np.maximum((points - start) @ axis / length, 0.0), 1.0) if length else np.zeros(len(points))
+    share = (
+        np.minimum(np.maximum((points - start) @ axis / length, 0.0), 1.0)
+        if length
+        else np.zeros(len(points))
+    )
     return float(np.linalg.norm(points - start - share[:, None] * axis, axis=1).max())
 
 

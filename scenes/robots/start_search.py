@@ -51,7 +51,10 @@ def arm_reach(made: Robot) -> float:
     """Length along the joints from the shoulder to the hand [m]."""
     model = made.model
     hand = model.frames[model.getFrameId(made.hand)].placement.translation
-    ways = (float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(made.shoulder + 1, model.njoints))
+    ways = (
+        float(np.linalg.norm(model.jointPlacements[j].translation))
+        for j in range(made.shoulder + 1, model.njoints)
+    )
     return sum(ways) + float(np.linalg.norm(hand))
 
 

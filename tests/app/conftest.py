@@ -158,7 +158,9 @@ def arrive(join: Join) -> Arrive:
     def make(house: App, query: str = "") -> Guest:
         visitor = join(house, query)
         # A lesson may move what could be taken hold of.
-        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and (v.mirror.grabbable or "lesson=" in query))
+        visitor.wait_for(
+            lambda v: len(v.mirror.commands) >= 14 and (v.mirror.grabbable or "lesson=" in query)
+        )
         if "gizmo=1" in query:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
         number = next(int(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner"))

@@ -14,7 +14,9 @@ class Inline(JobPool):
         super().__init__(1)
         self.jobs: list[Job] = []
 
-    def submit(self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, **options: Any) -> Job:
+    def submit(
+        self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, **options: Any
+    ) -> Job:
         """Note a job; an older one of the same owner and kind is dropped."""
         self.cancel(owner, kind)
         urgent, wake = options.get("urgent", False), options.get("wake", lambda: None)

@@ -9,4 +9,6 @@ def has_arms(visitor: HeadlessClient) -> bool:
 
 def is_whole(visitor: HeadlessClient) -> bool:
     """Whether a page has its arms and its keys."""
-    return len(visitor.mirror.commands) >= 14 and any(name.endswith("/j7") for name in list(visitor.mirror.nodes))
+    return len(visitor.mirror.commands) >= 14 and any(
+        name.endswith("/j7") for name in list(visitor.mirror.nodes)
+    )

@@ -75,14 +75,35 @@ def test_documents_show_symbols_in_the_colours_of_the_theme() -> None:
 SURFACES = ("paper", "card", "panel", "well", "brand_tint")
 """Text of every colour may lie on each of these."""
 
-TEXT = ("ink", "dim", "soft", "brand_ink", "good_ink", "warning_ink", "alarm_ink", "calm", *SYMBOL_COLOURS.values())
+TEXT = (
+    "ink",
+    "dim",
+    "soft",
+    "brand_ink",
+    "good_ink",
+    "warning_ink",
+    "alarm_ink",
+    "calm",
+    *SYMBOL_COLOURS.values(),
+)
 
 GRAPHICS = ("faint", "bar", "brand", "warning")
 """Lines and borders that carry meaning, and no text."""
 
 BESIDE_A_SURFACE = (
-    *(("on_brand", "brand"), ("ink", "flash"), ("ink", "warning_flash"), ("card", "ink"), ("card", "velocity")),
-    *(("good_ink", "good_tint"), ("warning_ink", "warning_tint"), ("warning_ink", "warning_flash"), ("alarm_ink", "alarm_tint")),
+    *(
+        ("on_brand", "brand"),
+        ("ink", "flash"),
+        ("ink", "warning_flash"),
+        ("card", "ink"),
+        ("card", "velocity"),
+    ),
+    *(
+        ("good_ink", "good_tint"),
+        ("warning_ink", "warning_tint"),
+        ("warning_ink", "warning_flash"),
+        ("alarm_ink", "alarm_tint"),
+    ),
     *((text, "alarm_tint") for text in ("ink", "soft")),
 )
 """Text → what it stands on elsewhere."""
@@ -105,11 +126,21 @@ def test_text_and_graphics_stand_out_from_every_surface(theme: Theme) -> None:
     palette = PALETTES[theme]
     surfaces = {name: getattr(palette, name) for name in SURFACES}
     texts = {name: getattr(palette, name) for name in TEXT}
-    texts |= {f"{kind} {i}": one for kind in ("joints", "laws") for i, one in enumerate(getattr(palette, kind))}
+    texts |= {
+        f"{kind} {i}": one for kind in ("joints", "laws") for i, one in enumerate(getattr(palette, kind))
+    }
     pairs = [(4.5, name, one, on, surface) for name, one in texts.items() for on, surface in surfaces.items()]
-    pairs += [(3.0, name, getattr(palette, name), on, surface) for name in GRAPHICS for on, surface in surfaces.items()]
+    pairs += [
+        (3.0, name, getattr(palette, name), on, surface)
+        for name in GRAPHICS
+        for on, surface in surfaces.items()
+    ]
     pairs += [(4.5, name, getattr(palette, name), on, getattr(palette, on)) for name, on in BESIDE_A_SURFACE]
-    low = {f"{name} on {on}": round(ratio, 2) for least, name, one, on, under in pairs if (ratio := contrast(one, under)) < least}
+    low = {
+        f"{name} on {on}": round(ratio, 2)
+        for least, name, one, on, under in pairs
+        if (ratio := contrast(one, under)) < least
+    }
     assert not low
 
 

@@ -19,7 +19,9 @@ def bodies(rig: RigName) -> tuple[Room, Kinematics, ProximityDetector]:
 
 def random_postures(room: Room, count: int, seed: int) -> Array:
     model = room.model
-    return np.random.default_rng(seed).uniform(model.lowerPositionLimit, model.upperPositionLimit, (count, model.nv))
+    return np.random.default_rng(seed).uniform(
+        model.lowerPositionLimit, model.upperPositionLimit, (count, model.nv)
+    )
 
 
 def derivative(function: Callable[[Array], Array], at: Array, step: float = 1e-6) -> Array:

@@ -24,7 +24,9 @@ def rate_at(d: float, dm: float, n: float, v: float, u: float, w: float) -> floa
     return lam * v - (1.0 - lam) * u - w
 
 
-def euler(d: float, dt: float, steps: int, dm: float, n: float, v: float, u: float, w: float = 0.0) -> list[float]:
+def euler(
+    d: float, dt: float, steps: int, dm: float, n: float, v: float, u: float, w: float = 0.0
+) -> list[float]:
     path = [d]
     for _ in range(steps):
         path.append(path[-1] + dt * budget.distance_rate(activation(path[-1], dm, n), v, u, w))
@@ -34,7 +36,9 @@ def euler(d: float, dt: float, steps: int, dm: float, n: float, v: float, u: flo
 @given(st.floats(0.0, 1.0), NOMINAL, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
 def test_the_line_is_a_blend_of_retreat_and_pull(lam: float, v: float, u: float, w: float) -> None:
     """λ = 1: v − w; λ = 0: −u − w; straight in between."""
-    assert budget.distance_rate(lam, v, u, w) == pytest.approx(lam * (v - w) + (1.0 - lam) * (-u - w), abs=1e-12)
+    assert budget.distance_rate(lam, v, u, w) == pytest.approx(
+        lam * (v - w) + (1.0 - lam) * (-u - w), abs=1e-12
+    )
 
 
 def test_limits_of_the_threshold() -> None:
@@ -105,13 +109,17 @@ def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, s
         assert 2.0 * budget.settling_time(dm, n, v, u, (1.0 - 1e-7) * v) == pytest.approx(least, rel=1e-5)
 
 
-@pytest.mark.parametrize(("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)])
+@pytest.mark.parametrize(
+    ("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)]
+)
 def test_far_bias(d: float, n: float, speed: float) -> None:
     assert budget.far_bias_speed(d, 0.15, n, 0.3) == pytest.approx(speed)
 
 
 @given(DISTANCES, CRITICAL, ORDERS, st.floats(0.0, 1.0), st.floats(0.0, 5.0))
-def test_it_is_a_share_that_falls_with_distance_and_order(d: float, dm: float, n: float, further: float, more: float) -> None:
+def test_it_is_a_share_that_falls_with_distance_and_order(
+    d: float, dm: float, n: float, further: float, more: float
+) -> None:
     """λ is in (0, 1]; above d_m it falls strictly with d and n, so that a larger n takes over later."""
     lam = activation(d, dm, n)
     assert 0.0 < activation(d + further, dm, n) <= lam <= 1.0 and activation(d, dm, n + more) <= lam
@@ -122,7 +130,9 @@ def test_it_is_a_share_that_falls_with_distance_and_order(d: float, dm: float, n
 
 
 @given(st.floats(-2.0, 1.0), CRITICAL, ORDERS, st.floats(1e-9, 1e-3))
-def test_it_is_one_up_to_the_critical_distance_and_continuous_there(share: float, dm: float, n: float, off: float) -> None:
+def test_it_is_one_up_to_the_critical_distance_and_continuous_there(
+    share: float, dm: float, n: float, off: float
+) -> None:
     """λ = 1 for d ≤ d_m, overlap included; above, 1 − λ grows like n (d − d_m)/d_m, so that the slope jumps from 0 to −n/d_m."""
     assert activation(share * dm, dm, n) == activation(dm, dm, n) == 1.0
     assert activation(1.001 * dm, dm, n) < 1.0

@@ -89,7 +89,11 @@ def test_python_and_machine_code_give_the_same_types() -> None:
         made.run = made.python
     simulation.step(None)
     near = simulation.near
-    assert near is not None and {type(near.law_distance), type(near.distance), type(simulation.bound_bites)} == {float, bool}
+    assert near is not None and {
+        type(near.law_distance),
+        type(near.distance),
+        type(simulation.bound_bites),
+    } == {float, bool}
     assert type(fill_smoothed(np.ones(2), 0.5, np.ones(2), np.ones(2), np.ones(2), np.ones(2))) is float
 
 
@@ -117,7 +121,9 @@ def in_words_of_numba(annotation: ast.expr) -> str:
 
 def of_annotations(function: ast.FunctionDef) -> str:
     assert function.returns is not None
-    arguments = [in_words_of_numba(argument.annotation) for argument in function.args.args if argument.annotation]
+    arguments = [
+        in_words_of_numba(argument.annotation) for argument in function.args.args if argument.annotation
+    ]
     return f"{in_words_of_numba(function.returns)}({', '.join(arguments)})"
 
 
@@ -127,7 +133,9 @@ def written(function: ast.FunctionDef) -> set[str]:
     names = {
         node.value.id
         for node in ast.walk(function)
-        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name)
+        if isinstance(node, ast.Subscript)
+        and isinstance(node.ctx, ast.Store)
+        and isinstance(node.value, ast.Name)
     }
     for call in ast.walk(function):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in known:
@@ -139,7 +147,9 @@ def written(function: ast.FunctionDef) -> set[str]:
 
 
 @pytest.mark.parametrize("made", compiled.loops, ids=lambda made: made.python.__name__)
-def test_a_signature_says_what_the_annotations_say_and_which_arrays_are_written(made: compiled.Loop[..., object]) -> None:
+def test_a_signature_says_what_the_annotations_say_and_which_arrays_are_written(
+    made: compiled.Loop[..., object],
+) -> None:
     """pyright checks calls by the annotations, numba by the signature; it would cut a float that is declared as an int."""
     (function,) = ast.parse(inspect.getsource(made.python)).body
     assert isinstance(function, ast.FunctionDef)
@@ -191,9 +201,13 @@ print(hashlib.sha256(simulation.history.table().tobytes()).hexdigest())
 """
 
 
-def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_process_finds_the_same_bits() -> None:
+def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_process_finds_the_same_bits() -> (
+    None
+):
     code = WATCHED.replace("WAITING", "any(made.run != made._machine for made in compiled.loops)")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True
+    )
     short, long, bits = done.stdout.splitlines()
     assert short == "False" and long.split()[0] == "True" and int(long.split()[1]) > 100
     # There the loops became machine code in the middle of the run, here they are it from the beginning.
@@ -208,9 +222,13 @@ def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_proc
 def test_without_the_compiler_a_run_goes_on_in_python_and_one_line_says_so() -> None:
     code = "import sys; sys.modules['numba'] = None\n" + WATCHED.replace("WAITING", "simulation.steps < 1500")
     code += "compiled.load_if_compiled(); compiled.load_now(); compiled.load_if_compiled()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True
+    )
     (line,) = done.stderr.splitlines()
-    assert done.stdout.splitlines()[1].endswith(" 1500") and "cannot be compiled (import of numba halted" in line
+    assert (
+        done.stdout.splitlines()[1].endswith(" 1500") and "cannot be compiled (import of numba halted" in line
+    )
 
 
 @pytest.fixture
@@ -250,7 +268,9 @@ def test_the_first_start_on_a_machine_compiles_every_loop_and_says_nothing(anoth
 
 
 @pytest.mark.slow
-def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_on(another_machine: Path) -> None:
+def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_on(
+    another_machine: Path,
+) -> None:
     file = another_machine / "controllers" / "kinematics.py"
     text = file.read_text("utf-8")
     assert text.count('"void(float64[:, :], int64,') == 1
@@ -271,7 +291,11 @@ def test_the_command_loads_no_compiler_and_every_loop_comes_with_the_simulation(
     ).stdout.splitlines()
     root = Path(compiled.__file__).parents[1]
     files = (path for room in ("controllers", "scenes", "app") for path in (root / room).rglob("*.py"))
-    loops = [".".join(path.relative_to(root).with_suffix("").parts) for path in files if "\n@loop(" in path.read_text("utf-8")]
+    loops = [
+        ".".join(path.relative_to(root).with_suffix("").parts)
+        for path in files
+        if "\n@loop(" in path.read_text("utf-8")
+    ]
     # Plain functions that a loop calls are loops of the file that defines them.
     called = {"controllers.activation", "controllers.laws.situation"}
     assert with_compiler == "False" and sorted(set(modules.split()) - called) == sorted(loops) != []

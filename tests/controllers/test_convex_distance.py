@@ -98,7 +98,12 @@ def test_the_smooth_minimum_of_the_arms(rig) -> None:
         alone.addCollisionPair(pair)
         singles.append(ProximityDetector(kinematics, alone))
     upright = np.zeros(14)
-    postures = [room.start, upright, *random_postures(room, 8, seed=5), *overlapping_postures(rig, 0.02, 4, seed=6)]
+    postures = [
+        room.start,
+        upright,
+        *random_postures(room, 8, seed=5),
+        *overlapping_postures(rig, 0.02, 4, seed=6),
+    ]
     for q in postures:
         kinematics.update(q)
         near, true = detector.detect("smooth", 80.0), detector.detect("single")
@@ -131,7 +136,9 @@ def coplanar(pairs: str, dt: float, lean: float, tilt: float, way: float) -> flo
 @given(st.floats(-0.1, 0.1), st.floats(0.005, 0.03), st.sampled_from([-1.0, 1.0]), st.floats(-0.04, 0.04))
 @example(0.0075, 0.0174, 1.0, -0.0096)
 @settings(max_examples=6)
-def test_a_smaller_time_step_makes_smaller_steps_of_the_joint_velocity(lean: float, tilt: float, side: float, way: float) -> None:
+def test_a_smaller_time_step_makes_smaller_steps_of_the_joint_velocity(
+    lean: float, tilt: float, side: float, way: float
+) -> None:
     steps = [coplanar("smooth", dt, lean, side * tilt, way) for dt in (0.01, 0.005, 0.0025, 0.00125)]
     # A jump would stay as large as it is; the least of 160 random cases was 4.4 for a time step of an eighth.
     assert steps[0] / steps[-1] >= 1.5**3

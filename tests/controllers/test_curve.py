@@ -25,7 +25,9 @@ def test_it_meets_its_points_and_stays_between_two_of_them(text: str, share: flo
     curve = curve_through(text)
     assert read_curve(text) == text
     for (d, lam), (after, then) in pairwise(curve_points(text)):
-        assert curve.height(d) == pytest.approx(lam, abs=1e-12) and curve.height(after) == pytest.approx(then, abs=1e-12)
+        assert curve.height(d) == pytest.approx(lam, abs=1e-12) and curve.height(after) == pytest.approx(
+            then, abs=1e-12
+        )
         between = curve.height(d + share * (after - d))
         assert min(lam, then) - 1e-12 <= between <= max(lam, then) + 1e-12
     first, last = curve.distances[0], curve.distances[-1]

@@ -88,7 +88,11 @@ def test_where_arms_stand_and_errors_begin(rig: RigName) -> None:
     pose = kinematics.hand_pose(room.arms[0])
     assert_allclose(pose_error(pose, pose.translation, pose.rotation), 0.0, atol=1e-12)
     shift, turn = np.array([0.1, -0.2, 0.05]), np.array([0.3, 0.1, -0.4])
-    assert_allclose(pose_error(pose, pose.translation + shift, pin.exp3(turn) @ pose.rotation), np.r_[shift, turn], atol=1e-12)
+    assert_allclose(
+        pose_error(pose, pose.translation + shift, pin.exp3(turn) @ pose.rotation),
+        np.r_[shift, turn],
+        atol=1e-12,
+    )
 
 
 def test_a_singular_posture_asks_for_no_wild_velocity() -> None:
@@ -109,7 +113,9 @@ def test_damped_solution_is_the_damped_pseudo_inverse(seed: int, m: int, damping
     J, task = random.normal(size=(m, 7)), random.normal(size=m)
     assume(np.linalg.svd(J)[1][-1] > 0.05)
     J.flags.writeable = task.flags.writeable = False
-    assert_allclose(damped_solution(J, task, damping), pseudo_inverse(J, damping) @ task, atol=1e-9, rtol=1e-9)
+    assert_allclose(
+        damped_solution(J, task, damping), pseudo_inverse(J, damping) @ task, atol=1e-9, rtol=1e-9
+    )
     assert_allclose(pseudo_inverse(J), np.linalg.pinv(J), atol=1e-8)
     assert_allclose(J @ damped_solution(J, task, 0.0), task, atol=1e-8)
 
@@ -154,7 +160,10 @@ def test_holding_brings_the_error_back(task: HandTask) -> None:
         q = room.start.copy()
         kinematics.update(q)
         pose = kinematics.hand_pose(arm)
-        position, rotation = pose.translation + np.array([0.02, 0.03, -0.01]), pin.exp3(np.array([0.1, 0.0, 0.1])) @ pose.rotation
+        position, rotation = (
+            pose.translation + np.array([0.02, 0.03, -0.01]),
+            pin.exp3(np.array([0.1, 0.0, 0.1])) @ pose.rotation,
+        )
         errors = []
         for _ in range(251):
             kinematics.update(q)

@@ -31,7 +31,9 @@ def vectors(entries: st.SearchStrategy[float], size: int = 7) -> st.SearchStrate
 
 
 ROWS = vectors(ENTRIES).filter(lambda row: float(np.linalg.norm(row)) >= AUTHORITY)
-SITUATIONS = st.builds(Situation, vectors(st.floats(-3.0, 3.0)), vectors(SPEEDS), ROWS, DISTANCES, st.floats(-1.0, 1.0))
+SITUATIONS = st.builds(
+    Situation, vectors(st.floats(-3.0, 3.0)), vectors(SPEEDS), ROWS, DISTANCES, st.floats(-1.0, 1.0)
+)
 
 
 def rate(situation: Situation, velocities: Array) -> float:
@@ -49,9 +51,14 @@ def test_the_paper_s_law_equals_its_matrices(law: SmoothPriority, situation: Sit
     expected = (J_sharp * lam * law.nominal_velocity)[:, 0] + N_smooth @ situation.nominal
     assert_allclose(law(situation), expected, atol=1e-12, rtol=1e-10)
     # The rate is the blend and the correction what is added.
-    lam, u = activation(situation.distance, law.critical_distance, law.order), -rate(situation, situation.nominal)
+    lam, u = (
+        activation(situation.distance, law.critical_distance, law.order),
+        -rate(situation, situation.nominal),
+    )
     assert situation.pull == pytest.approx(u, abs=1e-12)
-    assert rate(situation, law(situation)) == pytest.approx(lam * law.nominal_velocity - (1.0 - lam) * u, abs=1e-12)
+    assert rate(situation, law(situation)) == pytest.approx(
+        lam * law.nominal_velocity - (1.0 - lam) * u, abs=1e-12
+    )
     # `correction` alone tells the change of the distance rate: the plots may use it instead of the arm.
     c = law.correction(situation.distance, situation.pull, situation.approach)
     assert rate(situation, law(situation)) == pytest.approx(c - situation.pull, abs=1e-12)
@@ -125,7 +132,11 @@ def test_damping_of_short_rows() -> None:
         assert (abs(reached - 0.3) < 1e-12) is exact and 0.0 < reached < 0.3 + 1e-12
 
 
-@given(vectors(ENTRIES).filter(lambda row: float(np.linalg.norm(row)) > 0.1), st.floats(0.0, 0.3), st.floats(0.0, 1e-6))
+@given(
+    vectors(ENTRIES).filter(lambda row: float(np.linalg.norm(row)) > 0.1),
+    st.floats(0.0, 0.3),
+    st.floats(0.0, 1e-6),
+)
 def test_continuous_in_the_rows_length(row: Array, length: float, change: float) -> None:
     """A row longer by δ changes q̇ by at most 300 δ per m/s of correction, also where damping sets in."""
     unit, nominal = row / np.linalg.norm(row), np.zeros(7)
@@ -162,7 +173,11 @@ def test_the_push_is_the_slope_of_the_potential(law: PotentialField, distance: f
     """f = −dU/dd by finite differences, U = ½ η (1/d − 1/d₀)² below d₀ and 0 above; below the least distance f stays as it is."""
 
     def potential(d: float) -> float:
-        return 0.5 * law.field_strength * (1.0 / min(d, law.influence_distance) - 1.0 / law.influence_distance) ** 2
+        return (
+            0.5
+            * law.field_strength
+            * (1.0 / min(d, law.influence_distance) - 1.0 / law.influence_distance) ** 2
+        )
 
     d, h = max(distance, law.least_distance), 1e-6
     if abs(d - law.influence_distance) < 2.0 * h:
@@ -210,7 +225,11 @@ class Problem(NamedTuple):
 def problem(seed: int, n: int, pairs: int, feasible: bool) -> Problem:
     """Return a random problem; a feasible one has regular rows and a velocity inside all its inequalities."""
     rng = np.random.default_rng(seed)
-    lengths = rng.uniform(1.1 * AUTHORITY, 0.8, pairs) if feasible else rng.choice([0.0, 1e-4, 0.03, 0.1, 0.5], pairs)
+    lengths = (
+        rng.uniform(1.1 * AUTHORITY, 0.8, pairs)
+        if feasible
+        else rng.choice([0.0, 1e-4, 0.03, 0.1, 0.5], pairs)
+    )
     rows = rng.normal(size=(pairs, n))
     rows *= (lengths / np.linalg.norm(rows, axis=1))[:, None]
     lower, upper = -rng.uniform(0.3, 2.0, n), rng.uniform(0.3, 2.0, n)
@@ -256,7 +275,9 @@ def test_optimality_conditions_also_if_it_is_impossible(seed: int, n: int, pairs
     p = problem(seed, n, pairs, feasible=False)
     velocities = LAW(p.situation)
     assert (velocities >= p.lower).all() and (velocities <= p.upper).all()
-    forces = np.maximum(p.least - p.rows @ velocities, 0.0) / (row_dampings((p.rows**2).sum(axis=1)) + HARDNESS)
+    forces = np.maximum(p.least - p.rows @ velocities, 0.0) / (
+        row_dampings((p.rows**2).sum(axis=1)) + HARDNESS
+    )
     gradient = velocities - p.situation.nominal - p.rows.T @ forces
     scale = 1.0 + float((np.abs(p.rows) * forces[:, None]).sum(axis=0).max())
     # At its lower bound a joint is held back from going lower, so that the gradient may be positive there, and vice versa.
@@ -279,7 +300,9 @@ def test_one_pair_is_a_maximum(seed: int, length: float, fed: bool, listed: bool
     seen = situation._replace(**pair) if listed else situation
     least = -5.0 * (situation.distance - 0.15) + (situation.approach if fed else 0.0)
     c = max(0.0, least + situation.pull)
-    assert law.line_rate(situation.distance, situation.pull, situation.approach, 0.0) == pytest.approx(c - situation.pull)
+    assert law.line_rate(situation.distance, situation.pull, situation.approach, 0.0) == pytest.approx(
+        c - situation.pull
+    )
     assert_allclose(law(seen), along_row(situation.nominal, situation.row, c), atol=2e-5)
 
 
@@ -301,7 +324,9 @@ def test_what_is_permitted() -> None:
     assert_array_equal(LAW(situation), situation.nominal)
     # 1 up to d_m; at γ (d − d_m) = .4 m/s .6 is left; 0 from 1 m/s on.
     law = BarrierQP(0.15, 5.0)
-    assert [law.activation(d) for d in (-0.1, 0.15, 0.23, 0.35, 0.5)] == pytest.approx([1.0, 1.0, 0.6, 0.0, 0.0])
+    assert [law.activation(d) for d in (-0.1, 0.15, 0.23, 0.35, 0.5)] == pytest.approx(
+        [1.0, 1.0, 0.6, 0.0, 0.0]
+    )
     # ḋ = J_d q̇ − w in steps of 5 ms from .4 m against a pull of .5 m/s: with w fed forward d never falls below d_m.
     for w in (0.0, 0.2, 0.6):
         for law, floor in ((BarrierQP(0.15, 5.0, True), 0.15), (BarrierQP(0.15, 5.0), 0.15 - w / 5.0)):
@@ -318,7 +343,9 @@ def corner(distance: float, other: float) -> Situation:
     distances = np.array([distance, other])
     near = int(np.argmin(distances))
     nominal = np.array([0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.5])
-    return Situation(np.zeros(7), nominal, rows[near], float(distances[near]), 0.0, None, None, None, rows, distances)
+    return Situation(
+        np.zeros(7), nominal, rows[near], float(distances[near]), 0.0, None, None, None, rows, distances
+    )
 
 
 def test_several_pairs() -> None:
@@ -354,7 +381,11 @@ def test_several_pairs() -> None:
 def test_a_solver_that_gives_up(monkeypatch: pytest.MonkeyPatch, setup_flag: int, solve_flag: int) -> None:
     """Whatever DAQP says, the arm gets a velocity inside its bounds that clears the pair which needs it most."""
     solved = np.full(7, np.nan), 0.0, solve_flag, {}
-    methods = {"setup": lambda *_: (setup_flag, 0.0), "soft_weights": lambda *_, **__: None, "solve": lambda _: solved}
+    methods = {
+        "setup": lambda *_: (setup_flag, 0.0),
+        "soft_weights": lambda *_, **__: None,
+        "solve": lambda _: solved,
+    }
     monkeypatch.setattr("controllers.laws.barrier_qp.daqp.Model", type("Stubborn", (), methods))
     situation = corner(0.15, 0.13)
     assert situation.rows is not None

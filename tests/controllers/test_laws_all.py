@@ -73,7 +73,11 @@ def with_pairs(situation: Situation, seed: int, pairs: int = 12) -> Situation:
     distances[0] = situation.distance
     bounds = rng.uniform(1.5, 2.5, (2, n))
     return situation._replace(
-        rows=rows, distances=distances, approaches=rng.uniform(-0.3, 0.3, pairs), lower=-bounds[0], upper=bounds[1]
+        rows=rows,
+        distances=distances,
+        approaches=rng.uniform(-0.3, 0.3, pairs),
+        lower=-bounds[0],
+        upper=bounds[1],
     )
 
 
@@ -86,7 +90,14 @@ def jump_ratio(velocities: Callable[[float], Array], low: float, high: float, st
     return largest[1] / largest[0]
 
 
-@given(ANY_LAW, SEEDS, SIZES, st.floats(0.0, 1.5), st.one_of(DISTANCES, st.just(math.inf), st.just(0.0)), st.integers(0, 12))
+@given(
+    ANY_LAW,
+    SEEDS,
+    SIZES,
+    st.floats(0.0, 1.5),
+    st.one_of(DISTANCES, st.just(math.inf), st.just(0.0)),
+    st.integers(0, 12),
+)
 @example("barrier_fed", 0, 7, 0.0, -0.2, 6)
 @example("intermediate", 0, 14, 1e-12, 0.0, 12)
 def test_finite_whatever_comes(name: str, seed: int, n: int, length: float, distance: float, m: int) -> None:
@@ -113,7 +124,9 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
     """A room without obstacles: d = ∞ and rows of zeros. λ = 0, q̇ = q̇_n to the bit, and the line says −u."""
     law, zeros = LAWS[name], np.zeros((12, n))
     situation = with_pairs(regular_situation(seed, n), seed)
-    alone = situation._replace(row=zeros[0], distance=math.inf, approach=0.0, rows=zeros, distances=np.full(12, math.inf))
+    alone = situation._replace(
+        row=zeros[0], distance=math.inf, approach=0.0, rows=zeros, distances=np.full(12, math.inf)
+    )
     assert law.activation(math.inf) == 0.0 and law.line_rate(math.inf, 0.2, 0.0, 0.0) == -0.2
     assert_array_equal(law(alone), alone.nominal)
     none = alone._replace(rows=zeros[:0], distances=np.zeros(0), approaches=np.zeros(0))
@@ -124,7 +137,9 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
 def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
     """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
     situation = regular_situation(seed, n)
-    rate = LAWS[name].line_rate(situation.distance, situation.pull, situation.approach, float(situation.row @ situation.row))
+    rate = LAWS[name].line_rate(
+        situation.distance, situation.pull, situation.approach, float(situation.row @ situation.row)
+    )
     if name == "activation":
         # Half active, the hand takes its share of the row; the line is that of a hand that does not feel it.
         assert situation.task_jacobian is not None
@@ -134,7 +149,9 @@ def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
 
 
 @given(ANY_LAW, DISTANCES, st.floats(0.0, 0.5), st.floats(-0.29, 1.0), st.floats(-0.5, 0.5))
-def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, pull: float, approach: float) -> None:
+def test_the_nearer_the_faster_away(
+    name: str, distance: float, farther: float, pull: float, approach: float
+) -> None:
     """λ in [0, 1] never grows with the distance, nor does J_d q̇, as long as the task does not retreat faster than v."""
     law = LAWS[name]
     assert 0.0 <= law.activation(distance + farther) <= law.activation(distance) <= 1.0
@@ -164,13 +181,19 @@ def test_resting_distances() -> None:
     u, v, square = 0.2, 0.3, 0.2
     share = u / (u + v)
     assert rest(LAWS["smooth"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
-    assert rest(LAWS["intermediate"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
-    assert rest(LAWS["null_space"], u, square) == pytest.approx(0.15 + 0.15 / math.pi * math.acos(2.0 * share - 1.0), abs=1e-6)
+    assert rest(LAWS["intermediate"], u, square) == pytest.approx(
+        0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6
+    )
+    assert rest(LAWS["null_space"], u, square) == pytest.approx(
+        0.15 + 0.15 / math.pi * math.acos(2.0 * share - 1.0), abs=1e-6
+    )
     assert rest(LAWS["continuous"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
     buffered = 0.15 + 0.15 / math.pi * math.acos(2.0 * math.sqrt(share) - 1.0)
     assert rest(LAWS["activation"], u, square) == pytest.approx(buffered, abs=1e-6)
     assert abs(rest(LAWS["set_based"], u, square) - 0.15) < 0.002
-    assert rest(LAWS["hierarchical"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
+    assert rest(LAWS["hierarchical"], u, square) == pytest.approx(
+        0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6
+    )
     assert rest(LAWS["lexicographic"], u, square) == pytest.approx(0.15, abs=1e-6)
     assert rest(LAWS["barrier"], u, square) == pytest.approx(0.15, abs=1e-6)
     field = PotentialField(0.30, 0.005)
@@ -186,7 +209,9 @@ def lever_of(law: Law, situation: Situation) -> Array:
     row, J = situation.row, situation.task_jacobian
     if J is None or not law.wants_task:
         return row
-    return mostly_free_part(row, J, POSTURE_WEIGHT**2) if isinstance(law, LexicographicQP) else free_part(row, J)
+    return (
+        mostly_free_part(row, J, POSTURE_WEIGHT**2) if isinstance(law, LexicographicQP) else free_part(row, J)
+    )
 
 
 @given(ANY_LAW, SEEDS)
@@ -221,7 +246,15 @@ def test_what_a_law_reads() -> None:
         "lexicographic",
         "lexicographic_fed",
     }
-    hand = {"null_space", "intermediate", "activation", "continuous", "hierarchical", "lexicographic", "lexicographic_fed"}
+    hand = {
+        "null_space",
+        "intermediate",
+        "activation",
+        "continuous",
+        "hierarchical",
+        "lexicographic",
+        "lexicographic_fed",
+    }
     assert {name for name, law in LAWS.items() if law.wants_task} == hand
     for name, law in LAWS.items():
         blind = situation

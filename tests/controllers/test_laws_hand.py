@@ -108,7 +108,10 @@ def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int, room:
     """J q̇ = J q̇_n whatever the obstacle does, |Δ| ≤ 11 c however short J_d N is; a box shortens Δ as far as it must."""
     situation = near_situation(seed, m)
     nominal, change = situation.nominal, HAND_FIRST(situation) - situation.nominal
-    assert np.linalg.norm(change) <= 11.0 * abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0)) + 1e-12
+    assert (
+        np.linalg.norm(change)
+        <= 11.0 * abs(HAND_FIRST.correction(situation.distance, situation.pull, 0.0)) + 1e-12
+    )
     bounded = HAND_FIRST(situation._replace(lower=nominal - room, upper=nominal + room)) - nominal
     assert np.abs(bounded).max() <= room + 1e-12
     reach = float(np.abs(change).max())
@@ -139,7 +142,9 @@ def test_the_papers_distance_rate_with_less_disturbance(seed: int, m: int) -> No
     assert np.linalg.norm(J @ ours) <= np.linalg.norm(J @ paper) + 1e-9
 
 
-@pytest.mark.parametrize(("turn", "share"), [(0.0, 1e-9), (0.5, 1e-9), (1.2, 1e-9), (1.4, 0.5), (np.pi / 2.0, 1.0)])
+@pytest.mark.parametrize(
+    ("turn", "share"), [(0.0, 1e-9), (0.5, 1e-9), (1.2, 1e-9), (1.4, 0.5), (np.pi / 2.0, 1.0)]
+)
 def test_how_much_the_hand_gives_way(turn: float, share: float) -> None:
     """Not at all while |J_d N| > .12 m/rad (turn ≤ 1.26), then by degrees, still less than with the paper's law."""
     situation = row_under_task(turn)
@@ -219,7 +224,10 @@ def levels(situation: Situation, a: float, v: float) -> Array:
     J = np.eye(n) if situation.task_jacobian is None else situation.task_jacobian
     hand = (J, np.eye(len(J)), J @ situation.nominal, True)
     rho, Q = situation.nominal, np.eye(n)
-    for jacobian, A, wanted, damped in ((situation.row[None, :], np.array([[a]]), np.array([v]), False), hand):
+    for jacobian, A, wanted, damped in (
+        (situation.row[None, :], np.array([[a]]), np.array([v]), False),
+        hand,
+    ):
         X = jacobian @ Q
         inverse = regularised(X, A, np.eye(n), damped)
         W = X @ regularised(X, A, Q, damped)
@@ -234,7 +242,9 @@ def test_task_activation_is_the_papers_recursion(seed: int, n: int, m: int, dist
     situation = regular_situation(seed, n, min(max(m, 1), n - 1))._replace(distance=distance)
     if m == 0:
         situation = situation._replace(task_jacobian=None)
-    assert_allclose(ACTIVATION(situation), levels(situation, ACTIVATION.row_activation(distance), 0.30), atol=1e-9)
+    assert_allclose(
+        ACTIVATION(situation), levels(situation, ACTIVATION.row_activation(distance), 0.30), atol=1e-9
+    )
 
 
 @given(SEEDS, DIMENSIONS, BUFFER)
@@ -293,7 +303,9 @@ def test_where_the_joints_cannot_do_both_it_is_a_compromise(seed: int) -> None:
     fit = np.linalg.lstsq(np.vstack([row, np.eye(7)]), np.append(c, np.zeros(7)), rcond=None)[0]
     change = CONTINUOUS(situation) - situation.nominal
     assert_allclose(change, fit, atol=0.06**2 * abs(c))
-    assert_allclose(CONTINUOUS(situation._replace(task_jacobian=np.eye(7))) - situation.nominal, change, atol=1e-9)
+    assert_allclose(
+        CONTINUOUS(situation._replace(task_jacobian=np.eye(7))) - situation.nominal, change, atol=1e-9
+    )
     # Neither comes first: less than the paper's law gives the distance, more than with the hand first, which gives it nothing.
     assert 0.0 < abs(float(row @ change)) < abs(c)
 
@@ -351,7 +363,9 @@ def test_a_set_based_task_jumps_and_says_so() -> None:
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_hierarchical_inverse_weighs_the_solutions_with_and_without_the_constraint(seed: int, m: int) -> None:
+def test_the_hierarchical_inverse_weighs_the_solutions_with_and_without_the_constraint(
+    seed: int, m: int
+) -> None:
     """(1 − λ) q̇_b + λ q̇_ab with numpy's inverses, for q̇_n = J^# ẋ_b; nothing where the task retreats faster than v."""
     law, situation = HierarchicalInverse(0.15, 6.0, 0.30), regular_situation(seed, 7, m)
     J, row = task(situation), situation.row
@@ -369,7 +383,9 @@ def test_the_hierarchical_inverse_weighs_the_solutions_with_and_without_the_cons
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_lexicographic_programme_keeps_every_row_as_the_flat_one_and_moves_the_hand_less(seed: int, m: int) -> None:
+def test_the_lexicographic_programme_keeps_every_row_as_the_flat_one_and_moves_the_hand_less(
+    seed: int, m: int
+) -> None:
     flat, levels = BarrierQP(0.15, 5.0), LexicographicQP(0.15, 5.0)
     situation = with_pairs(regular_situation(seed, 7, m), seed)
     J, rows, nominal = task(situation), situation.rows, situation.nominal

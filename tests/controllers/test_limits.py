@@ -22,7 +22,9 @@ def lwr_box(positions: Array, gain: float = 10.0) -> VelocityBox:
 
 
 def shares(size: int = 7) -> st.SearchStrategy[Array]:
-    return st.lists(st.floats(-1.0, 1.0), min_size=size, max_size=size).map(lambda numbers: np.array(numbers, float))
+    return st.lists(st.floats(-1.0, 1.0), min_size=size, max_size=size).map(
+        lambda numbers: np.array(numbers, float)
+    )
 
 
 ROWS = shares()
@@ -128,7 +130,9 @@ def test_it_solves_the_quadratic_programme(case: tuple[VelocityBox, Array, Array
 
 
 @given(BOXED, st.floats(-3.0, 3.0))
-def test_it_goes_along_the_row_and_says_what_is_missing(case: tuple[VelocityBox, Array, Array], rate: float) -> None:
+def test_it_goes_along_the_row_and_says_what_is_missing(
+    case: tuple[VelocityBox, Array, Array], rate: float
+) -> None:
     """Feasible or not: q̇ = clip(q̇_n + c J_d) with a bounded c, never past the rate; FULL if nothing is missing."""
     box, nominal, row = case
     asked = rate - float(row @ nominal)
@@ -150,7 +154,9 @@ FLIPPING_ROW = np.array([0.3, 0.2, 0.0, 5e-9, 0.0, 0.0, 0.0])
 
 @given(BOXED, st.floats(-3.0, 3.0), st.integers(0, 10_000), st.sampled_from([1e-8, 1e-6, 1e-4]))
 @example(case=(lwr_box(np.zeros(7)), np.zeros(7), FLIPPING_ROW), rate=1.2, seed=0, change=1e-8)
-def test_lipschitz_in_everything(case: tuple[VelocityBox, Array, Array], rate: float, seed: int, change: float) -> None:
+def test_lipschitz_in_everything(
+    case: tuple[VelocityBox, Array, Array], rate: float, seed: int, change: float
+) -> None:
     """A small change of task, row, rate and bounds changes q̇ little, also where the rate stops being possible."""
     box, nominal, row = case
     random = np.random.default_rng(seed)
@@ -158,7 +164,9 @@ def test_lipschitz_in_everything(case: tuple[VelocityBox, Array, Array], rate: f
     other.lower, other.upper = box.lower - change * random.random(7), box.upper + change * random.random(7)
     task, lever = nominal + change * random.uniform(-1.0, 1.0, 7), row + change * random.uniform(-1.0, 1.0, 7)
     before = bounded_row(nominal, row, rate, box).velocities
-    after = bounded_row(other.clip(task), lever, rate + change * float(random.uniform(-1.0, 1.0)), other).velocities
+    after = bounded_row(
+        other.clip(task), lever, rate + change * float(random.uniform(-1.0, 1.0)), other
+    ).velocities
     # c is at most what is asked for over μ²: q̇ follows J_d by c, and all else by a lever over μ².
     asked = abs(rate) + 2.0 * float(np.abs(row) @ TOP_SPEED) + 1.0
     assert np.abs(after - before).max() <= 20.0 * asked / ROW_DAMPING**2 * change

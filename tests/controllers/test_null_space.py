@@ -90,7 +90,9 @@ def problem(seed: int, m: int) -> tuple[Array, Array, Array, Array]:
 def largest_share(J: Array, first: Array, way: Array, lower: Array, upper: Array) -> float:
     """The largest s ≤ 1 for which any q̇ within the bounds has J q̇ = first + s way, as a linear programme."""
     A = np.column_stack([J, -way])
-    found = linprog(np.append(np.zeros(7), -1.0), A_eq=A, b_eq=first, bounds=[*zip(lower, upper, strict=True), (0.0, 1.0)])
+    found = linprog(
+        np.append(np.zeros(7), -1.0), A_eq=A, b_eq=first, bounds=[*zip(lower, upper, strict=True), (0.0, 1.0)]
+    )
     assert found.status == 0
     return float(found.x[7])
 
@@ -132,7 +134,9 @@ def test_clipping_and_shortening_lose_what_it_keeps() -> None:
     assert np.linalg.norm(J @ bounded_task(wanted, J, box, "distance") - task) > 0.1 * np.linalg.norm(task)
     assert_allclose(J @ bounded_task(wanted, J, box, "scale"), 0.6 * task, atol=1e-12)
     # Without a null space it is shortening; without a bound that bites, nothing.
-    assert_array_equal(bounded_task(wanted, None, box, "null_space"), bounded_task(wanted, None, box, "scale"))
+    assert_array_equal(
+        bounded_task(wanted, None, box, "null_space"), bounded_task(wanted, None, box, "scale")
+    )
     for treatment in ("distance", "scale", "null_space"):
         assert_array_equal(bounded_task(0.5 * wanted, J, box, treatment), 0.5 * wanted)
 
@@ -148,7 +152,9 @@ def test_a_kept_row_keeps_its_rate(seed: int, m: int) -> None:
     assert float(row @ velocities) == pytest.approx(float(row @ start), abs=1e-7)
     way = J @ (wanted - start)
     assert_allclose(J @ velocities, J @ start + share * way, atol=1e-7)
-    most = largest_share(np.vstack([J, row]), np.append(J @ start, row @ start), np.append(way, 0.0), lower, upper)
+    most = largest_share(
+        np.vstack([J, row]), np.append(J @ start, row @ start), np.append(way, 0.0), lower, upper
+    )
     assert most - 0.15 <= share <= most + 1e-6
 
 
@@ -157,7 +163,9 @@ def edge(J: Array, wanted: Array, lower: Array, upper: Array) -> float:
     first, beyond = 0.0, 3.0
     for _ in range(40):
         middle = 0.5 * (first + beyond)
-        first, beyond = (middle, beyond) if saturated(J, middle * wanted, lower, upper)[1] == 1.0 else (first, middle)
+        first, beyond = (
+            (middle, beyond) if saturated(J, middle * wanted, lower, upper)[1] == 1.0 else (first, middle)
+        )
     return first
 
 

@@ -105,7 +105,9 @@ def test_upright_arms() -> None:
     assert found["left upper arm", "right upper arm"] == pytest.approx(1.1 - 0.140, abs=1e-12)
     assert found["left forearm", "right forearm"] == pytest.approx(1.1 - 0.130, abs=1e-12)
     assert found["left hand", "right hand"] == pytest.approx(1.1 - 0.100, abs=1e-12)
-    assert found["left pedestal", "right hand"] == pytest.approx(math.hypot(1.1, 1.100 - 0.310) - 0.125, abs=1e-12)
+    assert found["left pedestal", "right hand"] == pytest.approx(
+        math.hypot(1.1, 1.100 - 0.310) - 0.125, abs=1e-12
+    )
     # The near-parallel tests below look at the two upper arms.
     assert detector.pair_names[UPRIGHT] == ("left upper arm", "right upper arm")
 
@@ -148,7 +150,9 @@ def test_rows_at_random_and_overlapping_postures(rig: RigName) -> None:
         kinematics.update(q)
         near = detector.detect()
         out = q + 1e-4 * near.row / np.linalg.norm(near.row)
-        assert distance_of(kinematics, detector, out, near.pair) > near.distance + 0.5e-4 * np.linalg.norm(near.row)
+        assert distance_of(kinematics, detector, out, near.pair) > near.distance + 0.5e-4 * np.linalg.norm(
+            near.row
+        )
 
 
 UPRIGHT = 4
@@ -187,7 +191,10 @@ def test_rows_of_parallel_capsules_are_bounded_and_one_of_the_gradients(angle: f
         for _ in range(20):
             direction = random.normal(size=14)
             direction /= np.linalg.norm(direction)
-            assert distance_of(kinematics, detector, q + h * direction, UPRIGHT) <= d + h * float(row @ direction) + slack
+            assert (
+                distance_of(kinematics, detector, q + h * direction, UPRIGHT)
+                <= d + h * float(row @ direction) + slack
+            )
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -229,7 +236,11 @@ def test_every_pair_counts(rig: RigName) -> None:
     assert every - set(detector.pair_names) == {("left pedestal", "right pedestal")}
     names = [body.name for body in room.geometry.geometryObjects]
     left, right = names.index("left pedestal"), names.index("right pedestal")
-    assert room.geometry.geometryObjects[left].parentJoint == room.geometry.geometryObjects[right].parentJoint == 0
+    assert (
+        room.geometry.geometryObjects[left].parentJoint
+        == room.geometry.geometryObjects[right].parentJoint
+        == 0
+    )
     gaps = []
     for q in random_postures(room, 5, seed=71):
         kinematics.update(q)

@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from controllers.kinematics import DAMPING, LONGEST_STEP, Array, damped_solution, largest_bend, null_space_basis, quiet_solution
+from controllers.kinematics import (
+    DAMPING,
+    LONGEST_STEP,
+    Array,
+    damped_solution,
+    largest_bend,
+    null_space_basis,
+    quiet_solution,
+)
 
 LENGTHS = st.lists(st.floats(0.02, 0.6), min_size=2, max_size=7).map(np.array)
 

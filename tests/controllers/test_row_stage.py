@@ -19,7 +19,9 @@ class Told(FirstTask):
 
     name, unit = "given", "m"
 
-    def __init__(self, margin: Margin, critical_value: float, nominal_rate: float, authority: float = 0.12) -> None:
+    def __init__(
+        self, margin: Margin, critical_value: float, nominal_rate: float, authority: float = 0.12
+    ) -> None:
         super().__init__(critical_value, nominal_rate)
         self._margin, self.authority = margin, authority
 
@@ -51,7 +53,9 @@ def test_a_change_of_unit_changes_nothing() -> None:
     """In millimetres h, h_m, v, J_a, w and the authority are a thousand times as large."""
     weak = 0.1 * ROWS[0]
     metres = smooth_stage(Told(Margin(0.16, weak, 0.01), 0.15, 0.3), box(5.0))
-    millimetres = smooth_stage(Told(Margin(160.0, 1000.0 * weak, 10.0), 150.0, 300.0, authority=120.0), box(5.0))
+    millimetres = smooth_stage(
+        Told(Margin(160.0, 1000.0 * weak, 10.0), 150.0, 300.0, authority=120.0), box(5.0)
+    )
     assert_allclose(millimetres(NOMINAL), metres(NOMINAL), rtol=1e-12)
     assert not np.allclose(metres(NOMINAL), NOMINAL)
 

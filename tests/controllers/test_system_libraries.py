@@ -8,7 +8,13 @@ from pathlib import Path
 import daqp
 import pytest
 
-from controllers.system_libraries import PACKAGES, MissingLibrary, missing_library, naming_missing_library, remedy
+from controllers.system_libraries import (
+    PACKAGES,
+    MissingLibrary,
+    missing_library,
+    naming_missing_library,
+    remedy,
+)
 
 NODE = "/x/driver/node: error while loading shared libraries: libatomic.so.1: cannot open shared object file: No such file"
 
@@ -18,27 +24,39 @@ def needing(library: bytes, folder: Path) -> str:
     assert daqp.__file__ is not None
     content = Path(daqp.__file__).read_bytes()
     assert len(library) <= len(b"libc.so.6") and content.count(b"\0libc.so.6\0") == 1
-    (folder / "needy.so").write_bytes(content.replace(b"\0libc.so.6\0", b"\0" + library.ljust(9, b"\0") + b"\0"))
+    (folder / "needy.so").write_bytes(
+        content.replace(b"\0libc.so.6\0", b"\0" + library.ljust(9, b"\0") + b"\0")
+    )
     return "needy"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="another loader, with other words")
-def test_a_module_whose_library_the_system_lacks_is_said_in_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_module_whose_library_the_system_lacks_is_said_in_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingLibrary) as caught, naming_missing_library():
         importlib.import_module(needing(b"libq.so.7", tmp_path))
     assert caught.value.library == "libq.so.7"
-    assert str(caught.value) == remedy("libq.so.7", "needy") and "apt-file search libq.so.7" in remedy("libq.so.7", "needy")
+    assert str(caught.value) == remedy("libq.so.7", "needy") and "apt-file search libq.so.7" in remedy(
+        "libq.so.7", "needy"
+    )
     again = pickle.loads(pickle.dumps(caught.value))
     assert (str(again), again.library) == (str(caught.value), "libq.so.7")
 
 
 def test_the_library_is_found_in_what_python_node_and_a_wrapper_say() -> None:
     for library, package in PACKAGES.items():
-        assert missing_library(f"{library}: cannot open shared object file: No such file or directory") == library
+        assert (
+            missing_library(f"{library}: cannot open shared object file: No such file or directory")
+            == library
+        )
         assert remedy(library, "pinocchio").endswith(f"apt install {package}.")
     assert missing_library(NODE) == "libatomic.so.1"
-    with pytest.raises(MissingLibrary, match=r"libgomp\.so\.1.*apt install libgomp1"), naming_missing_library():
+    with (
+        pytest.raises(MissingLibrary, match=r"libgomp\.so\.1.*apt install libgomp1"),
+        naming_missing_library(),
+    ):
         try:
             raise ImportError("libgomp.so.1: cannot open shared object file: No such file or directory")
         except ImportError as error:
@@ -65,7 +83,9 @@ def test_what_needs_the_library_is_called_by_the_name_of_its_package() -> None:
         ImportError("Numba needs NumPy 2.4 or less. Got NumPy 2.5."),
         FileNotFoundError(2, "No such file or directory", "robot.urdf"),
         # A package's own file, of which no package of the system knows.
-        OSError("/x/site-packages/own.libs/libown.so.1: cannot open shared object file: No such file or directory"),
+        OSError(
+            "/x/site-packages/own.libs/libown.so.1: cannot open shared object file: No such file or directory"
+        ),
         ValueError("libgomp.so.1: cannot open shared object file"),
     ],
     ids=lambda error: str(error)[:20],

@@ -29,7 +29,11 @@ TREATMENTS: tuple[Treatment, ...] = ("single", "soft")
 
 
 def hold_settings(
-    rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005
+    rig: RigName = "torso",
+    seed: int = 1,
+    pairs: Treatment = "soft",
+    law: str = "smooth_priority",
+    dt: float = 0.005,
 ) -> RunSettings:
     return RunSettings(rig=rig, seed=seed, dt=dt, law=LawSettings(law=law, pairs=pairs))
 
@@ -121,7 +125,10 @@ def given_settings(**changes: object) -> RunSettings:
 
 
 def logged_run(
-    settings: RunSettings, seconds: float, log: InputsLog | None = None, changes: dict[float, dict[str, Any]] | None = None
+    settings: RunSettings,
+    seconds: float,
+    log: InputsLog | None = None,
+    changes: dict[float, dict[str, Any]] | None = None,
 ) -> tuple[Simulation, InputsLog]:
     """A run with the experiment's own person, and the log of it; the settings change at shares of its time."""
     simulation, log = Simulation(settings), log or InputsLog()

@@ -71,7 +71,9 @@ def test_it_is_told_what_the_slave_does_by_itself(following: Following, rushing:
 def test_the_promise_needs_w_at_most_v_again() -> None:
     """The law leaves out a part of w, so that w is no longer made up for at any size."""
     alone = master_alone()
-    assert not alone.adds_w and changed(alone, "avoid", "free").adds_w and changed(alone, "avoid", "both").adds_w
+    assert (
+        not alone.adds_w and changed(alone, "avoid", "free").adds_w and changed(alone, "avoid", "both").adds_w
+    )
     assert changed(alone, "scene", "hold").adds_w and not changed(alone, "ff", False).adds_w
     table = run(alone, 0.1).table.copy()
     w = table[:, COLUMN["w_law"]] = np.linspace(0.0, 1.0, len(table))

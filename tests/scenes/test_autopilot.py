@@ -74,7 +74,9 @@ def test_starts_and_targets() -> None:
     room = build_room("torso")
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
-    assert_array_equal(Autopilot(room, "right", 1).target(0.0).position, kinematics.hand_pose(room.arm("right")).translation)
+    assert_array_equal(
+        Autopilot(room, "right", 1).target(0.0).position, kinematics.hand_pose(room.arm("right")).translation
+    )
     start = np.array([0.5, -0.2, 1.0])
     assert_array_equal(Autopilot(room, "right", 1, start).target(0.0).position, start)
     assert_array_equal(start, [0.5, -0.2, 1.0])
@@ -134,5 +136,8 @@ def test_the_arm_follows_a_slider_that_jumps_while_its_hand_stays(gain: float, d
         target = JointTarget(motions.go(motion, way))
         for _ in range(round(3.0 / dt)):
             simulation.step(target)
-            assert np.linalg.norm(at(simulation, simulation.positions[simulation.guided.joints])[0] - hand) < 5e-4
+            assert (
+                np.linalg.norm(at(simulation, simulation.positions[simulation.guided.joints])[0] - hand)
+                < 5e-4
+            )
     assert_allclose(simulation.positions[simulation.guided.joints], motions.joints, atol=2e-3)

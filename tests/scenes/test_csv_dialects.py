@@ -39,8 +39,12 @@ READ: dict[str, str | bytes] = {
     "UTF-16 without a mark": COMMA.encode("utf-16-le"),
     "UTF-32": COMMA.encode("utf-32"),
     "quoted header": COMMA.replace("t,x,y,z", '"t","x","y","z"'),
-    "everything in quotes": "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in COMMA.split()),
-    "quoted decimal commas": "\n".join(",".join(f'"{cell}"' for cell in line.split(";")) for line in SEMICOLON.split()),
+    "everything in quotes": "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in COMMA.split()
+    ),
+    "quoted decimal commas": "\n".join(
+        ",".join(f'"{cell}"' for cell in line.split(";")) for line in SEMICOLON.split()
+    ),
     "upper-case header": COMMA.replace("t,x,y,z", "T,X,Y,Z"),
     "units": COMMA.replace("t,x,y,z", "t [s],x [m],y [m],z [m]"),
     "units in brackets, without blanks": COMMA.replace("t,x,y,z", "t(s),x(m),y(m),z(m)"),
@@ -74,16 +78,28 @@ REFUSED: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "decimal commas between commas": (SEMICOLON.replace(";", ","), ("line 2", "8 values", "4", "semicolons")),
     "points and commas": (SEMICOLON.replace("-0,29", "-0.29"), ("line 3", "y = '-0.29'", "decimal sign")),
     "thousands": ("t;x;y;z\n1.764.275,5;0,1;0,1;0,1\n", ("line 2", "t = '1.764.275,5'", "thousands")),
-    "thousands with commas": ('t,x,y,z\n"1,764,275.5",0.1,0.1,0.1\n', ("line 2", "t = '1,764,275.5'", "thousands")),
+    "thousands with commas": (
+        't,x,y,z\n"1,764,275.5",0.1,0.1,0.1\n',
+        ("line 2", "t = '1,764,275.5'", "thousands"),
+    ),
     "a word": (SEMICOLON.replace("-0,29", "left"), ("line 3", "y = 'left' is not a number")),
     "an empty cell": (SEMICOLON.replace(";-0,29", ";"), ("line 3", "y = ''")),
     "a short row": (SEMICOLON.replace("0,1;0,45;", "0,1;"), ("line 4", "3 values", "4")),
-    "milliseconds in the header": (COMMA.replace("t,x", "t [ms],x"), ("line 1", "t is in 'ms'", "seconds", "1000")),
-    "millimetres in the header": (COMMA.replace(",z", ",z (mm)"), ("line 1", "z is in 'mm'", "metres", "1000")),
+    "milliseconds in the header": (
+        COMMA.replace("t,x", "t [ms],x"),
+        ("line 1", "t is in 'ms'", "seconds", "1000"),
+    ),
+    "millimetres in the header": (
+        COMMA.replace(",z", ",z (mm)"),
+        ("line 1", "z is in 'mm'", "metres", "1000"),
+    ),
     "feet in the header": (COMMA.replace(",z", ",z/ft"), ("line 1", "z is in 'ft'", "metres")),
     "another order": (COMMA.replace("t,x,y,z", "x,y,z,t"), ("line 1", "t,x,y,z", "'x,y,z,t'")),
     "without a header": (COMMA.split("\n", 1)[1], ("line 1", "header", "t,x,y,z")),
-    "Latin-1 among the values": (COMMA.replace("-0.29", "é").encode("latin-1"), ("not a text file", "line 3")),
+    "Latin-1 among the values": (
+        COMMA.replace("-0.29", "é").encode("latin-1"),
+        ("not a text file", "line 3"),
+    ),
     "half a character": (("\ufeff" + COMMA).encode("utf-16-le")[:-1], ("not a text file",)),
     "a picture": (b"\x89PNG\r\n\x1a\n\x00\xff" * 9, ("not a text file", "line 1")),
     "millimetres": ("t,x,y,z\n0,0,0,0\n1,450,-300,600\n", ("line 3", "x = 450 m", "millimetres", "1000")),
@@ -124,7 +140,9 @@ def test_any_dialect_of_the_same_numbers_gives_the_same_inputs(data: st.DataObje
     tail = separator.strip() * data.draw(st.integers(0, 2))
     names = [name.upper() if data.draw(st.booleans()) else name for name in header]
     if data.draw(st.booleans()):
-        names = [name + {"t": " [s]", "x": " [m]", "y": "(m)", "z": "/m"}.get(name.lower(), "") for name in names]
+        names = [
+            name + {"t": " [s]", "x": " [m]", "y": "(m)", "z": "/m"}.get(name.lower(), "") for name in names
+        ]
     lines = [names, *([repr(v).replace(".", ",") if commas else repr(v) for v in row] for row in rows)]
     if quoted:
         lines = [[f'"{cell}"' for cell in line] for line in lines]
@@ -137,7 +155,8 @@ def test_any_dialect_of_the_same_numbers_gives_the_same_inputs(data: st.DataObje
     content = end.join(written) + end * data.draw(st.integers(0, 2))
 
     expected, found = (
-        inputs_from(text, "a.csv") for text in (plain.encode(), content.encode(data.draw(st.sampled_from(ENCODINGS))))
+        inputs_from(text, "a.csv")
+        for text in (plain.encode(), content.encode(data.draw(st.sampled_from(ENCODINGS))))
     )
     assert_array_equal(found.times, expected.times)
     assert_array_equal(found.positions, expected.positions)

@@ -52,7 +52,8 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: str) -
 
 
 @pytest.mark.parametrize(
-    ("scene", "rig"), [("solo", "torso"), ("ball", "torso"), *itertools.product(("hold", "master_slave"), RIG_NAMES)]
+    ("scene", "rig"),
+    [("solo", "torso"), ("ball", "torso"), *itertools.product(("hold", "master_slave"), RIG_NAMES)],
 )
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_arm_does_every_experiment(robot: options.RobotName, scene: str, rig: options.RigName) -> None:
@@ -93,19 +94,27 @@ def test_two_arms_that_add_the_obstacles_speed_to_v_do_not_ring(seed: int) -> No
     chosen = options.LawSettings(feed_forward=True, order=order)
     settings = experiment("master_slave", law=chosen, hand_speed=0.8, seed=seed, dt=dt)
     result = run(settings, 10.0)
-    assert settings.one_row and np.abs(np.diff(result.simulation.history.velocities(result.table), axis=0)).max() <= 0.1
+    assert (
+        settings.one_row
+        and np.abs(np.diff(result.simulation.history.velocities(result.table), axis=0)).max() <= 0.1
+    )
 
 
 def test_followers_copy_their_models() -> None:
     # Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture.
-    for following, signs in (("identical", np.ones(7)), ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))):
+    for following, signs in (
+        ("identical", np.ones(7)),
+        ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])),
+    ):
         settings = experiment("master_slave", "unprotected", following=following, rig="table")
         simulation = Simulation(settings)
         master, slave, start = simulation.guided.joints, simulation.avoiding.joints, simulation.room.start
         wish = JointTarget(start[master] + np.array([0.1, -0.1, 0.05, 0.1, 0.2, -0.1, 0.1]))
         play(simulation, [wish] * 1200)
         assert_allclose(simulation.positions[master], wish.positions, atol=1e-3)
-        assert_allclose(simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3)
+        assert_allclose(
+            simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3
+        )
     # Without a person seen, the robots come to rest in the last pose; they go on when the person is back.
     simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
     person = simulation.source()
@@ -121,20 +130,31 @@ def test_followers_copy_their_models() -> None:
 
 @pytest.mark.parametrize(
     ("scene", "key", "value"),
-    [("hold", "path", "circle"), ("ball", "guided", "left"), ("imitation", "guided", "left"), ("solo", "start", "between")],
+    [
+        ("hold", "path", "circle"),
+        ("ball", "guided", "left"),
+        ("imitation", "guided", "left"),
+        ("solo", "start", "between"),
+    ],
 )
 def test_what_an_experiment_does_not_read_changes_no_run(scene: str, key: str, value: str) -> None:
     """Neither from its start on nor in the middle of it."""
     table = recorded_run(scene_settings(scene), 1.0, 1.0)[0].history.table()
     touched, recorded = recorded_run(scene_settings(scene), 1.0, 1.0, {0.5: {key: value}})
     assert touched.history.table().tobytes() == table.tobytes() and recorded.steps == len(table)
-    assert recorded_run(scene_settings(scene, **{key: value}), 1.0, 1.0)[0].history.table().tobytes() == table.tobytes()
+    assert (
+        recorded_run(scene_settings(scene, **{key: value}), 1.0, 1.0)[0].history.table().tobytes()
+        == table.tobytes()
+    )
 
 
 @pytest.mark.parametrize("clip", get_args(options.ClipName))
 def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipName) -> None:
     result = run(experiment("imitation", "unprotected", clip=clip, dt=0.01), 12.0)
-    q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
+    q, wanted = (
+        result.simulation.history.positions(result.table),
+        result.simulation.history.desired(result.table),
+    )
     assert np.isfinite(wanted).all() and np.abs(q - wanted).max() < np.radians(3.0)
     assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
 
@@ -144,7 +164,9 @@ def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipNa
 def test_the_ball_is_passed_clear(point: options.ControlPoint, motion: options.BallMotion) -> None:
     result = run(experiment("ball", point=point, ball=motion, dt=0.01), 15.0)
     assert result.summary.d_min >= 0.15 - 1e-4
-    assert run(experiment("ball", "unprotected", point=point, ball=motion, dt=0.01), 15.0).summary.d_min < 0.15
+    assert (
+        run(experiment("ball", "unprotected", point=point, ball=motion, dt=0.01), 15.0).summary.d_min < 0.15
+    )
     # At the far end, with the ball left behind, the hand is where it should be.
     if point != "arm" and motion == "still":
         assert column(result.table, "e2")[int(7.4 / 0.01)] < 0.08**2

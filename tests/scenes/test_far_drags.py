@@ -41,7 +41,9 @@ def drawn_target(simulation: Simulation, handle: str, random: np.random.Generato
 def least_of_drag(scene: str, rig: RigName, robot: str, handle: str, seed: int, steps: int) -> float:
     """Least margin of both arms in a drag to two places [m]."""
     random = np.random.default_rng(seed)
-    simulation = Simulation(given_settings(scene=scene, rig=rig, robot=robot, world=True, wmax=0.2 + 0.3 * random.random()))
+    simulation = Simulation(
+        given_settings(scene=scene, rig=rig, robot=robot, world=True, wmax=0.2 + 0.3 * random.random())
+    )
     tasks = [surroundings(simulation.world, arm) for arm in simulation.room.arms]
     least = np.inf
     for _ in range(2):

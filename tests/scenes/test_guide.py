@@ -30,20 +30,29 @@ class Led:
     def __init__(self, rig: RigName = "torso", side: ArmName = "right", robot: RobotName = "lwr") -> None:
         room = build_room(rig, robot)
         self.room, self.arm, self.robot, self.world = room, room.arm(side), room.robots[0], World(room, 10.0)
-        self.q, self.kinematics, joints, model = self.world.positions, self.world.kinematics, self.arm.joints, room.model
+        self.q, self.kinematics, joints, model = (
+            self.world.positions,
+            self.world.kinematics,
+            self.arm.joints,
+            room.model,
+        )
         limits = (model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit)
         self.lower, self.upper, self.speed = (limit[joints].copy() for limit in limits)
         self.task = GuidedTask(self.world, self.arm, self.robot)
         self.world.update()
 
-    def step(self, target: HandTarget | LinkTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
+    def step(
+        self, target: HandTarget | LinkTarget | None, dt: float = DT, top_speed: float = TOP_SPEED
+    ) -> Array:
         self.world.update()
         dq = self.task.nominal(target, RunSettings(dt=dt, hand_speed=top_speed), 0.0).copy()
         self.q[self.arm.joints] += dq * dt
         self.kinematics.update(self.q)
         return dq
 
-    def fastest(self, targets: Iterable[HandTarget | LinkTarget | None], dt: float = DT, top_speed: float = TOP_SPEED) -> float:
+    def fastest(
+        self, targets: Iterable[HandTarget | LinkTarget | None], dt: float = DT, top_speed: float = TOP_SPEED
+    ) -> float:
         """Top speed of all points along the axes of the capsules [m/s], by finite differences, while targets are followed."""
         fastest, before = 0.0, self.axis()
         for target in targets:
@@ -66,7 +75,10 @@ class Led:
         for capsule in self.robot.capsules:
             if capsule.joint:
                 placement = self.kinematics.data.oMi[capsule.joint + first]
-                found += [placement.act(capsule.start + part * (capsule.end - capsule.start)) for part in (0.0, 0.3, 0.7, 1.0)]
+                found += [
+                    placement.act(capsule.start + part * (capsule.end - capsule.start))
+                    for part in (0.0, 0.3, 0.7, 1.0)
+                ]
         return np.array(found)
 
 
@@ -84,7 +96,9 @@ def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("top_speed", [0.05, 0.25, 1.0])
-def test_no_point_of_the_arm_is_faster_than_top_speed_and_some_are_as_fast(rig: RigName, top_speed: float) -> None:
+def test_no_point_of_the_arm_is_faster_than_top_speed_and_some_are_as_fast(
+    rig: RigName, top_speed: float
+) -> None:
     led = Led(rig)
     fastest = led.fastest(islice(wishes(led, 3, 0.6), 800), 0.00125, top_speed)
     assert 0.9 * top_speed < fastest <= 1.002 * top_speed
@@ -179,14 +193,19 @@ def point(led: Led, joint: int, offset: Array) -> Array:
 
 @settings(max_examples=40)
 @given(ROBOTS, st.integers(1, 6), OFFSETS, st.integers(0, 2**32 - 1))
-def test_the_jacobian_of_the_point_is_that_of_finite_differences(robot: RobotName, joint: int, offset: Array, seed: int) -> None:
+def test_the_jacobian_of_the_point_is_that_of_finite_differences(
+    robot: RobotName, joint: int, offset: Array, seed: int
+) -> None:
     led = Led(robot=robot)
     joints = led.arm.joints
     q = led.lower + (led.upper - led.lower) * np.random.default_rng(seed).random(len(led.lower))
     led.q[joints] = q
     led.kinematics.update(led.q)
     J, way = pull(
-        led.kinematics, led.arm, LinkTarget(joint, offset, point(led, joint, offset) + np.array([0.0, 0.0, 1.0])), TOP_SPEED
+        led.kinematics,
+        led.arm,
+        LinkTarget(joint, offset, point(led, joint, offset) + np.array([0.0, 0.0, 1.0])),
+        TOP_SPEED,
     )
     assert_allclose(way, [0.0, 0.0, TOP_SPEED], atol=1e-12)
     for i in range(len(q)):
@@ -200,7 +219,14 @@ def test_the_jacobian_of_the_point_is_that_of_finite_differences(robot: RobotNam
 
 
 @settings(max_examples=15)
-@given(ROBOTS, st.integers(1, 6), OFFSETS, WAYS, st.sampled_from((0.00125, DT, 0.02)), st.sampled_from((0.05, TOP_SPEED, 1.0)))
+@given(
+    ROBOTS,
+    st.integers(1, 6),
+    OFFSETS,
+    WAYS,
+    st.sampled_from((0.00125, DT, 0.02)),
+    st.sampled_from((0.05, TOP_SPEED, 1.0)),
+)
 def test_any_pull_stays_inside_every_limit_and_comes_nearer(
     robot: RobotName, joint: int, offset: Array, way: Array, dt: float, top_speed: float
 ) -> None:
@@ -216,7 +242,9 @@ def test_any_pull_stays_inside_every_limit_and_comes_nearer(
 
 @settings(max_examples=15)
 @given(ROBOTS, st.integers(2, 6), OFFSETS, st.lists(st.floats(-0.25, 0.25), min_size=7, max_size=7))
-def test_a_place_that_can_be_reached_is_reached(robot: RobotName, joint: int, offset: Array, turns: list[float]) -> None:
+def test_a_place_that_can_be_reached_is_reached(
+    robot: RobotName, joint: int, offset: Array, turns: list[float]
+) -> None:
     led = Led(robot=robot)
     start, q = point(led, joint, offset), led.q.copy()
     goal_q = q.copy()
@@ -229,7 +257,9 @@ def test_a_place_that_can_be_reached_is_reached(robot: RobotName, joint: int, of
     for _ in range(900):
         led.step(LinkTarget(joint, offset, goal), 0.01, 1.0)
     # Near a joint's axis the joint hardly moves the point, and damping leaves some millimetres.
-    assert np.linalg.norm(point(led, joint, offset) - goal) < max(0.05 * float(np.linalg.norm(goal - start)), 3e-3)
+    assert np.linalg.norm(point(led, joint, offset) - goal) < max(
+        0.05 * float(np.linalg.norm(goal - start)), 3e-3
+    )
 
 
 @pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])
@@ -251,7 +281,13 @@ def test_the_forearm_is_pulled_and_the_hand_would_rather_stay() -> None:
     led = Led()
     start, hand = point(led, 3, np.zeros(3)), led.hand.translation
     for _ in range(600):
-        led.step(LinkTarget(3, np.array([0.0, 0.0, 0.1]), point(led, 3, np.array([0.0, 0.0, 0.1])) + np.array([0.0, 0.0, 0.05])))
+        led.step(
+            LinkTarget(
+                3,
+                np.array([0.0, 0.0, 0.1]),
+                point(led, 3, np.array([0.0, 0.0, 0.1])) + np.array([0.0, 0.0, 0.05]),
+            )
+        )
     moved = float(np.linalg.norm(point(led, 3, np.zeros(3)) - start))
     assert moved > 0.05 and np.linalg.norm(led.hand.translation - hand) < 2.0 * moved
 

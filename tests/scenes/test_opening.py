@@ -78,7 +78,9 @@ def test_then_the_push_moves_the_hand_out_of_its_ring(run: Seen) -> None:
 def test_it_keeps_the_limits_and_the_distance_and_nothing_jumps(run: Seen) -> None:
     simulation = Simulation(RunSettings(), 10)
     model, dt = simulation.room.model, simulation.settings.dt
-    assert (run.positions >= model.lowerPositionLimit - 1e-9).all() and (run.positions <= model.upperPositionLimit + 1e-9).all()
+    assert (run.positions >= model.lowerPositionLimit - 1e-9).all() and (
+        run.positions <= model.upperPositionLimit + 1e-9
+    ).all()
     assert (np.abs(run.velocities) <= model.velocityLimit + 1e-9).all()
     assert run.distance.min() > RunSettings().law.critical_distance - 1e-3
     assert np.abs(np.diff(run.velocities, axis=0)).max() / dt < 40.0

@@ -31,7 +31,9 @@ def beyond(simulation: Simulation, way: float, direction: Array) -> Array:
     simulation.kinematics.update(simulation.positions)
     arm = simulation.avoiding
     made = simulation.room.robots[simulation.room.arms.index(arm)]
-    return simulation.kinematics.joint_point(arm.shoulder) + direction / np.linalg.norm(direction) * (arm_reach(made) + way)
+    return simulation.kinematics.joint_point(arm.shoulder) + direction / np.linalg.norm(direction) * (
+        arm_reach(made) + way
+    )
 
 
 def test_the_longest_step_is_that_of_the_settings() -> None:
@@ -53,7 +55,11 @@ def test_a_pose_out_of_reach_comes_to_rest() -> None:
     simulation = Simulation(settings, 1)
     place = beyond(simulation, 0.15, np.array([1.0, 0.3, 0.4]))
     assert (
-        trembling(simulation, HandTarget(place, simulation.kinematics.hand_pose(simulation.avoiding).rotation.copy()))[0] < QUIET
+        trembling(
+            simulation,
+            HandTarget(place, simulation.kinematics.hand_pose(simulation.avoiding).rotation.copy()),
+        )[0]
+        < QUIET
     )
 
 
@@ -61,7 +67,9 @@ def test_on_its_way_it_brakes_by_steps_that_fall_with_dt() -> None:
     largest = []
     for dt in (0.005, 0.00125):
         simulation = Simulation(changed(RunSettings(scene="solo", hand_speed=1.0), "dt", dt), 1)
-        largest.append(trembling(simulation, HandTarget(beyond(simulation, 0.3, np.array([1.0, 0.0, 0.2]))), 4.0)[1])
+        largest.append(
+            trembling(simulation, HandTarget(beyond(simulation, 0.3, np.array([1.0, 0.0, 0.2]))), 4.0)[1]
+        )
     assert largest[0] < 0.5
     assert largest[1] < 0.4 * largest[0]
 

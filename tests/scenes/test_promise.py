@@ -62,7 +62,10 @@ def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatmen
     expected = np.zeros(len(lam)) if two else -found["w_law"]
     for end in ("", "_b") if two else ("",):
         wanted = law.nominal_velocity + found[f"u{end}"] + (found[f"w_law{end}"] if law.feed_forward else 0.0)
-        expected += found[f"lever{end}"] * lam * (np.maximum(wanted, 0.0) if law.one_sided else wanted) - found[f"u{end}"]
+        expected += (
+            found[f"lever{end}"] * lam * (np.maximum(wanted, 0.0) if law.one_sided else wanted)
+            - found[f"u{end}"]
+        )
     free = np.ones(len(lam), bool)
     for end in ("", "_b") if two else ("",):
         free &= ~np.isin(column(done.table, f"authority{end}"), (Authority.STOP, Authority.SPEED))
@@ -96,7 +99,9 @@ def test_between_two_pairs_the_promise_is_broken_and_that_is_what_is_missing() -
     [(given_settings(wmax=0.8, v=0.05, seed=3), Condition.SPEED), (BETWEEN, Condition.PAIRS)],
     ids=lambda value: getattr(value, "name", ""),
 )
-def test_the_page_and_the_table_say_the_same_of_every_step(settings: RunSettings, expected: Condition) -> None:
+def test_the_page_and_the_table_say_the_same_of_every_step(
+    settings: RunSettings, expected: Condition
+) -> None:
     """What is known at a step is what the whole table says of it, but for a switch that is still to come."""
     simulation = Simulation(settings)
     person, seen = simulation.source(), []
@@ -119,7 +124,9 @@ def test_an_empty_history_misses_nothing_and_one_law_makes_the_promise() -> None
 class Contact:
     """Two real arms and one pair of bodies that does not change; left avoids, right comes."""
 
-    def __init__(self, rig: RigName, law: SmoothPriority, first: str = "hand", second: str = "forearm") -> None:
+    def __init__(
+        self, rig: RigName, law: SmoothPriority, first: str = "hand", second: str = "forearm"
+    ) -> None:
         self.room, self.law = build_room(rig), law
         self.kinematics = Kinematics(self.room.model, self.room.arms)
         self.detector = ProximityDetector(self.kinematics, self.room.geometry)
@@ -159,12 +166,21 @@ class Contact:
         return self.law(Situation(self.q[joints], nominal, row, distance, approach))
 
     def run(
-        self, steps: int, dt: float, pull: float, approach: float = 0.0, aside: float = 0.0, both: float | None = None
+        self,
+        steps: int,
+        dt: float,
+        pull: float,
+        approach: float = 0.0,
+        aside: float = 0.0,
+        both: float | None = None,
     ) -> Array:
         """Return d (steps + 1,) while the left arm avoids and the right one comes with w, or avoids a pull of its own."""
         path = [self.measure()]
         for _ in range(steps):
-            left, right = self.avoiding(self.left, path[-1], pull, approach, aside), self.along(self.right, -approach)
+            left, right = (
+                self.avoiding(self.left, path[-1], pull, approach, aside),
+                self.along(self.right, -approach),
+            )
             if both is not None:
                 right = self.avoiding(self.right, path[-1], both, 0.0, 0.0)
             self.q[self.left] += left * dt
@@ -176,7 +192,9 @@ class Contact:
 DM, V = 0.15, 0.3
 
 
-def contact_at(rig: RigName, distance: float, n: float, v: float = V, dm: float = DM, fed: bool = False) -> Contact:
+def contact_at(
+    rig: RigName, distance: float, n: float, v: float = V, dm: float = DM, fed: bool = False
+) -> Contact:
     contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
     contact.start_at(distance)
     return contact
@@ -188,7 +206,9 @@ COMING = [(6.0, 0.1, 0.1), (10.0, 0.0, 0.2), (10.0, 0.2, 0.25), (20.0, -0.05, 0.
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("n", "u", "w"), STILL + COMING)
-def test_the_arm_comes_to_rest_at_the_closed_form_from_either_side(rig: RigName, n: float, u: float, w: float) -> None:
+def test_the_arm_comes_to_rest_at_the_closed_form_from_either_side(
+    rig: RigName, n: float, u: float, w: float
+) -> None:
     """Within 1 mm of d*; against an obstacle that comes with w ≤ v, from further away d never falls below d_m."""
     rest, tau = budget.resting_distance(DM, n, V, u, w), budget.settling_time(DM, n, V, u, w)
     dt = min(0.1 * tau, 0.005 if w else 0.02)
@@ -206,7 +226,9 @@ def test_motion_aside_and_fed_forward(rig: RigName) -> None:
     ends = []
     for aside in (0.0, 0.3):
         contact = contact_at(rig, rest + 0.01, n)
-        assert contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)[-1] == pytest.approx(rest, abs=1e-3)
+        assert contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)[-1] == pytest.approx(
+            rest, abs=1e-3
+        )
         ends.append(contact.q)
     assert np.abs(ends[1] - ends[0]).max() > 0.05
     # With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control).
@@ -243,7 +265,9 @@ NEAR = 1e-4
 """Start beside the rest [m]; near enough for the linear line."""
 
 
-def late_run(contact: Contact, steps: int, dt: float, hardware: HardwareSettings, approach: float = 0.0) -> Array:
+def late_run(
+    contact: Contact, steps: int, dt: float, hardware: HardwareSettings, approach: float = 0.0
+) -> Array:
     """Return d (steps + 1,) while the left arm avoids through dead time and lag, and the right one comes with w."""
     path, actuation = [contact.measure()], Actuation(len(contact.q))
     velocities = np.zeros_like(contact.q)
@@ -268,14 +292,27 @@ def test_limits_of_the_dead_time() -> None:
     assert budget.largest_dead_time_without_overshoot(TAU) == pytest.approx(TAU / math.e)
     # A lag of 1 µs is none, and a lag alone never makes it unstable.
     assert budget.largest_dead_time(TAU, 1e-6) == pytest.approx(budget.largest_dead_time(TAU), rel=1e-3)
-    assert 0.0 < budget.largest_dead_time(TAU, 0.1) < budget.largest_dead_time(TAU, 0.01) < budget.largest_dead_time(TAU)
+    assert (
+        0.0
+        < budget.largest_dead_time(TAU, 0.1)
+        < budget.largest_dead_time(TAU, 0.01)
+        < budget.largest_dead_time(TAU)
+    )
     assert budget.largest_dead_time(math.inf, 0.01) == math.inf
 
 
-@pytest.mark.parametrize(("rig", "lag"), [("torso", 0.0), ("table", 0.0), ("torso", 0.2 * TAU), ("torso", 2.0 * TAU)])
-def test_a_dead_time_swings_where_the_closed_form_says_and_a_lag_takes_from_what_is_allowed(rig: RigName, lag: float) -> None:
+@pytest.mark.parametrize(
+    ("rig", "lag"), [("torso", 0.0), ("table", 0.0), ("torso", 0.2 * TAU), ("torso", 2.0 * TAU)]
+)
+def test_a_dead_time_swings_where_the_closed_form_says_and_a_lag_takes_from_what_is_allowed(
+    rig: RigName, lag: float
+) -> None:
     """In 40 steps a dead time, which is nearly continuous time. Without a lag it overshoots where its closed form says, too."""
-    allowed, calm, late = budget.largest_dead_time(TAU, lag), budget.largest_dead_time_without_overshoot(TAU), 40
+    allowed, calm, late = (
+        budget.largest_dead_time(TAU, lag),
+        budget.largest_dead_time_without_overshoot(TAU),
+        40,
+    )
 
     def run_of(dead_time: float) -> Array:
         hardware = HardwareSettings(dead_time=dead_time, lag=lag)
@@ -292,7 +329,9 @@ def test_a_dead_time_swings_where_the_closed_form_says_and_a_lag_takes_from_what
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_a_sudden_start_costs_the_speed_times_the_dead_time(rig: RigName) -> None:
     dt, w, T = 0.001, 0.2, 0.05
-    path = late_run(contact_at(rig, REST, N), round(2.0 * T / dt), dt, HardwareSettings(dead_time=T), approach=w)
+    path = late_run(
+        contact_at(rig, REST, N), round(2.0 * T / dt), dt, HardwareSettings(dead_time=T), approach=w
+    )
     lost = REST - path[round(T / dt)]
     assert lost == pytest.approx(w * T, rel=0.01)
     # The ideal robot answers at once.

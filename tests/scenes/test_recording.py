@@ -70,7 +70,9 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         (None, ("cannot be read",)), ("a folder", ("cannot be read",)),
     ],
 )  # fmt: skip
-def test_a_fault_is_named_in_one_line_with_its_place(tmp_path: Path, text: str | bytes | None, words: tuple[str, ...]) -> None:
+def test_a_fault_is_named_in_one_line_with_its_place(
+    tmp_path: Path, text: str | bytes | None, words: tuple[str, ...]
+) -> None:
     path = tmp_path / "hand.csv"
     if text == "a folder":
         path.mkdir()
@@ -86,7 +88,9 @@ def test_a_fault_is_named_in_one_line_with_its_place(tmp_path: Path, text: str |
     | st.text(max_size=200).map(str.encode)
     | st.text("0123456789.,-e\nnaift#\"' ", max_size=80).map(str.encode)
 )
-def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+def test_any_bytes_are_a_recording_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes
+) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
     for head in (b"", b"t,x,y,z\n", b"t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"):
         path.write_bytes(head + content)
@@ -101,7 +105,10 @@ def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathF
 def test_rotations_turn_evenly_and_the_short_way(tmp_path: Path) -> None:
     # Half a turn about z in 2 s, given with a quaternion twice too long; then 90°, also by the negative quaternion.
     h, poses = 0.70710678, "t,x,y,z,qw,qx,qy,qz\n0,0,0,1,1,0,0,0\n"
-    half = (f"{poses}2,0,0,1,0,0,0,2\n", [(0.0, 0.0), (0.5, 45.0), (1.0, 90.0), (1.7, 153.0), (2.0, 180.0), (9.0, 180.0)])
+    half = (
+        f"{poses}2,0,0,1,0,0,0,2\n",
+        [(0.0, 0.0), (0.5, 45.0), (1.0, 90.0), (1.7, 153.0), (2.0, 180.0), (9.0, 180.0)],
+    )
     quarters = [(f"{poses}1,0,0,1,{w},0,0,{w}\n", [(0.5, 45.0), (1.0, 90.0)]) for w in (h, -h)]
     for text, expected in (half, *quarters):
         recording = reading(tmp_path, text)
@@ -113,7 +120,10 @@ def test_rotations_turn_evenly_and_the_short_way(tmp_path: Path) -> None:
     assert reading(tmp_path, GOOD).target(0.0).rotation is None
 
 
-@given(st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12), st.floats(-1.0, 30.0))
+@given(
+    st.lists(st.tuples(st.floats(0.01, 2.0), st.floats(-1.0, 1.0)), min_size=1, max_size=12),
+    st.floats(-1.0, 30.0),
+)
 def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float) -> None:
     times = np.cumsum([gap for gap, _ in samples])
     x = np.array([value for _, value in samples])
@@ -156,7 +166,9 @@ def test_tables_of_a_run() -> None:
     count = len(values(simulation.settings))
     assert lines[:count] == [f"# {key} = {value}" for key, value in values(simulation.settings).items()]
     joints = ", ".join(f"{name} [{'rad/s' if 'dq' in name else 'rad'}]" for name in JOINTS)
-    scalars = "t [s], d [m], lambda [1], e2 [m²], u [m/s], w [m/s], law_d [m], w_law [m/s], lever [1], pair [names]"
+    scalars = (
+        "t [s], d [m], lambda [1], e2 [m²], u [m/s], w [m/s], law_d [m], w_law [m/s], lever [1], pair [names]"
+    )
     assert lines[count] == f"# units = {scalars}, {joints}"
     assert lines[count + 1] == ",".join(HEADER) and lines[-1] == ""
     rows = list(csv.reader(lines[count + 2 : -1]))
@@ -192,7 +204,9 @@ def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[B
             draft.write_text("half", encoding="utf-8")
             assert draft.parent == path.parent and draft != path
             raise error
-        assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == ({"file": before} if before else {})
+        assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == (
+            {"file": before} if before else {}
+        )
     with replacing(path) as draft:
         draft.write_text("new", encoding="utf-8")
         assert path.read_text(encoding="utf-8") == "old"
@@ -205,7 +219,9 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     with replacing(tmp_path / "link") as draft:
         draft.write_text("through", encoding="utf-8")
-    assert (tmp_path / "link").is_symlink() and (tmp_path / "folder/file").read_text(encoding="utf-8") == "through"
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "folder/file").read_text(
+        encoding="utf-8"
+    ) == "through"
     with replacing(Path(os.devnull)) as draft:
         assert draft == Path(os.devnull)
     pipe = tmp_path / "pipe"
@@ -234,7 +250,11 @@ def test_files_and_names_stay_in_their_folder(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
     assert path_inside(tmp_path, "a/../b") == Path(os.path.realpath(tmp_path / "b"))
     assert path_inside(tmp_path, "loop") is not None
-    assert path_inside(tmp_path, "../b") is None and path_inside(tmp_path, "b\0") is None and path_inside(tmp_path, "/b") is None
+    assert (
+        path_inside(tmp_path, "../b") is None
+        and path_inside(tmp_path, "b\0") is None
+        and path_inside(tmp_path, "/b") is None
+    )
     path = tmp_path / "file"
     path.write_bytes(b"\r\n\x1a0")
     assert read_file(path, 4) == b"\r\n\x1a0"

@@ -29,7 +29,10 @@ from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, s
 @cache
 def session(scene: str, law: str, seconds: float, window: float) -> tuple[Simulation, Recorded]:
     return recorded_run(
-        scene_settings(scene, law=law), seconds, window, {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}}
+        scene_settings(scene, law=law),
+        seconds,
+        window,
+        {0.5: {"dm": 0.11, "avoid": "both"}, 0.8: {"k": 3.0, "dt": 0.004}},
     )
 
 
@@ -37,7 +40,12 @@ def session(scene: str, law: str, seconds: float, window: float) -> tuple[Simula
     ("scene", "law"),
     [
         *(("hold", law) for law in LAWS),
-        *((scene, law) for scene in SCENES if scene != "hold" for law in ("smooth_priority", "barrier_qp", "intermediate_value")),
+        *(
+            (scene, law)
+            for scene in SCENES
+            if scene != "hold"
+            for law in ("smooth_priority", "barrier_qp", "intermediate_value")
+        ),
     ],
 )
 def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: str, law: str) -> None:
@@ -99,13 +107,19 @@ def test_other_settings() -> None:
     assert rerun(recorded, {"v": 0.5}).table.tobytes() == would.history.table().tobytes()
     assert set(WHAT_IF_KEYS) <= set(specs(RunSettings))
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
-    assert rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0] == recorded.steps
+    assert (
+        rerun(recorded, {key: values(RunSettings())[key] for key in WHAT_IF_KEYS}).table.shape[0]
+        == recorded.steps
+    )
 
 
 @pytest.mark.parametrize(
     ("impossible", "message"),
     [
-        *(({"overrides": {key: value}}, f"{key} cannot be given") for key, value in (("rig", "table"), ("dt", 0.01))),
+        *(
+            ({"overrides": {key: value}}, f"{key} cannot be given")
+            for key, value in (("rig", "table"), ("dt", 0.01))
+        ),
         ({"overrides": {"dm": 9.0}}, "dm = 9"),
         ({"overrides": {"mood": 1}}, "no setting 'mood'"),
         *(({"substeps": count}, f"substeps = {count} is too small") for count in (0, -1)),
@@ -177,8 +191,18 @@ def test_seams_and_kinds() -> None:
     assert rerun(recorded, {"dm": 0.1}).seams == (10, 20, 30)
     # Between two kinds the first one stays.
     kinds: list[Target | None] = [
-        *(None, HandTarget(np.zeros(3)), HandTarget(np.zeros(3), np.eye(3)), HandTarget(np.zeros(3), None, np.zeros(3))),
-        *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
+        *(
+            None,
+            HandTarget(np.zeros(3)),
+            HandTarget(np.zeros(3), np.eye(3)),
+            HandTarget(np.zeros(3), None, np.zeros(3)),
+        ),
+        *(
+            JointTarget(np.zeros(7)),
+            BallTarget(np.zeros(3)),
+            AnglesTarget(None),
+            AnglesTarget(np.zeros((2, 4))),
+        ),
     ]
     for first, second in permutations(kinds, 2):
         assert target_between(first, second, 0.5) is first
@@ -186,7 +210,9 @@ def test_seams_and_kinds() -> None:
     # A jump of the settings is not held against the law.
     changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
     simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
-    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_velocity_step(recorded, simulation.settings, 1)
+    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_velocity_step(
+        recorded, simulation.settings, 1
+    )
 
 
 PLACE = st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3).map(np.array)
@@ -221,7 +247,11 @@ def test_between_two_of_the_other_kinds(share: float) -> None:
 def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never() -> None:
     # Two seconds of the hold scene during which the hand comes near and the closest pair changes.
     _, recorded = recorded_run(RunSettings(), 6.0, 2.0)
-    for changes, verdict in (({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")):
+    for changes, verdict in (
+        ({"pairs": "soft"}, "smooth"),
+        ({"pairs": "single"}, "jump"),
+        ({"law": "strict_switched"}, "jump"),
+    ):
         settings = given_settings(**changes)
         largest = tuple(largest_velocity_step(recorded, settings, substeps) for substeps in SUBSTEPS)
         measured = replace(unmeasured(recorded, settings), largest=largest)

@@ -34,11 +34,23 @@ EPOCH = 1_764_275_000.0
 
 REFUSED: dict[str, tuple[Array, Array, tuple[str, ...]]] = {
     "stamps of ROS": (T + EPOCH, PLACES, ("t begins at 1764275000", "seconds since 1970", "subtract")),
-    "stamps of ROS in milliseconds": ((T + EPOCH) * 1e3, PLACES, ("t begins at 1764275000000", "milliseconds", "by 1000")),
+    "stamps of ROS in milliseconds": (
+        (T + EPOCH) * 1e3,
+        PLACES,
+        ("t begins at 1764275000000", "milliseconds", "by 1000"),
+    ),
     "stamps of ROS in microseconds": ((T + EPOCH) * 1e6, PLACES, ("microseconds", "by 1000000")),
-    "stamps of ROS in nanoseconds": ((T + EPOCH) * 1e9, PLACES, ("t begins at 1.764275e+18", "nanoseconds", "by 1000000000")),
+    "stamps of ROS in nanoseconds": (
+        (T + EPOCH) * 1e9,
+        PLACES,
+        ("t begins at 1.764275e+18", "nanoseconds", "by 1000000000"),
+    ),
     "nanoseconds": (T * 1e9, PLACES, ("t goes from 0 to 2950000000", "nanoseconds", "by 1000000000")),
-    "after the run": (T + 100.0, PLACES, ("t begins at 100 s", "run of 3 s", "subtract", "--seconds above 102.95")),
+    "after the run": (
+        T + 100.0,
+        PLACES,
+        ("t begins at 100 s", "run of 3 s", "subtract", "--seconds above 102.95"),
+    ),
     "milliseconds after the run": ((T + 5.0) * 1e3, PLACES, ("t begins at 5000", "milliseconds", "by 1000")),
     "before the run": (T - 100.0, PLACES, ("t ends at -97.05", "subtract")),
 }
@@ -80,7 +92,9 @@ def test_unlikely_samples_are_said_in_one_sentence(case: str) -> None:
     assert [word for word in words if word not in said] == [], said
 
 
-FAR_APART = PLACES[0] + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.1], [0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [0.0, 0.0, 0.0]])
+FAR_APART = PLACES[0] + np.array(
+    [[0.0, 0.0, 0.0], [0.0, 0.0, -0.1], [0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [0.0, 0.0, 0.0]]
+)
 
 FINE: dict[str, tuple[Array, Array, float]] = {
     "as long as the run": (T, PLACES, 3.0),
@@ -101,7 +115,9 @@ def test_good_samples_raise_no_doubt(case: str) -> None:
     assert check_samples(Recording(times, places), TABLE, seconds, "a.csv") == ()
 
 
-@given(st.sampled_from((1.0, 1e3, 1e6, 1e9)), st.floats(1e9, 2e9), st.floats(0.001, 0.2), st.floats(0.1, 1000.0))
+@given(
+    st.sampled_from((1.0, 1e3, 1e6, 1e9)), st.floats(1e9, 2e9), st.floats(0.001, 0.2), st.floats(0.1, 1000.0)
+)
 def test_no_clock_goes_by_without_a_word(per: float, begin: float, step: float, seconds: float) -> None:
     times: Array = np.unique((begin + step * np.arange(COUNT, dtype=np.float64)) * per)
     with pytest.raises(BadInputFile, match="since 1970"):
@@ -109,7 +125,9 @@ def test_no_clock_goes_by_without_a_word(per: float, begin: float, step: float, 
 
 
 @given(st.sampled_from((1e3, 1e6, 1e9)), st.floats(0.001, 0.1), st.floats(0.1, 1.0), st.floats(0.5, 60.0))
-def test_no_other_unit_of_time_goes_by_without_a_word(per: float, step: float, speed: float, seconds: float) -> None:
+def test_no_other_unit_of_time_goes_by_without_a_word(
+    per: float, step: float, speed: float, seconds: float
+) -> None:
     times: Array = step * np.arange(COUNT, dtype=np.float64)
     places = PLACES[0] + 0.1 * np.sin(speed / 0.1 * times)[:, None] * np.array([0.0, 0.0, 1.0])
     try:
@@ -140,7 +158,9 @@ def test_every_scene_with_a_hand_takes_them() -> None:
 
 
 def written(path: Path, times: Array) -> Path:
-    rows = "\n".join(",".join(map(repr, (t, *place))) for t, place in zip(times.tolist(), PLACES.tolist(), strict=True))
+    rows = "\n".join(
+        ",".join(map(repr, (t, *place))) for t, place in zip(times.tolist(), PLACES.tolist(), strict=True)
+    )
     path.write_text(f"t,x,y,z\n{rows}\n", encoding="utf-8")
     return path
 
@@ -161,7 +181,9 @@ def test_a_run_says_it_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_the_stamps_of_a_bag_keep_their_order() -> None:
-    rows = "".join(f"{EPOCH + t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(T, PLACES, strict=True))
+    rows = "".join(
+        f"{EPOCH + t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(T, PLACES, strict=True)
+    )
     recording = inputs_from(f"t,x,y,z\n{rows}".encode(), "a.csv")
     with pytest.raises(BadInputFile, match="t begins at 1764275000, "):
         check_samples(recording, TABLE, 2.0, "a.csv")

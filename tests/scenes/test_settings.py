@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from controllers.errors import BadSetting
 from scenes.setting_spec import SPEC, Spec, Tab
-from scenes.settings import ArmName, HardwareSettings, LawSettings, RunSettings, changed, specs, validate, values
+from scenes.settings import (
+    ArmName,
+    HardwareSettings,
+    LawSettings,
+    RunSettings,
+    changed,
+    specs,
+    validate,
+    values,
+)
 
 SPECS = specs()
 DEFAULTS = values(RunSettings())
@@ -46,7 +55,9 @@ def test_a_choice_has_one_label_a_value() -> None:
 
 
 def test_declared_fields() -> None:
-    assert len(SPECS) == len(fields(RunSettings)) - 2 + len(fields(LawSettings)) + len(fields(HardwareSettings))
+    assert len(SPECS) == len(fields(RunSettings)) - 2 + len(fields(LawSettings)) + len(
+        fields(HardwareSettings)
+    )
     assert list(SPECS) == list(DEFAULTS) and sorted(NUMBERS + CHOICES + FLAGS + TEXTS) == sorted(SPECS)
     for key, spec in SPECS.items():
         assert spec.key == key and spec.help and 0 < len(spec.label) <= 11
@@ -124,7 +135,10 @@ def test_range_ends_through_the_pages_unit_are_still_the_ends(key: str) -> None:
 
 def test_a_tree_built_past_the_check_is_found_out() -> None:
     good = RunSettings()
-    for key, bad in (("dt", replace(good, dt=math.inf)), ("n", replace(good, law=replace(good.law, order=math.nan)))):
+    for key, bad in (
+        ("dt", replace(good, dt=math.inf)),
+        ("n", replace(good, law=replace(good.law, order=math.nan))),
+    ):
         with pytest.raises(BadSetting, match=key):
             validate(bad)
 
@@ -169,7 +183,9 @@ ANYTHING = st.text(max_size=60) | st.none() | st.integers() | st.floats()
 
 
 @given(st.sampled_from(CHOICES), ANYTHING | st.booleans(), st.sampled_from(FLAGS), ANYTHING)
-def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(key: str, choice: object, flag: str, on: object) -> None:
+def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(
+    key: str, choice: object, flag: str, on: object
+) -> None:
     if choice not in SPECS[key].choices:
         refused(key, choice, *SPECS[key].choices)
     if not (isinstance(on, str) and on.lower() in {"1", "true", "on", "yes", "0", "false", "off", "no"}):

@@ -31,8 +31,14 @@ def test_the_tool_ends_inside_the_hand() -> None:
 
 
 def test_normals_are_right_also_in_the_viewer() -> None:
-    groups = [*shells.link_meshes(False), room_shells.torso_meshes(False), room_shells.table_meshes(1.1, 2, False)]
-    for name, part in ((f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()):
+    groups = [
+        *shells.link_meshes(False),
+        room_shells.torso_meshes(False),
+        room_shells.table_meshes(1.1, 2, False),
+    ]
+    for name, part in (
+        (f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()
+    ):
         normals = part.vertex_normals
         assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
         a, b, c = (part.vertices[part.faces[:, i]] for i in range(3))
@@ -94,14 +100,25 @@ def test_surfaces_by_closed_forms() -> None:
 
 def test_sizes_and_colours_of_files() -> None:
     assert (
-        max(map(len, (room_shells.torso_glb(False), room_shells.table_glb(1.1, False), room_shells.table_glb(1.4, False))))
+        max(
+            map(
+                len,
+                (
+                    room_shells.torso_glb(False),
+                    room_shells.table_glb(1.1, False),
+                    room_shells.table_glb(1.4, False),
+                ),
+            )
+        )
         <= 300_000
     )
     n = 70_000
     points = np.random.default_rng(1).normal(size=(n, 3))
     faces = np.array([[0, 1, n - 1]])
     big = mesh(points, faces, points / np.linalg.norm(points, axis=1, keepdims=True))
-    loaded = trimesh.load_scene(io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb").geometry["body"]
+    loaded = trimesh.load_scene(
+        io.BytesIO(glb.glb({"body": big}, shells.PALETTES["orange"])), file_type="glb"
+    ).geometry["body"]
     assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
     assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
     assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
@@ -134,25 +151,33 @@ def test_glbs_load_back(link: int) -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours(link: int) -> None:
-    (loaded,) = trimesh.load_scene(io.BytesIO(robot_glbs("lwr", "orange", coarse=True)[link]), file_type="glb").geometry.values()
+    (loaded,) = trimesh.load_scene(
+        io.BytesIO(robot_glbs("lwr", "orange", coarse=True)[link]), file_type="glb"
+    ).geometry.values()
     parts = shells.link_meshes(True)[link]
     assert isinstance(loaded, trimesh.Trimesh)
     assert len(loaded.faces) == sum(len(part.faces) for part in parts.values())
     assert len(loaded.faces) < 0.3 * sum(len(part.faces) for part in shells.link_meshes(False)[link].values())
     head = glb_head(robot_glbs("lwr", "orange", coarse=True)[link])
     (primitive,) = head["meshes"][0]["primitives"]
-    assert head["materials"][primitive["material"]]["extensions"] == {glb.UNLIT: {}} and head["extensionsUsed"] == [glb.UNLIT]
+    assert head["materials"][primitive["material"]]["extensions"] == {glb.UNLIT: {}} and head[
+        "extensionsUsed"
+    ] == [glb.UNLIT]
     accessor = head["accessors"][primitive["attributes"]["COLOR_0"]]
     paints = np.array([shells.PALETTES["orange"][name].linear()[:3] for name in parts])
     low, high = np.array(accessor["min"]), np.array(accessor["max"])
     assert (low >= 0.5 * paints.min(0)).all() and (low < paints.min(0) + glb.SHEEN).all()
-    assert (high <= np.minimum(2.0 * paints.max(0) + glb.SHEEN, 1.0) + 1e-6).all() and (high > 0.9 * paints.max(0)).all()
+    assert (high <= np.minimum(2.0 * paints.max(0) + glb.SHEEN, 1.0) + 1e-6).all() and (
+        high > 0.9 * paints.max(0)
+    ).all()
 
 
 THING = (b"one", b"", b"three\n")
 
 
-def test_what_has_a_key_is_built_once_and_a_damaged_file_again(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_has_a_key_is_built_once_and_a_damaged_file_again(
+    cache_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     built: list[str] = []
 
     def thing(key: str = "key") -> tuple[bytes, ...]:
@@ -164,7 +189,14 @@ def test_what_has_a_key_is_built_once_and_a_damaged_file_again(cache_folder: Pat
     assert thing() == thing() == THING and built == ["key"]
     (file,) = cache_folder.iterdir()
     data = file.read_bytes()
-    for damaged in (b"", data[:-1], data[: len(data) // 2], data[:-2] + b"XY", b"[]\n", data.replace(b"three", b"THREE")):
+    for damaged in (
+        b"",
+        data[:-1],
+        data[: len(data) // 2],
+        data[:-2] + b"XY",
+        b"[]\n",
+        data.replace(b"three", b"THREE"),
+    ):
         assert damaged != data
         file.write_bytes(damaged)
         built.clear()

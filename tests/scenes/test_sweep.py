@@ -61,7 +61,9 @@ def test_evenly_spaced_values_rise_from_end_to_end(first: float, width: float, c
     found = read_axis(f"v={first!r}:{last!r}:{count}", USUAL).values
     assert len(found) == count and found[0] == first and found[-1] == last
     steps = [b - a for a, b in itertools.pairwise(found)]
-    assert all(math.isclose(step, (last - first) / (count - 1), rel_tol=1e-6, abs_tol=1e-11) for step in steps)
+    assert all(
+        math.isclose(step, (last - first) / (count - 1), rel_tol=1e-6, abs_tol=1e-11) for step in steps
+    )
 
 
 def test_every_setting_can_be_swept() -> None:
@@ -101,7 +103,12 @@ def test_grids_and_their_figures() -> None:
     grid = read_grid(changed(USUAL, "k", 3.0), ["n=2,4", "pairs=single,soft", "v=0.1:0.3:3"], 0.02)
     assert grid.shape == (2, 2, 3) and grid.size == 12
     points = grid.points()
-    assert points[:4] == [(2.0, "single", 0.1), (2.0, "single", 0.2), (2.0, "single", 0.3), (2.0, "soft", 0.1)]
+    assert points[:4] == [
+        (2.0, "single", 0.1),
+        (2.0, "single", 0.2),
+        (2.0, "single", 0.3),
+        (2.0, "soft", 0.1),
+    ]
     at = values(grid.at(points[4]))
     assert (at["n"], at["pairs"], at["v"], at["k"]) == (2.0, "soft", 0.2, 3.0)
     assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v", *LATER)}
@@ -190,10 +197,14 @@ for _ in points:
 
 
 @pytest.mark.thorough
-@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="needs Linux, to wait for a process that is not ours")
+@pytest.mark.skipif(
+    not hasattr(os, "pidfd_open"), reason="needs Linux, to wait for a process that is not ours"
+)
 def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
     command, home = [sys.executable, "-c", ORPHANS], Path(__file__).parents[2]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=home) as parent:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=home
+    ) as parent:
         try:
             assert parent.stdout is not None
             workers = [os.pidfd_open(int(pid)) for pid in parent.stdout.readline().split()]
@@ -213,7 +224,9 @@ def test_trade_off_maps() -> None:
     assert len(set(itertools.product(TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES))) == 25
     chosen, orders = changed(changed(USUAL, "k", 3.0), "dt", 0.02), (2.0, 8.0)
     found = [point for order in orders for point in trade_off(chosen, 8.0, order)]
-    assert [(point.order, point.nominal_velocity) for point in found] == list(itertools.product(orders, TRADE_OFF_VELOCITIES))
+    assert [(point.order, point.nominal_velocity) for point in found] == list(
+        itertools.product(orders, TRADE_OFF_VELOCITIES)
+    )
     for point in found[::3]:
         summary = run(changed(changed(chosen, "n", point.order), "v", point.nominal_velocity), 8.0).summary
         assert (point.d_min, point.e2_max) == (summary.d_min, summary.e2_max)
@@ -224,6 +237,11 @@ def test_trade_off_maps() -> None:
 
 def test_a_script_whose_workers_would_run_it_again_is_told_so(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text("from scenes.children import computed\nprint(list(computed(abs, [(1,), (2,)], 2)))\n", encoding="utf-8")
+    script.write_text(
+        "from scenes.children import computed\nprint(list(computed(abs, [(1,), (2,)], 2)))\n",
+        encoding="utf-8",
+    )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
-    assert 'could not begin; in a script, what computes stands below if __name__ == "__main__":' in done.stderr
+    assert (
+        'could not begin; in a script, what computes stands below if __name__ == "__main__":' in done.stderr
+    )

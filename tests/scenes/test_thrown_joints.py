@@ -42,10 +42,15 @@ def test_strict_priority_begins_without_a_throw() -> None:
     ("changes", "start"),
     [
         ({"guided": "left", "avoid": "guided", "clip": "reach", "seed": 334, "one_sided": True}, BEGUN),
-        ({"avoid": "free", "clip": "wave", "k": 20.0, "g": 20.14, "seed": 164, "n": 1.0, "v": 0.5727}, CROSSED),
+        (
+            {"avoid": "free", "clip": "wave", "k": 20.0, "g": 20.14, "seed": 164, "n": 1.0, "v": 0.5727},
+            CROSSED,
+        ),
     ],
 )
-def test_no_step_at_the_edges_stays_with_smaller_time_steps(changes: dict[str, object], start: tuple[float, ...]) -> None:
+def test_no_step_at_the_edges_stays_with_smaller_time_steps(
+    changes: dict[str, object], start: tuple[float, ...]
+) -> None:
     """Two of the runs that jumped by more than 1 rad/s, at every dt."""
     settings = RunSettings(scene="imitation")
     for key, value in changes.items():

@@ -13,7 +13,14 @@ from controllers.first_tasks.surroundings import Surroundings
 from controllers.kinematics import Array
 from controllers.limits import Authority
 from controllers.row_stage import smooth_stage
-from scenes.furniture import BENCH_HALF_DEPTH, BENCH_TOP, TORSO_BLOCK, TORSO_COLUMN, bench_half_length, furniture_of
+from scenes.furniture import (
+    BENCH_HALF_DEPTH,
+    BENCH_TOP,
+    TORSO_BLOCK,
+    TORSO_COLUMN,
+    bench_half_length,
+    furniture_of,
+)
 from scenes.history import COLUMN
 from scenes.own_pairs import own_pairs
 from scenes.promise import Condition, broken_by, missing
@@ -148,7 +155,10 @@ def test_the_furniture_is_as_it_is_drawn() -> None:
     np.testing.assert_allclose(box[:3] + box[3:], bench[1], atol=1e-9)
     drawn = torso_meshes(False)["dark"].vertices
     column = drawn[(drawn[:, 2] > 0.15) & (np.hypot(drawn[:, 0] - TORSO_BLOCK[0], drawn[:, 1]) < 0.09)]
-    assert np.hypot(column[:, 0] - TORSO_BLOCK[0], column[:, 1])[column[:, 2] < 0.78].max() <= TORSO_COLUMN + 1e-9
+    assert (
+        np.hypot(column[:, 0] - TORSO_BLOCK[0], column[:, 1])[column[:, 2] < 0.78].max()
+        <= TORSO_COLUMN + 1e-9
+    )
 
 
 @pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])

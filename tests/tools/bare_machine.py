@@ -45,7 +45,9 @@ exec chroot "$0" bash -euo pipefail -c "$1"
 
 def readme_commands(readme: str) -> list[str]:
     """The shell commands of the README, without their line breaks: to start the page, to run the tests, …"""
-    return [block.strip() for block in re.findall(r"^```sh\n(.*?)^```$", readme, flags=re.MULTILINE | re.DOTALL)]
+    return [
+        block.strip() for block in re.findall(r"^```sh\n(.*?)^```$", readme, flags=re.MULTILINE | re.DOTALL)
+    ]
 
 
 def installation(command: str) -> str:
@@ -67,8 +69,14 @@ def reason_against() -> str:
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 return f"mmdebstrap cannot be installed ({(done.stderr or done.stdout).strip()[-200:]})"
-    allowed = subprocess.run([*_unshare(), "mount", "-t", "proc", "proc", "/proc"], capture_output=True, text=True, check=False)
-    return "" if allowed.returncode == 0 else f"namespaces and mounts are not allowed here ({allowed.stderr.strip()[-200:]})"
+    allowed = subprocess.run(
+        [*_unshare(), "mount", "-t", "proc", "proc", "/proc"], capture_output=True, text=True, check=False
+    )
+    return (
+        ""
+        if allowed.returncode == 0
+        else f"namespaces and mounts are not allowed here ({allowed.stderr.strip()[-200:]})"
+    )
 
 
 def system_archive(suite: str) -> Path:
@@ -110,9 +118,7 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         The command's exit code.
     """
     if packages:
-        command = (
-            f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
-        )
+        command = f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
     root = Path(tempfile.mkdtemp(prefix="duet-bare-"))
     # An ending from outside removes it, too.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
@@ -121,7 +127,10 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         shutil.copy("/etc/resolv.conf", root / "etc")
         (root / "etc" / "hosts").write_text(_HOSTS, encoding="ascii")
         # The certificates and pip's settings with which this computer reaches the package index.
-        subprocess.run(["cp", "-rT", "--remove-destination", "/etc/ssl/certs", root / "etc" / "ssl" / "certs"], check=True)
+        subprocess.run(
+            ["cp", "-rT", "--remove-destination", "/etc/ssl/certs", root / "etc" / "ssl" / "certs"],
+            check=True,
+        )
         if Path("/etc/pip.conf").exists():
             shutil.copy("/etc/pip.conf", root / "etc")
         subprocess.run(["git", "clone", "-q", "--no-hardlinks", checkout, root / "root" / "duet"], check=True)
@@ -149,11 +158,15 @@ def handed_on(environment: Mapping[str, str]) -> dict[str, str]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run as a command; see the module's text."""
     parser = argparse.ArgumentParser(description="Run the README's commands on a bare machine.")
-    parser.add_argument("command", nargs="?", help="what to run after the README's installation; default: its tests")
+    parser.add_argument(
+        "command", nargs="?", help="what to run after the README's installation; default: its tests"
+    )
     parser.add_argument("--suite", default="bookworm", help="Debian release")
     parser.add_argument("--with", dest="packages", default="", help="further Debian packages")
     parser.add_argument("--then", default="", help="what to run after that")
-    parser.add_argument("--or-here", action="store_true", help="run in this checkout if no bare machine can be had")
+    parser.add_argument(
+        "--or-here", action="store_true", help="run in this checkout if no bare machine can be had"
+    )
     chosen = parser.parse_args(arguments)
     command = readme_commands((ROOT / "README.md").read_text(encoding="utf-8"))[1]
     if chosen.command is not None:

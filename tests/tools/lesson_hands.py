@@ -33,7 +33,13 @@ def press(page: Page, label: str) -> None:
 def control_of(key: str, value: Any) -> tuple[str, str, str]:
     """Return of a setting the tab on which it stands, its label, and what a person enters for a value."""
     spec = SPECS[key]
-    entered = spec.options()[value] if spec.choices else value if spec.read is not None else f"{value * spec.page_scale:g}"
+    entered = (
+        spec.options()[value]
+        if spec.choices
+        else value
+        if spec.read is not None
+        else f"{value * spec.page_scale:g}"
+    )
     return next(name for name, _, keys in TABS if key in keys), page_label(key), entered
 
 
@@ -100,13 +106,17 @@ class Keys:
 
     def _to_input(self, label: str) -> None:
         names = ("getAttribute('aria-label')", "labels?.[0]?.textContent")
-        self._tab_to(lambda: self._focused("tagName") == "INPUT" and label in map(self._focused, names), f"“{label}”")
+        self._tab_to(
+            lambda: self._focused("tagName") == "INPUT" and label in map(self._focused, names), f"“{label}”"
+        )
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
         tabs = {name for name, _, _ in TABS}
         if self.page.get_by_role("tab", name=tab, exact=True).is_visible():
-            at_tabs = lambda: self._focused("getAttribute('role')") == "tab" and self._focused("innerText") in tabs  # noqa: E731
+            at_tabs = lambda: (  # noqa: E731
+                self._focused("getAttribute('role')") == "tab" and self._focused("innerText") in tabs
+            )
             self._tab_to(at_tabs, "the tabs")
             self._press_until("ArrowRight", lambda: self._focused("innerText") == tab, f"the tab “{tab}”")
             self.page.keyboard.press("Enter")
@@ -114,7 +124,11 @@ class Keys:
         self._to_input(label)
         if SPECS[key].choices:
             marked = "document.getElementById(document.activeElement?.getAttribute('aria-activedescendant') ?? '')?.innerText"
-            self._press_until("ArrowDown", lambda: str(self.page.evaluate(marked)).strip() == entered, f"the choice “{entered}”")
+            self._press_until(
+                "ArrowDown",
+                lambda: str(self.page.evaluate(marked)).strip() == entered,
+                f"the choice “{entered}”",
+            )
         self._enter(None if SPECS[key].choices else entered)
 
     def _tab_to(self, there: Callable[[], bool], what: str) -> None:

@@ -39,7 +39,11 @@ class LessonMoves:
         for key, value in (values(trial.setup.settings(self.session.settings).run) | further).items():
             if values(self.session.settings)[key] != value:
                 self.hands.set(key, value)
-                until(self.page, lambda key=key, value=value: values(self.session.settings)[key] == value, f"{key} = {value}")
+                until(
+                    self.page,
+                    lambda key=key, value=value: values(self.session.settings)[key] == value,
+                    f"{key} = {value}",
+                )
 
     def move(self, trial: Trial) -> None:
         """Move what a trial's person moves, as far, in a fresh run with the trial's settings."""
@@ -60,7 +64,9 @@ class LessonMoves:
         elif trial.setup.input.name == "null_motions":
             self._fresh_run()
             ways = dict(trial.setup.input.parameters)
-            for label, way in zip(LABELS, (ways.get(name, 0.0) for name in ("swing", "x", "y", "z")), strict=True):
+            for label, way in zip(
+                LABELS, (ways.get(name, 0.0) for name in ("swing", "x", "y", "z")), strict=True
+            ):
                 if way:
                     still = ask(session, lambda s: s.simulation.positions.copy())
                     self.hands.slide(label, f"{np.degrees(way):.0f}")
@@ -70,7 +76,12 @@ class LessonMoves:
 
                     # One motion after the other: together they may leave the elbow where it was.
                     until(page, begun, "a motion")
-                    until(page, lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3), "the end of it", LONG)
+                    until(
+                        page,
+                        lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3),
+                        "the end of it",
+                        LONG,
+                    )
         else:
             # In slow motion, at the other hand, until it is 10 mm nearer than d_m.
             self.settings(trial, wmax=FAST)
@@ -87,7 +98,11 @@ class LessonMoves:
         """Begin the run again, with the focus where keys are the page's."""
         turn, before = self.run.walk.run_id, max(self.session.simulation.time, 2.0)
         self.hands.do("again")
-        until(self.page, lambda: self.run.walk.run_id != turn and self.session.simulation.time < before, "a fresh run")
+        until(
+            self.page,
+            lambda: self.run.walk.run_id != turn and self.session.simulation.time < before,
+            "a fresh run",
+        )
         self.page.evaluate("document.activeElement?.blur()")
 
     def _swing(self) -> None:
@@ -96,7 +111,9 @@ class LessonMoves:
         for mark in (high, low):
 
             def there(mark: Array = mark) -> bool:
-                miss = mark - ask(self.session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
+                miss = mark - ask(
+                    self.session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow)
+                )
                 if np.linalg.norm(miss) < 0.012:
                     return True
                 self.page.keyboard.press("J" if miss @ (high - low) > 0.0 else "K")

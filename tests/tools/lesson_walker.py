@@ -23,7 +23,19 @@ from tests.browser import lasting, until, wait_frames
 from tests.tools.lesson_hands import Hands
 from tests.tools.lesson_moves import LONG, LessonMoves
 
-CONTROLS = {"button", "checkbox", "combobox", "link", "radio", "searchbox", "slider", "spinbutton", "switch", "tab", "textbox"}
+CONTROLS = {
+    "button",
+    "checkbox",
+    "combobox",
+    "link",
+    "radio",
+    "searchbox",
+    "slider",
+    "spinbutton",
+    "switch",
+    "tab",
+    "textbox",
+}
 """Roles of what can be operated."""
 
 FLAWS = """() => { const bad = [];
@@ -43,7 +55,9 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     """Open a lesson by its link; return the session and its lessons."""
     session = visit(page, opened, query)
     page.locator(".duet-l-head").wait_for()
-    return session, next(lessons_of(one) for one in private_of(opened).visitors.values() if one.session is session)
+    return session, next(
+        lessons_of(one) for one in private_of(opened).visitors.values() if one.session is session
+    )
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:
@@ -63,14 +77,20 @@ def named(page: Page) -> None:
     chrome = page.context.new_cdp_session(page)
 
     def unnamed() -> list[int]:
-        nodes = [node for node in chrome.send("Accessibility.getFullAXTree")["nodes"] if not node.get("ignored")]
+        nodes = [
+            node for node in chrome.send("Accessibility.getFullAXTree")["nodes"] if not node.get("ignored")
+        ]
         controls = [node for node in nodes if node.get("role", {}).get("value") in CONTROLS]
-        return [n["backendDOMNodeId"] for n in controls if not str(n.get("name", {}).get("value") or "").strip()]
+        return [
+            n["backendDOMNodeId"] for n in controls if not str(n.get("name", {}).get("value") or "").strip()
+        ]
 
     try:
         until(page, lambda: not unnamed(), "names", 20.0)
     except AssertionError:
-        shown = [chrome.send("DOM.getOuterHTML", {"backendNodeId": node})["outerHTML"][:200] for node in unnamed()]
+        shown = [
+            chrome.send("DOM.getOuterHTML", {"backendNodeId": node})["outerHTML"][:200] for node in unnamed()
+        ]
         raise AssertionError("controls without a name:\n" + "\n".join(shown)) from None
     chrome.detach()
 
@@ -115,7 +135,9 @@ class Walker:
         while walk.phase is not walk.phases[-1]:
             before = walk.phase
             self.hands.do("next")
-            until(self.page, lambda before=before: self.run.walk.phase is not before, f"on from {before}", LONG)
+            until(
+                self.page, lambda before=before: self.run.walk.phase is not before, f"on from {before}", LONG
+            )
             self._at(walk.phase)
             self._look()
         if step.challenge is not None:
@@ -163,10 +185,18 @@ class Walker:
         verdict = run.walk.view().verdict
         assert verdict is not None and verdict.right == right
         headline = verdict.headline
-        until(page, lambda: page.locator(".duet-l-verdict .card .mark b").all_inner_texts() == [headline], "the verdict")
+        until(
+            page,
+            lambda: page.locator(".duet-l-verdict .card .mark b").all_inner_texts() == [headline],
+            "the verdict",
+        )
         text = page.locator(".duet-l-verdict .card").inner_text()
         assert "You said" in text
-        until(page, lambda: headline in (page.locator("#duet-say").text_content() or ""), "the verdict is announced")
+        until(
+            page,
+            lambda: headline in (page.locator("#duet-say").text_content() or ""),
+            "the verdict is announced",
+        )
         walked.said.append(headline)
         outcome = run.walk.done.outcome
         assert outcome is not None and not (right and outcome.reference), (right, outcome)
@@ -201,7 +231,11 @@ class Walker:
         if not (challenge.custom_law or challenge.best_of):
             last, card = run.walk.done.last, page.locator(".duet-l-attempt .card")
             assert last is not None
-            until(page, lambda: ("wrong" in (card.get_attribute("class") or "")) is not last.passed, "how it was judged")
+            until(
+                page,
+                lambda: ("wrong" in (card.get_attribute("class") or "")) is not last.passed,
+                "how it was judged",
+            )
         for count in range(1, len(step.hints) + 1):
             self.hands.do("hint")
             until(page, lambda count=count: page.locator(".duet-l-hints li").count() == count, "a hint")
@@ -217,7 +251,12 @@ class Walker:
             attempts = run.walk.done.attempts
             self.moves.settings(trial)
             self._go()
-            until(page, lambda: run.walk.done.attempts > attempts and self.session.paused, "judged at the run's end", LONG)
+            until(
+                page,
+                lambda: run.walk.done.attempts > attempts and self.session.paused,
+                "judged at the run's end",
+                LONG,
+            )
         assert run.walk.done.passed, (step.id, trial.name, run.walk.done.last)
         if not challenge.custom_law:
             page.locator(".duet-l-attempt .card.right").wait_for()
@@ -229,7 +268,9 @@ class Walker:
         until(self.page, lambda: self.run.walk.done.last is not before, "the attempt", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
-        for i, (label, number) in enumerate(zip(self.run.walk.view().forecasts, said_by(step, trial), strict=True)):
+        for i, (label, number) in enumerate(
+            zip(self.run.walk.view().forecasts, said_by(step, trial), strict=True)
+        ):
             assert number is not None
 
             def known(i: int = i, number: float = number) -> bool:

@@ -81,7 +81,9 @@ _WATCH = """links => {
 }"""
 
 
-def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object], links: list[str]) -> list[float]:
+def measure(
+    page: Page, place: Array, arrows: Array, held: Callable[[], object], links: list[str]
+) -> list[float]:
     """Return the delays of single mouse moves [ms].
 
     Args:
@@ -94,7 +96,9 @@ def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object],
     settled_view(page)
     # The arrow that is seen best.
     middle = np.array(world_to_px(page, place))
-    arrow = max(arrows, key=lambda along: float(np.linalg.norm(world_to_px(page, place + GRIP * along) - middle)))
+    arrow = max(
+        arrows, key=lambda along: float(np.linalg.norm(world_to_px(page, place + GRIP * along) - middle))
+    )
     grip = place + GRIP * arrow
     take_hold(page, lambda: grip, held)
     x, y = world_to_px(page, grip)
@@ -118,7 +122,13 @@ def of_duet(browser: Browser) -> dict[str, list[float]]:
         page.add_init_script(WELCOMED)
         session = visit(page, house, "autopilot=0&gizmo=1")
         pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
-        delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.hand.held is not None, LINKS)
+        delays = measure(
+            page,
+            pose.translation.copy(),
+            pose.rotation.T.copy(),
+            lambda: session.hand.held is not None,
+            LINKS,
+        )
         page.close()
     return {POINTER: delays, SERVER: served}
 
@@ -234,7 +244,9 @@ def _add_room(server: viser.ViserServer) -> Callable[[float], None]:
 def figure(delays: list[float]) -> str:
     """Text of some delays [ms]."""
     if not delays:
-        raise SystemExit("no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this")
+        raise SystemExit(
+            "no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this"
+        )
     return f"{len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
 
 
@@ -250,7 +262,8 @@ def main() -> None:
     for name, some in delays.items():
         print(f"{name}, {figure(some)}")
     ratios = [
-        part(delays[POINTER]) / part(delays[ROOM]) for part in (statistics.median, lambda some: float(np.percentile(some, 90)))
+        part(delays[POINTER]) / part(delays[ROOM])
+        for part in (statistics.median, lambda some: float(np.percentile(some, 90)))
     ]
     print("pointer to picture beside the same on plain viser: median × {:.2f}, p90 × {:.2f}".format(*ratios))
 

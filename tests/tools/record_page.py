@@ -69,7 +69,9 @@ def shot(page: Page, session: Session, x: float, y: float) -> Shot:
     """Return a picture with the pointer of the mouse, which a browser without a window does not draw."""
     time, picture = session.simulation.time, Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     pointer = [(0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (12, 12)]
-    ImageDraw.Draw(picture).polygon([(x + dx, y + dy) for dx, dy in pointer], fill=(20, 20, 20), outline=(255, 255, 255))
+    ImageDraw.Draw(picture).polygon(
+        [(x + dx, y + dy) for dx, dy in pointer], fill=(20, 20, 20), outline=(255, 255, 255)
+    )
     return time, picture.resize((WIDTH, WIDTH * picture.height // picture.width), Image.Resampling.LANCZOS)
 
 
@@ -108,7 +110,9 @@ def take_still(page: Page, session: Session, time: float, out: Path) -> None:
     ask(session, lambda s: [s.reset(), *(step(FRAME, PATIENT) for _ in range(round(time / FRAME)))])
     settled_view(page)
     picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
-    picture.resize((960, 960 * picture.height // picture.width), Image.Resampling.LANCZOS).save(out, quality=86)
+    picture.resize((960, 960 * picture.height // picture.width), Image.Resampling.LANCZOS).save(
+        out, quality=86
+    )
 
 
 def save(shots: list[Shot], out: Path) -> None:
@@ -118,14 +122,18 @@ def save(shots: list[Shot], out: Path) -> None:
     for quality in (82, 70, 55, 40):
         # The last picture stays for a moment before everything begins again.
         every = [*durations, 900]
-        first.save(out, save_all=True, append_images=others, duration=every, loop=0, quality=quality, method=4)
+        first.save(
+            out, save_all=True, append_images=others, duration=every, loop=0, quality=quality, method=4
+        )
         if out.stat().st_size <= LARGEST:
             return
     raise SystemExit(f"{out}: larger than {LARGEST} bytes")
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, default=Path(".readme"))
     given = parser.parse_args()
     house = start_app(ServeOptions(), features=FEATURES)
@@ -133,7 +141,9 @@ def main() -> int:
         browser = launch(playwright)
         for name, (query, time) in STILLS.items():
             page = browser.new_page(viewport={"width": STILL_SIZE[0], "height": STILL_SIZE[1]})
-            take_still(page, visit(page, house, f"{query}&picture=fine&theme=light"), time, given.out / f"{name}.jpg")
+            take_still(
+                page, visit(page, house, f"{query}&picture=fine&theme=light"), time, given.out / f"{name}.jpg"
+            )
             page.close()
         page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
         save(record(page, visit(page, house, LINK)), given.out / "duet.webp")

@@ -46,7 +46,9 @@ def walk(page: Page, house: App, by: str, numbers: list[int], pictures: bool) ->
     """Walk lessons by clicks or by keys, and print every step. Raises AssertionError where a lesson fails."""
 
     def picture(page: Page) -> None:
-        save_picture(page, f"{by}-{run.walk.lesson.number:02d}-{run.walk.step_index + 1}-{run.walk.phase.value}")
+        save_picture(
+            page, f"{by}-{run.walk.lesson.number:02d}-{run.walk.step_index + 1}-{run.walk.phase.value}"
+        )
 
     session, run = enter(page, house, f"lesson={numbers[0]}")
     walker = Walker(page, session, run, HANDS[by](page))
@@ -65,7 +67,9 @@ def walk(page: Page, house: App, by: str, numbers: list[int], pictures: bool) ->
                 raise
             did = f"{len(found.said):2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
             print(f"{by:6s} {found.lesson:18s} {found.step:14s} {did} {found.seconds:6.1f} s", flush=True)
-            if (step, number) != (lesson.steps[-1], numbers[-1]) and step is not run.book.lessons[-1].steps[-1]:
+            if (step, number) != (lesson.steps[-1], numbers[-1]) and step is not run.book.lessons[-1].steps[
+                -1
+            ]:
                 walker.on_to_the_next()
     walker.hands.do("leave")
     until(page, lambda: not run.open, "leaving")
@@ -81,7 +85,9 @@ def custom_law() -> Path:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
     parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 12)), help="numbers")
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the window [px]")

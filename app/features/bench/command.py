@@ -48,12 +48,17 @@ def bench(command: Bench) -> int:
     if command.steps < 1:
         raise BadSetting("--steps must be at least 1.")
     if not 0.0 < command.seconds <= LONGEST:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}.")
+        raise BadSetting(
+            f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}."
+        )
     with ending_at_once():
         from app.features.bench.figures_table import printed, ratio_table, read_figures, save_figures
         from app.features.bench.measurements import measured_figures
 
-    arms = {key: getattr(command, key) for key in ("robot", "robot_left", "robot_right", "hand_left", "hand_right")}
+    arms = {
+        key: getattr(command, key)
+        for key in ("robot", "robot_left", "robot_right", "hand_left", "hand_right")
+    }
     robot = settings_of_options(RunOptions(**arms), RunSettings()).robot
     before = read_figures(command.compare) if command.compare else None
     result = printed(measured_figures(command.steps, command.seconds, robot))

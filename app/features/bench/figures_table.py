@@ -26,7 +26,9 @@ def printed(rows: BenchRows) -> dict[str, Any]:
     figures: BenchFigures = {}
     for name, row in rows:
         figures[name] = row
-        print(_row(name, row, lambda value: f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}"), flush=True)
+        print(
+            _row(name, row, lambda value: f"{value:.3g}" if abs(value) < 10 else f"{value:.1f}"), flush=True
+        )
     machine = f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}"
     return {"version": duet_version(), "machine": machine, "figures": figures}
 

@@ -49,8 +49,16 @@ def _scenes(robot: str) -> dict[str, RunSettings]:
         "hold, smooth everywhere": base,
         RESTLESS: replace(soft, gain=20.0, hand_speed=1.0, limit_gain=1.0, law=fast),
         "hold, pose, soft minimum": replace(soft, task="pose"),
-        **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in LAWS if law != base.law.law},
-        **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in EXPERIMENTS if scene != base.scene},
+        **{
+            f"hold, {law}": replace(base, law=replace(base.law, law=law))
+            for law in LAWS
+            if law != base.law.law
+        },
+        **{
+            f"{scene}, soft minimum": replace(soft, scene=scene)
+            for scene in EXPERIMENTS
+            if scene != base.scene
+        },
     }
 
 
@@ -59,7 +67,9 @@ class _Restless:
 
     def __init__(self, simulation: Simulation) -> None:
         kinematics = simulation.kinematics
-        self._places = tuple(kinematics.hand_pose(arm).translation.copy() for arm in (simulation.avoiding, simulation.guided))
+        self._places = tuple(
+            kinematics.hand_pose(arm).translation.copy() for arm in (simulation.avoiding, simulation.guided)
+        )
 
     def target(self, time: float) -> HandTarget:
         return HandTarget(self._places[int(time) % 2])

@@ -28,13 +28,18 @@ def used_by_tree(pid: int) -> Used:
         with suppress(OSError):
             fields = path.read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
             # Its own time, and that of its ended children.
-            parents[int(path.parent.name)], ticks[int(path.parent.name)] = int(fields[1]), sum(map(int, fields[11:15]))
+            parents[int(path.parent.name)], ticks[int(path.parent.name)] = (
+                int(fields[1]),
+                sum(map(int, fields[11:15])),
+            )
     tree = [pid]
     for one in tree:
         tree += [child for child, parent in parents.items() if parent == one]
     if pid not in ticks:
         return Used(math.nan, math.nan, 1)
-    return Used(sum(ticks.get(one, 0) for one in tree) / os.sysconf("SC_CLK_TCK"), sum(map(_memory, tree)), len(tree))
+    return Used(
+        sum(ticks.get(one, 0) for one in tree) / os.sysconf("SC_CLK_TCK"), sum(map(_memory, tree)), len(tree)
+    )
 
 
 def _memory(pid: int) -> float:

@@ -31,7 +31,11 @@ def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
         try:
             assert server.stdout is not None
             line = server.stdout.readline()
-            yield server.pid, next(word for word in line.split() if word.startswith("http")), time.perf_counter() - begin
+            yield (
+                server.pid,
+                next(word for word in line.split() if word.startswith("http")),
+                time.perf_counter() - begin,
+            )
         finally:
             server.terminate()
 
@@ -46,12 +50,17 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
         Also the times from the command to the first answer, and to the visitor's arms [s].
     """
     with serving() as (pid, url, started):
-        return {"start_s": started, **asyncio.run(_watch(url, pid, seconds, query, time.perf_counter() - started))}
+        return {
+            "start_s": started,
+            **asyncio.run(_watch(url, pid, seconds, query, time.perf_counter() - started)),
+        }
 
 
 async def _watch(url: str, pid: int, seconds: float, query: str, started: float) -> dict[str, float]:
     visitor = await HeadlessClient(url, query=query).connect()
-    await visitor.wait_for(lambda v: v.mirror.replayed and any(name.endswith("/j7") for name in v.mirror.nodes))
+    await visitor.wait_for(
+        lambda v: v.mirror.replayed and any(name.endswith("/j7") for name in v.mirror.nodes)
+    )
     seen = time.perf_counter() - started
     await asyncio.sleep(SERVE_WARM_UP)
     visitor.reset_counters()

@@ -71,7 +71,9 @@ class Ballots:
 
     def counted_rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
         rounds, left_out = self.rounds_of(question), self._left_out
-        return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
+        return tuple(
+            {one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds
+        )
 
     @property
     def _left_out(self) -> Collection[str]:
@@ -89,8 +91,13 @@ class Ballots:
         paired: dict[QuestionId, tuple[tuple[int, int], ...]] = {}
 
         def answers(question: QuestionId) -> dict[str, int]:
-            voted = {student: ballot.choice for student, ballot in self.counted_rounds_of(question)[0].items()}
-            return {**own.get(question, {}), **{student: choice for student, choice in voted.items() if choice is not None}}
+            voted = {
+                student: ballot.choice for student, ballot in self.counted_rounds_of(question)[0].items()
+            }
+            return {
+                **own.get(question, {}),
+                **{student: choice for student, choice in voted.items() if choice is not None},
+            }
 
         for lesson in book.lessons:
             for step in lesson.steps if lesson.asked == "first" else ():
@@ -119,7 +126,9 @@ class Ballots:
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
         """Record an answer, replacing an earlier one; false after the reveal."""
-        return choice >= 0 and self._put(question, student, self.ballot_of(question, student)._replace(choice=choice))
+        return choice >= 0 and self._put(
+            question, student, self.ballot_of(question, student)._replace(choice=choice)
+        )
 
     def draw(self, question: QuestionId, student: str, curve: Curve) -> bool:
         """Record a curve, () for none, replacing an earlier one; false after the reveal."""
@@ -169,7 +178,9 @@ class Ballots:
             rounds = self.counted_rounds_of(question)
             counts = Counts(tally_of(rounds[-1], choices))
             if len(rounds) > 1:
-                counts = Counts(counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1]))
+                counts = Counts(
+                    counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1])
+                )
             self._counts[question, choices] = counts
         known = self._counts[question, choices]
         waiting = len(set(here).difference(self.rounds_of(question)[-1], self._left_out))

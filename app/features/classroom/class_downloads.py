@@ -53,7 +53,9 @@ class ClassDownloads:
         self._client, self._session, self._summaries = client, session, summaries
         self._lessons = book.lessons
         self._language: Language = language
-        self._jobs = JobWatch(jobs, session.wake, lambda job: self._notify(tr("The export failed"), tr(job.message)))
+        self._jobs = JobWatch(
+            jobs, session.wake, lambda job: self._notify(tr("The export failed"), tr(job.message))
+        )
         handlers.add(MakeReport, self._make)
 
     def build(self) -> None:

@@ -15,7 +15,14 @@ from app.features.classroom.class_summary import AskedQuestion, ClassSummary, Ha
 from app.features.classroom.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.features.handout.handout_html import PaperStep, told
 from app.features.lab_report.gain import Gain, gains, whole
-from app.features.lab_report.lab_report import Done, ReportEntry, lesson_title, report_html, rich_html, step_entry
+from app.features.lab_report.lab_report import (
+    Done,
+    ReportEntry,
+    lesson_title,
+    report_html,
+    rich_html,
+    step_entry,
+)
 from app.features.lab_report.report_html import SHEET, locked_page, plain_svg
 from app.features.lessons.bookmark import fitting
 from app.features.lessons.lesson import MOST_CHOICES, Lesson, Step
@@ -52,7 +59,9 @@ def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], languag
         overview=list(_overview(summary, lessons)),
         gains=learned,
         total=whole(learned),
-        questions=(_Question(lesson, index, told(step), asked[lesson.id, step.id]) for lesson, index, step in steps),
+        questions=(
+            _Question(lesson, index, told(step), asked[lesson.id, step.id]) for lesson, index, step in steps
+        ),
         reports=_reports(summary, lessons),
         lesson_title=lesson_title,
         rich=rich_html,
@@ -75,7 +84,9 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
         yield lesson, index, marks
 
 
-def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
+def _overview(
+    summary: ClassSummary, lessons: Sequence[Lesson]
+) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
     """Yield steps with answers or a passed challenge: number of answers, shares of right ones in the first
     and last round, passes.
     """
@@ -87,7 +98,10 @@ def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tupl
         if one is not None and right is not None:
             first, last = one.rounds[0], one.rounds[-1]
             shares = [f"{tally.share(right)} %" if any(tally.counts) else "" for tally in (first, last)]
-            said = [f"{tally.handed_in}{drawn_too(tally)}" for tally in ((first, last) if len(one.rounds) > 1 else (last,))]
+            said = [
+                f"{tally.handed_in}{drawn_too(tally)}"
+                for tally in ((first, last) if len(one.rounds) > 1 else (last,))
+            ]
             answered = " → ".join(said), shares[0], shares[1] if len(one.rounds) > 1 else ""
         passed = "" if step.challenge is None else str(summary.passed.get(question, 0))
         yield lesson, index, (*answered, passed)
@@ -102,7 +116,10 @@ class _Question(PaperStep):
     @property
     def counts(self) -> list[str]:
         rounds = enumerate(self.asked.rounds, 1)
-        return [tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one) for i, one in rounds]
+        return [
+            tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one)
+            for i, one in rounds
+        ]
 
     @property
     def rounds(self) -> list[tuple[int, Tally]]:
@@ -124,7 +141,13 @@ def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple
     for one, name in while_wanted(named):
         done = from_json(one.progress).steps
         found = _steps(_untested(lessons), done)
-        yield name, [step_entry(Done(lesson, i, fitting(step, done[lesson.id, step.id]))) for lesson, i, step in found]
+        yield (
+            name,
+            [
+                step_entry(Done(lesson, i, fitting(step, done[lesson.id, step.id])))
+                for lesson, i, step in found
+            ],
+        )
 
 
 def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
@@ -200,18 +223,34 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
                 for number, tally in enumerate(asked[question].rounds, 1):
                     counts = {f"answer_{i + 1}": count for i, count in enumerate(tally.counts)}
                     more = {"right_answer": right + 1, "right": tally.counts[right]}
-                    cells = {"kind": "question", "round": number, "students": tally.handed_in, "drawn": len(tally.curves)}
-                    yield about | cells | counts | more, [_answer(one, question, number) for one in summary.hand_ins]
-            tried = question in summary.passed or any(question in steps and steps[question].attempts for steps in done)
+                    cells = {
+                        "kind": "question",
+                        "round": number,
+                        "students": tally.handed_in,
+                        "drawn": len(tally.curves),
+                    }
+                    yield (
+                        about | cells | counts | more,
+                        [_answer(one, question, number) for one in summary.hand_ins],
+                    )
+            tried = question in summary.passed or any(
+                question in steps and steps[question].attempts for steps in done
+            )
             if step.challenge is not None and tried:
-                marks: list[object] = [int(steps[question].passed) if question in steps else "" for steps in done]
+                marks: list[object] = [
+                    int(steps[question].passed) if question in steps else "" for steps in done
+                ]
                 yield about | {"kind": "challenge", "passed": summary.passed.get(question, 0)}, marks
 
 
 def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
     questions, marks = gains(summary.paired, lessons), list[object]([""] * len(summary.hand_ins))
     for one in questions:
-        about: dict[str, object] = {"lesson": one.lesson.id, "step": one.step.id, "right_answer": one.right + 1}
+        about: dict[str, object] = {
+            "lesson": one.lesson.id,
+            "step": one.step.id,
+            "right_answer": one.right + 1,
+        }
         yield about | {"kind": "gain"} | _gain_cells(one.gain), marks
         for before, row in enumerate(one.moved, 1):
             counts = {f"answer_{i}": count for i, count in enumerate(row, 1)}

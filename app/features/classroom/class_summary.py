@@ -63,7 +63,9 @@ class ClassSummary:
             for step in lesson.steps
             if step.question is not None
         }
-        return {one.question: one for one in self.asked if len(one.rounds[0].counts) == choices.get(one.question)}
+        return {
+            one.question: one for one in self.asked if len(one.rounds[0].counts) == choices.get(one.question)
+        }
 
     @property
     def empty(self) -> bool:

@@ -155,7 +155,10 @@ class Classroom:
         if walk.phase is Phase.PREDICT and done.untouched and question in self.ballots.revealed:
             # The teacher has restarted the step.
             self.ballots.ask_again(question)
-        revealed, counts = question in self.ballots.revealed, self.ballots.counts(question, len(asked.choices), self.here)
+        revealed, counts = (
+            question in self.ballots.revealed,
+            self.ballots.counts(question, len(asked.choices), self.here),
+        )
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         return Poll(
@@ -183,8 +186,12 @@ class Classroom:
             return cached[2]
         choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
         index = lesson.steps.index(step)
-        each = [] if outcome is None else [StepProgress(choice=i, outcome=outcome) for i in range(len(choices))]
-        verdicts = tuple(answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, one, None)) for one in each)
+        each = (
+            [] if outcome is None else [StepProgress(choice=i, outcome=outcome) for i in range(len(choices))]
+        )
+        verdicts = tuple(
+            answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, one, None)) for one in each
+        )
         texts = choices, () if outcome is None else outcome.lines(step, lesson.language), verdicts
         self._texts[lesson.language] = step, outcome, texts
         return texts
@@ -249,7 +256,9 @@ class Classroom:
                 choice = own.choice if ballot.choice is None else ballot.choice
                 mine = {"drawing": ballot.curve or own.drawing, "because": ballot.reason or own.because}
                 steps[question] = replace(own, choice=choice, outcome=outcome, **mine)
-        answers = {q: tuple(one.get(student, Ballot()).choice for one in self.ballots.rounds_of(q)) for q in ballots}
+        answers = {
+            q: tuple(one.get(student, Ballot()).choice for one in self.ballots.rounds_of(q)) for q in ballots
+        }
         self.work.hand_in(student, HandIn(clean_name(name), to_json(Progress(steps=steps)), answers))
         return True
 

@@ -38,7 +38,10 @@ def voters_html(voters: VoterCount) -> Markup:
     """Origin of the votes, for the teacher; "" before the first vote."""
     if not voters.votes:
         return Markup()
-    pills = [("", tr("votes: {count}", count=voters.votes)), ("", tr("addresses: {count}", count=voters.addresses))]
+    pills = [
+        ("", tr("votes: {count}", count=voters.votes)),
+        ("", tr("addresses: {count}", count=voters.addresses)),
+    ]
     if voters.pageless:
         pills.append(("halt", tr("votes without a page: {count}", count=voters.pageless)))
     return macros("page/panels/pills.html").in_class([pills])
@@ -58,15 +61,21 @@ def tied_html(poll: Poll) -> Markup:
     """Verdicts on tied answers, in place of the one on the chosen answer; "" without a tie."""
     if len(poll.staged) < 2:
         return Markup()
-    verdicts = [(i, verdict) for i in poll.staged if poll.verdicts and (verdict := poll.verdicts[i]) is not None]
-    return macros("features/classroom/poll.html").tied(poll, _near(poll, median_curve(poll.tally.curves)), verdicts)
+    verdicts = [
+        (i, verdict) for i in poll.staged if poll.verdicts and (verdict := poll.verdicts[i]) is not None
+    ]
+    return macros("features/classroom/poll.html").tied(
+        poll, _near(poll, median_curve(poll.tally.curves)), verdicts
+    )
 
 
 def _near(poll: Poll, curve: Curve) -> Markup:
     """Distance of a curve from the run; "" without a curve."""
     if poll.drawing is None or not curve:
         return Markup()
-    return macros("features/lessons/panel/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
+    return macros("features/lessons/panel/lesson.html").drawn(
+        judge_drawing(poll.drawing, curve, poll.truth, spoken().language)
+    )
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
@@ -81,7 +90,12 @@ def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
     elif present:
         pills.append(("go", tr("all follow")))
     if (size := group_size(students, places)) > 1:
-        said = tr("{students} students, room for {places}: groups of {size}", students=students, places=places, size=size)
+        said = tr(
+            "{students} students, room for {places}: groups of {size}",
+            students=students,
+            places=places,
+            size=size,
+        )
         pills.append(("halt", said))
     if classroom.work.hand_ins:
         pills.append(("go", tr("reports handed in: {count}", count=len(classroom.work.hand_ins))))

@@ -122,7 +122,10 @@ class ProgressBoard:
             turn, taken = 0, set(self.names.values())
             while not self._drawn:
                 turn += 1
-                names = (name if turn == 1 else f"{name} {turn}" for name in SystemRandom().sample(NAMES, len(NAMES)))
+                names = (
+                    name if turn == 1 else f"{name} {turn}"
+                    for name in SystemRandom().sample(NAMES, len(NAMES))
+                )
                 self._drawn = [name for name in names if name not in taken]
             self.names[student] = self._drawn.pop()
         return self.names[student]
@@ -151,7 +154,9 @@ class ProgressBoard:
             at: the board's lesson, and the first step of all.
             now: the clock [s].
         """
-        return tuple(sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items()))
+        return tuple(
+            sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items())
+        )
 
     def _row(self, student: str, at: Bookmark, now: float) -> BoardRow:
         lesson, begin = at.lesson, (at.lesson.id, at.step.id)

@@ -15,7 +15,9 @@ from app.plots.drawing_axes import Drawing
 from app.text.templates import macros
 
 
-def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False) -> Markup:
+def cloud_html(
+    drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False
+) -> Markup:
     """Curves of a class, their medians, and the known truth; "" without a curve, unless `asked` shows empty
     axes.
     """
@@ -33,7 +35,11 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
 
 def drawn_too(tally: Tally) -> str:
     """Numbers of students who chose and who drew, to follow their total; "" without a drawing."""
-    return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
+    return (
+        f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})"
+        if tally.curves
+        else ""
+    )
 
 
 def tie_text(tally: Tally) -> str:
@@ -54,7 +60,9 @@ def switches_text(switches: Sequence[Switch], right: int | None) -> str:
     if not both:
         return ""
     changed = sum(one.students for one in moved)
-    text = tr("Answered both times: {both}, another answer the second time: {changed}.", both=both, changed=changed)
+    text = tr(
+        "Answered both times: {both}, another answer the second time: {changed}.", both=both, changed=changed
+    )
     to = Counter[int]()
     for one in moved:
         to[one.after] += one.students

@@ -222,6 +222,17 @@ def hard_situations() -> tuple[Situation, ...]:
 
     def at(length: float, distance: float) -> Situation:
         near = np.array([distance]), np.zeros(1)
-        return Situation(np.zeros(7), nominal, row * length, distance, 0.0, J, -bound, bound, (row * length)[None, :], *near)
+        return Situation(
+            np.zeros(7),
+            nominal,
+            row * length,
+            distance,
+            0.0,
+            J,
+            -bound,
+            bound,
+            (row * length)[None, :],
+            *near,
+        )
 
     return (*(at(length, d) for length in LENGTHS for d in (0.10, 0.0, -0.05, 0.2)), at(0.0, math.inf))

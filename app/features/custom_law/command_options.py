@@ -46,7 +46,9 @@ class CustomLawOptions(FeatureOptions):
         """
         path = self.law_file
         if path is not None and not path.is_file():
-            raise BadInputFile(f"{path}: there is no such file; `lwr-duet new-law {path}` writes one to begin with.")
+            raise BadInputFile(
+                f"{path}: there is no such file; `lwr-duet new-law {path}` writes one to begin with."
+            )
         return path
 
     def fits(self, options: ServeOptions) -> None:

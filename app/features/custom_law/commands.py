@@ -43,7 +43,9 @@ def new_law(command: NewLaw) -> int:
         with replacing(path) as new:
             new.write_text(first_text(path), encoding="utf-8", newline="\n")
     except OSError as error:
-        raise BadSetting(f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists.") from None
+        raise BadSetting(
+            f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists."
+        ) from None
     file = shlex.quote(str(path))
     print(f"{path} holds the paper's law. Next: lwr-duet law-test {file}, lwr-duet serve --law-file {file}")
     return 0

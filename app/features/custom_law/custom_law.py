@@ -11,7 +11,13 @@ import numpy as np
 
 from app.features.custom_law.law_limits import LawLimits, LawProblem, problem_of
 from app.features.custom_law.process import LawFailed, LawProcess
-from app.features.custom_law.wire import ActivationQuestion, ActivationsQuestion, LawQuestion, RatesQuestion, VelocityQuestion
+from app.features.custom_law.wire import (
+    ActivationQuestion,
+    ActivationsQuestion,
+    LawQuestion,
+    RatesQuestion,
+    VelocityQuestion,
+)
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
@@ -242,7 +248,9 @@ class CustomLaw(LawOfFile):
             self._fail(failed.problem)
             return None
         except OSError as error:
-            self._fail(problem_of(self.file, LazyText("its process could not be started: {error}", error=str(error))))
+            self._fail(
+                problem_of(self.file, LazyText("its process could not be started: {error}", error=str(error)))
+            )
             return None
         # The file decides, not the class.
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs
@@ -353,7 +361,9 @@ def read_law(path: Path) -> bytes:
         return read_file(path, LARGEST)
     except FileNotFoundError:
         raise BadInputFile(
-            "{path}: there is no such file; `lwr-duet new-law {name}` writes one to begin with.", path=path, name=path.name
+            "{path}: there is no such file; `lwr-duet new-law {name}` writes one to begin with.",
+            path=path,
+            name=path.name,
         ) from None
     except OSError as error:
         if error.errno == errno.EFBIG:

@@ -60,7 +60,9 @@ def read_version(path: Path) -> Version:
 def check_text(path: Path, text: str) -> None:
     """Raise BadInputFile if a text cannot be edited and saved here."""
     if len(text.encode()) > MOST:
-        raise BadInputFile("{path}: is larger than {size} kB, too large to be edited here.", path=path, size=MOST // 1000)
+        raise BadInputFile(
+            "{path}: is larger than {size} kB, too large to be edited here.", path=path, size=MOST // 1000
+        )
     if "\0" in text:
         raise BadInputFile("{path}: holds a zero byte, which no Python file has.", path=path)
 
@@ -84,5 +86,7 @@ def save_text(path: Path, text: str, base: str) -> Version:
         with replacing(path) as draft:
             draft.write_bytes(content)
     except OSError as error:
-        raise BadInputFile("{path}: cannot be written ({reason}).", path=path, reason=error.strerror) from None
+        raise BadInputFile(
+            "{path}: cannot be written ({reason}).", path=path, reason=error.strerror
+        ) from None
     return Version(text, hashlib.sha256(content).hexdigest(), now.newline)

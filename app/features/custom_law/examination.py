@@ -72,7 +72,9 @@ class _Examined(CustomLaw):
         begin, used = perf_counter() - self._without_core, self._processor_time
         velocities = super().__call__(situation)
         # If both processes wait for a core, both waits are subtracted: the computing time is a lower bound.
-        self._seconds = max(perf_counter() - self._without_core - begin, self._processor_time - used, super().seconds)
+        self._seconds = max(
+            perf_counter() - self._without_core - begin, self._processor_time - used, super().seconds
+        )
         # The velocities of a failed law are 0.
         self.as_template &= np.allclose(velocities, template.law(situation), rtol=1e-6, atol=1e-9)
         return velocities
@@ -138,7 +140,10 @@ class Examination:
         """
         self.drop()
         function, arguments = self._one_test()
-        self._jobs = [self._background.submit(self, name, function, *arguments, name, wake=self._wake) for name in TRIALS]
+        self._jobs = [
+            self._background.submit(self, name, function, *arguments, name, wake=self._wake)
+            for name in TRIALS
+        ]
         self.progress = self._none._replace(running=True)
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:

@@ -204,7 +204,18 @@ class LawEditor(PagePanel):
                 self._in_task = self._add(task.order)
         failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
         problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
-        state = in_task, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away
+        state = (
+            in_task,
+            in_compare,
+            self._version,
+            self._number,
+            self._said,
+            self._refused,
+            tests,
+            line,
+            problem,
+            law.away,
+        )
         if state == self._shown:
             return
         self._shown = state

@@ -36,7 +36,9 @@ def one_joint(distance: float, pull: float, approach: float, square: float) -> S
     nominal[0], row[0] = -pull / length, length
     bound = np.full(JOINTS, LOOSE)
     near = np.array([distance]), np.array([approach])
-    return Situation(np.zeros(JOINTS), nominal, row, distance, approach, None, -bound, bound, row[None, :].copy(), *near)
+    return Situation(
+        np.zeros(JOINTS), nominal, row, distance, approach, None, -bound, bound, row[None, :].copy(), *near
+    )
 
 
 FILENAME: Final = "<own law>"
@@ -153,7 +155,10 @@ class LawFile:
 
     def _checked(self, result: Any, n: int) -> Array:
         line = _line_of(self._law)
-        parts = {"line": line, "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n)}
+        parts = {
+            "line": line,
+            "expected": LazyText("{n} joint velocities [rad/s], an array of shape ({n},)", n=n),
+        }
         if result is None:
             raise Wrong("law returned None; expected {expected}. Is a `return` missing?", **parts)
         try:
@@ -161,17 +166,25 @@ class LawFile:
             number = array.dtype.kind in "fiub"
         except ValueError:
             raise Wrong(
-                "law returned a {kind} of uneven parts; expected {expected}.", kind=type(result).__name__, **parts
+                "law returned a {kind} of uneven parts; expected {expected}.",
+                kind=type(result).__name__,
+                **parts,
             ) from None
         if not number:
             if array.dtype.kind == "c":
                 raise Wrong("law returned complex numbers; expected {expected}.", **parts)
             kind = type(result).__name__
-            raise Wrong("law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **parts)
+            raise Wrong(
+                "law returned a {kind} that holds no plain numbers; expected {expected}.", kind=kind, **parts
+            )
         if array.shape != (n,):
             if array.shape == ():
                 raise Wrong("law returned a single number; expected {expected}.", **parts)
-            raise Wrong("law returned an array of shape {shape}; expected {expected}.", shape=str(array.shape), **parts)
+            raise Wrong(
+                "law returned an array of shape {shape}; expected {expected}.",
+                shape=str(array.shape),
+                **parts,
+            )
         velocities = array.astype(np.float64, copy=False)
         finite = np.isfinite(velocities)
         if np.count_nonzero(finite) < n:
@@ -203,10 +216,17 @@ class LawFile:
             if result is None:
                 raise Wrong("activation returned None; expected a number from 0 to 1.", line) from None
             kind = type(result).__name__
-            raise Wrong("activation returned a {kind}; expected a number from 0 to 1.", line, kind=kind) from None
+            raise Wrong(
+                "activation returned a {kind}; expected a number from 0 to 1.", line, kind=kind
+            ) from None
         if not 0.0 <= lam <= 1.0:
             at = f"{distance:g}"
-            raise Wrong("activation returned {lam} at d = {distance} m; expected 0 to 1.", line, lam=f"{lam:g}", distance=at)
+            raise Wrong(
+                "activation returned {lam} at d = {distance} m; expected 0 to 1.",
+                line,
+                lam=f"{lam:g}",
+                distance=at,
+            )
         return lam
 
     def activations(self, distances: Array) -> Array:
@@ -232,9 +252,14 @@ class LawFile:
             if frame.f_code.co_filename == FILENAME:
                 line = number
         if isinstance(error, MemoryError):
-            what: str = LazyText("it wants more memory than the {size} MiB that a law may take", size=self._memory >> 20)
+            what: str = LazyText(
+                "it wants more memory than the {size} MiB that a law may take", size=self._memory >> 20
+            )
         elif isinstance(error, SystemExit):
-            what = LazyText("it called exit ({code}); a law returns velocities, or raises an exception", code=str(error.code))
+            what = LazyText(
+                "it called exit ({code}); a law returns velocities, or raises an exception",
+                code=str(error.code),
+            )
         else:
             what = "".join(traceback.format_exception_only(error)).strip().splitlines()[-1]
         return Wrong(joined((what, quoted(self._text, line)), ""), line)
@@ -267,9 +292,15 @@ def quoted(text: bytes, line: int | None) -> str:
         lines = decode_source(text).splitlines()
     except (SyntaxError, UnicodeDecodeError):
         return ""
-    return LazyText(", in “{text}”", text=lines[line - 1].strip()) if line is not None and 0 < line <= len(lines) else ""
+    return (
+        LazyText(", in “{text}”", text=lines[line - 1].strip())
+        if line is not None and 0 < line <= len(lines)
+        else ""
+    )
 
 
 def _line_of(function: object) -> int | None:
-    code: CodeType | None = getattr(inspect.unwrap(function) if callable(function) else None, "__code__", None)
+    code: CodeType | None = getattr(
+        inspect.unwrap(function) if callable(function) else None, "__code__", None
+    )
     return code.co_firstlineno if code is not None and code.co_filename == FILENAME else None

@@ -11,7 +11,9 @@ from app.text.templates import macros
 COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
 
 
-def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
+def law_html(
+    progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False
+) -> Markup:
     """State of a custom law, in a lesson and in the tab on comparisons.
 
     Args:

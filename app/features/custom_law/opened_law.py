@@ -24,4 +24,8 @@ class OpenedLaw(OpenedFeature):
 
     def _editor(self, page: PanelContext) -> LawEditor | None:
         # A law is a program: only the person who started the server writes one here.
-        return None if self._edited is None or not page.owners else LawEditor(page, FileText(page.session, self._edited))
+        return (
+            None
+            if self._edited is None or not page.owners
+            else LawEditor(page, FileText(page.session, self._edited))
+        )

@@ -235,7 +235,9 @@ class LawProcess:
             text, line = reply.text.text(), reply.line
         except ValueError:
             line = None
-            text = LazyText("it wrote to the line between its process and the page; descriptors are not its own")
+            text = LazyText(
+                "it wrote to the line between its process and the page; descriptors are not its own"
+            )
         raise self._lost(text, line)
 
     def _send(self, message: LoadFile | LawQuestion) -> None:
@@ -268,7 +270,9 @@ class LawProcess:
         line = self._place()
         parts = {"limit": limit * 1e3, "where": quoted(self._text, line)}
         if self._phase == "loading":
-            what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts)
+            what = LazyText(
+                "reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts
+            )
         else:
             what = LazyText("no answer within {limit:g} ms{where}. Is there an endless loop?", **parts)
         return self._lost(what, line)
@@ -279,10 +283,13 @@ class LawProcess:
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)
             return self._lost(LazyText("its process could not be started: {error}", error=why))
         if code is None or code == BROKEN:
-            what = LazyText("it hung up the line between its process and the page; descriptors are not its own")
+            what = LazyText(
+                "it hung up the line between its process and the page; descriptors are not its own"
+            )
         elif code >= 0:
             what = LazyText(
-                "it ended its own process (exit code {code}); a law returns velocities, or raises an exception", code=code
+                "it ended its own process (exit code {code}); a law returns velocities, or raises an exception",
+                code=code,
             )
         elif -code == getattr(signal, "SIGKILL", None):
             what = LazyText("its process was ended from outside; perhaps the computer had no memory left")

@@ -49,7 +49,9 @@ class StudentLaw(LateLaw):
         background, wake: see `Examination`.
     """
 
-    def __init__(self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]) -> None:
+    def __init__(
+        self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]
+    ) -> None:
         self.in_ghost, self.enabled = False, True
         self.path: Path | None = None
         self.examination: Examination | None = None

@@ -57,7 +57,9 @@ TrialOutcome = tuple[bool, str, TrialCurve | None]
 """Passed, reason, curve."""
 
 
-def _outcome(passed: bool, held: str, failed: str, curve: TrialCurve | None = None, **parts: object) -> TrialOutcome:
+def _outcome(
+    passed: bool, held: str, failed: str, curve: TrialCurve | None = None, **parts: object
+) -> TrialOutcome:
     return passed, LazyText(held if passed else failed, **parts), curve
 
 
@@ -65,12 +67,19 @@ def keeps_its_distance(law: Candidate) -> TrialOutcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
     simulation = arena.enter(HOLD, law)
     source = simulation.source()
-    table = arena.play(simulation, law, (source.target(i * arena.DT) for i in range(round(APPROACH / arena.DT))))
+    table = arena.play(
+        simulation, law, (source.target(i * arena.DT) for i in range(round(APPROACH / arena.DT)))
+    )
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())
     one, other = map(_body, simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
     pair = LazyText("{one} / {other}", one=one, other=other)
-    parts = {"limit": _mm(arena.CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
+    parts = {
+        "limit": _mm(arena.CRITICAL_DISTANCE),
+        "d": _mm(d[i]),
+        "time": float(table[i, COLUMN["t"]]),
+        "pair": pair,
+    }
     missing = arena.CRITICAL_DISTANCE - float(d[i])
     held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
     failed = N_("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.")
@@ -93,7 +102,9 @@ def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
     error, d = arena.largest_error(table), float(table[0, COLUMN["d"]])
     parts = {"limit": _mm(UNHARMED), "by": _mm(error - UNHARMED), "d": _mm(d), "error": _mm(error)}
     held = N_("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.")
-    failed = N_("|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.")
+    failed = N_(
+        "|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}."
+    )
     return _outcome(error <= UNHARMED, held, failed, arena.error_curve(table, UNHARMED), **parts)
 
 
@@ -131,10 +142,14 @@ def is_smooth(law: Candidate) -> TrialOutcome:
         largest.append(float(steps.max()))
         lines[f"dt = {dt * 1e3:g} ms"] = arena.worst_values(steps)
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
-    steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
+    steps = LazyText(
+        "{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1]
+    )
     word = LazyText("a jump stays, however small dt") if share > 0.85 else LazyText("a smooth q̇ leaves 50 %")
     held = N_("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).")
-    failed = N_("largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.")
+    failed = N_(
+        "largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}."
+    )
     curve = TrialCurve("dq_step", PASSAGE, None, lines)
     return _outcome(share <= HALVED, held, failed, curve, limit=HALVED, share=share, steps=steps, word=word)
 
@@ -150,10 +165,14 @@ def is_bounded(law: Candidate) -> TrialOutcome:
         speed = float(np.abs(velocities).max())
         if speed > worst:
             worst = speed
-            where = NumberText(f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}")
+            where = NumberText(
+                f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
+            )
     parts = {"limit": arena.TOP_SPEED, "worst": worst, "by": worst - arena.TOP_SPEED, "where": where}
     held = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.")
-    failed = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.")
+    failed = N_(
+        "|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}."
+    )
     return _outcome(worst <= arena.TOP_SPEED * (1.0 + 1e-9), held, failed, **parts)
 
 
@@ -167,8 +186,16 @@ def is_quick(law: Candidate) -> TrialOutcome:
         taken.append(law.seconds)
     median = float(np.median(taken))
     if median > QUICK:
-        return False, LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3), None
-    return True, LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6), None
+        return (
+            False,
+            LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3),
+            None,
+        )
+    return (
+        True,
+        LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6),
+        None,
+    )
 
 
 TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
@@ -194,12 +221,19 @@ GATES: Final = ("keeps its distance", "gets out")
 
 TRY: Final[dict[str, tuple[str, int]]] = {
     "keeps its distance": (
-        N_("Let λ be 1 at d_m and below, add λ (v + u) and not less, and look at the sign: J_d @ q̇ > 0 leads away."),
+        N_(
+            "Let λ be 1 at d_m and below, add λ (v + u) and not less, and look at the sign: J_d @ q̇ > 0 leads away."
+        ),
         6,
     ),
-    "leaves the task alone": (N_("Let λ fall to 0 as d grows, and return situation.nominal where d is inf."), 4),
+    "leaves the task alone": (
+        N_("Let λ fall to 0 as d grows, and return situation.nominal where d is inf."),
+        4,
+    ),
     "gets out": (
-        N_("Keep λ = 1 wherever d is below d_m, also where d is negative: a quotient or a power of d turns round there."),
+        N_(
+            "Keep λ = 1 wherever d is below d_m, also where d is negative: a quotient or a power of d turns round there."
+        ),
         4,
     ),
     "smooth": (N_("Replace the `if` at a distance by a λ that changes with d without a jump."), 5),

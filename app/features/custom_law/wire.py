@@ -37,11 +37,15 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
-        values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
+        values: list[Any] = [
+            value.tobytes() if isinstance(value, np.ndarray) else value for value in situation
+        ]
         return VelocityQuestion(tuple(values))
 
     def situation(self) -> Situation:
-        values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields]
+        values: list[Any] = [
+            np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields
+        ]
         for matrix in _MATRICES:
             if values[matrix] is not None:
                 values[matrix] = values[matrix].reshape(-1, len(values[2]))
@@ -83,7 +87,9 @@ class TextParts(Struct, array_like=True):
         """Parts of a text, without lone surrogates, which cannot be sent."""
         lazy = isinstance(text, LazyText)
         template = (text.template if lazy else str(text)).encode(errors="replace").decode()
-        return TextParts(template, {name: TextParts.of(part) for name, part in text.parts.items()} if lazy else None)
+        return TextParts(
+            template, {name: TextParts.of(part) for name, part in text.parts.items()} if lazy else None
+        )
 
     def text(self) -> str:
         """Return the text.

@@ -36,7 +36,11 @@ class DuelBox(PagePanel):
     """The link and the button, below the score in the panel of lessons."""
 
     def __init__(self, page: PanelContext) -> None:
-        self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
+        self._gui, self._session, self._exports = (
+            page.client.gui,
+            page.session,
+            page.panel(ExportsPanel).exports,
+        )
         view = page.view.part(LessonView)
         self._lessons, self._panel = view.lessons, view.panel
         self._address = request_address(page.client)
@@ -47,7 +51,9 @@ class DuelBox(PagePanel):
     def _ask_film(self, action: AskPushFilm) -> None:
         del action
         if self._shown is not None:
-            self._exports.make(N_("the film"), "duet-push.webp", make_push_film, spoken().language, self._shown)
+            self._exports.make(
+                N_("the film"), "duet-push.webp", make_push_film, spoken().language, self._shown
+            )
 
     def show(self, frame: Frame) -> None:
         del frame
@@ -57,7 +63,9 @@ class DuelBox(PagePanel):
             hint = tr("An animated picture (WebP) of the nearest moment; it takes half a minute.")
             with tab:
                 link = self._gui.add_html("", order=ORDER["attempt"] + 1.0)
-                film = self._gui.add_button(tr("Film of five seconds"), hint=hint, color="gray", order=ORDER["attempt"] + 2.0)
+                film = self._gui.add_button(
+                    tr("Film of five seconds"), hint=hint, color="gray", order=ORDER["attempt"] + 2.0
+                )
             self._handles = link, on_press(film, lambda: self._session.post(AskPushFilm()))
         if self._handles is None:
             return

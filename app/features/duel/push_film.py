@@ -39,7 +39,9 @@ def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = R
     """
     replay = Replay(make_film(recorded))
     nearest = replay.nearest_moment
-    begin = max(replay.begin, min((replay.begin if nearest is None else nearest) - BEFORE, replay.end - SECONDS))
+    begin = max(
+        replay.begin, min((replay.begin if nearest is None else nearest) - BEFORE, replay.end - SECONDS)
+    )
     times = begin + np.arange(round(SECONDS * rate)) / rate
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
     # A still picture is drawn once.
@@ -66,6 +68,14 @@ def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
     draw = ImageDraw.Draw(picture)
     draw.line([(float(x), float(y)) for x, y in ends], fill=colour, width=max(2, size[1] // 80))
     font = ImageFont.truetype(font_manager.findfont("DejaVu Sans"), max(9, size[1] // 15))
-    words = f"d = {1000.0 * distance:.1f} mm".replace("-", "−") + f"    dₘ = {1000.0 * critical:.0f} mm    {replay.time:.1f} s"
-    draw.text((size[1] // 30, size[1] // 40), decimal(words), fill=_INK.alarm_ink if distance < critical else _INK.ink, font=font)
+    words = (
+        f"d = {1000.0 * distance:.1f} mm".replace("-", "−")
+        + f"    dₘ = {1000.0 * critical:.0f} mm    {replay.time:.1f} s"
+    )
+    draw.text(
+        (size[1] // 30, size[1] // 40),
+        decimal(words),
+        fill=_INK.alarm_ink if distance < critical else _INK.ink,
+        font=font,
+    )
     return picture

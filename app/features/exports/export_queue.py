@@ -66,17 +66,34 @@ class ExportQueue:
                 last = live.table(1).tobytes() if self.player.replay is None else None
                 self._jobs.submit(kind, self._file(name + SUFFIX), saved_bytes, recorded, last)
             case "csv":
-                self._jobs.submit(kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds)
+                self._jobs.submit(
+                    kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds
+                )
             case "html":
-                self._jobs.submit(kind, self._file(name + ".html"), make_player, language, recorded, seconds, page)
+                self._jobs.submit(
+                    kind, self._file(name + ".html"), make_player, language, recorded, seconds, page
+                )
             case "python":
                 whole = self.player.recorded(KEEP) or recorded
                 self._jobs.submit(
-                    kind, lambda snippet: self._take_python(snippet, name), as_python, whole, recorded, seconds, name
+                    kind,
+                    lambda snippet: self._take_python(snippet, name),
+                    as_python,
+                    whole,
+                    recorded,
+                    seconds,
+                    name,
                 )
             case _:
                 self._jobs.submit(
-                    kind, self._file(f"{name}.{kind}"), make_picture, language, recorded, seconds, page.details, kind
+                    kind,
+                    self._file(f"{name}.{kind}"),
+                    make_picture,
+                    language,
+                    recorded,
+                    seconds,
+                    page.details,
+                    kind,
                 )
 
     def make(self, what: str, name: str, compute: Callable[..., bytes], *arguments: Any) -> None:

@@ -50,12 +50,16 @@ class ExportsPanel(PagePanel):
         self._gui, self.exports = gui, ExportQueue(session, session.player)
         self._send = partial(page.client.send_file_download, save_immediately=True)
         with page.keep:
-            ChoiceButtons(gui, "save as", {said: Export(kind) for said, kind in EXPORTS.items()}, HINT, session.post)
+            ChoiceButtons(
+                gui, "save as", {said: Export(kind) for said, kind in EXPORTS.items()}, HINT, session.post
+            )
             upload = gui.add_upload_button(
                 tr("Load a run"),
                 icon=viser.Icon.UPLOAD,
                 color="gray",
-                hint=tr("A file saved with Run: it is computed again, compared with the saved result, and replayed."),
+                hint=tr(
+                    "A file saved with Run: it is computed again, compared with the saved result, and replayed."
+                ),
             )
             self._state = gui.add_html("")
         on_file(upload, lambda name, content: session.post(LoadRun(name, content)))

@@ -57,7 +57,9 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes
     table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
     panels = Curves(recorded, table, page.theme).panels(page.details)
     filmed, mark = film_scene(recorded, seconds, page), nearest_moment(table)
-    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark).encode()
+    return assembled(
+        filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark
+    ).encode()
 
 
 def nearest_moment(table: Array) -> float | None:
@@ -95,8 +97,12 @@ def assembled(
     assets += PageAssets((_HERE / "embedded_scene.js",), constants={"scene": scene, "dark": dark})
     made = macros("features/exports/player.html")
     head = made.head(Markup(LOCKED), VISER_VERSION, assets)
-    body = made.body(title, numbers, SPEEDS, film, PageAssets((_HERE / "player.js",), (_HERE / "player.css",)))
-    client = re.sub(r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1)
+    body = made.body(
+        title, numbers, SPEEDS, film, PageAssets((_HERE / "player.js",), (_HERE / "player.css",))
+    )
+    client = re.sub(
+        r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1
+    )
     spoken_here = spoken().language
     lang = "en" if spoken_here == "pseudo" else spoken_here
     client = client.replace('<html lang="en">', f'<html lang="{lang}" data-words="{spoken_here}">', 1)
@@ -134,7 +140,11 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
             **vars(panel),
             "times": numbers(panel.times, "f4"),
             "strokes": [
-                {**vars(s), "name": [part for part in _parts(s.name) if part[0]], "values": numbers(s.values, "f4")}
+                {
+                    **vars(s),
+                    "name": [part for part in _parts(s.name) if part[0]],
+                    "values": numbers(s.values, "f4"),
+                }
                 for s in panel.strokes
             ],
         }
@@ -145,8 +155,15 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
         "rate": RATE,
         "frames": len(filmed.times),
         "bodies": filmed.bodies,
-        "mark": None if mark is None else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
-        "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s"), "point": decimal(".")},
+        "mark": None
+        if mark is None
+        else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
+        "words": {
+            "play": tr("Play"),
+            "pause": tr("Pause"),
+            "of": tr("{time} of {end} s"),
+            "point": decimal("."),
+        },
         "tracks": tracks,
         "panels": drawn,
     }

@@ -46,7 +46,9 @@ LONGEST_CAPTION: Final = 112
 PictureKind = Literal["png", "svg"]
 
 
-def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: PictureKind, only: tuple[str, ...] = ()) -> bytes:
+def picture_bytes(
+    recorded: Recorded, seconds: float, details: Details, kind: PictureKind, only: tuple[str, ...] = ()
+) -> bytes:
     """Picture of the plots as a file's content.
 
     Args:
@@ -143,7 +145,9 @@ def _draw_panel(axes: Axes, panel: Panel, marks: list[float]) -> None:
     axes.set_ylim(*panel.limits)
     named = sum(bool(stroke.name) for stroke in panel.strokes)
     if named:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=named, borderaxespad=0.0, handlelength=1.9)
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=named, borderaxespad=0.0, handlelength=1.9
+        )
     if panel.note:
         axes.text(0.5, 0.5, panel.note, transform=axes.transAxes, ha="center", va="center", fontsize=9.0)
         axes.set(yticks=[])
@@ -154,14 +158,20 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
     for begin, end in zip(changed.tolist(), [*changed[1:].tolist(), len(times) - 1], strict=True):
         if not np.isnan(stroke.values[begin]):
             axes.plot(
-                times[[begin, end]], stroke.values[[begin, begin]], color=stroke.colour, linewidth=5.0, solid_capstyle="butt"
+                times[[begin, end]],
+                stroke.values[[begin, begin]],
+                color=stroke.colour,
+                linewidth=5.0,
+                solid_capstyle="butt",
             )
 
 
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
     law = replay.simulation.settings.law
     xs = distances(law)
-    named = tr("law distance d_law [m]") if replay.simulation.settings.has_law_distance else tr("distance d [m]")
+    named = (
+        tr("law distance d_law [m]") if replay.simulation.settings.has_law_distance else tr("distance d [m]")
+    )
     axes.set(xlim=(0.0, FAR), xlabel=named.replace("d_law", r"$d_\mathrm{law}$"))
     if name == "curve":
         _activation(axes, replay, curves, xs, law)
@@ -175,17 +185,37 @@ def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law:
         ys = [activation(d, law.critical_distance, order) for d in xs.tolist()]
         axes.plot(xs, ys, color=PALETTES["light"].faint, linewidth=0.9, label="_")
         axes.text(
-            law.critical_distance * 0.34 ** (-1.0 / order), 0.34, f"n = {order:g}", color=PALETTES["light"].soft, fontsize=8.5
+            law.critical_distance * 0.34 ** (-1.0 / order),
+            0.34,
+            f"n = {order:g}",
+            color=PALETTES["light"].soft,
+            fontsize=8.5,
         )
-    axes.plot(xs, [replay.simulation.law.activation(d) for d in xs.tolist()], color=COLOURS.activation, linewidth=1.9)
+    axes.plot(
+        xs,
+        [replay.simulation.law.activation(d) for d in xs.tolist()],
+        color=COLOURS.activation,
+        linewidth=1.9,
+    )
     visited = curves.table[:, [COLUMN["law_d"], COLUMN["lambda"]]]
-    axes.plot(*visited.T, linestyle="none", marker="o", markersize=2.2, color=COLOURS.activation, alpha=0.35, markeredgewidth=0)
+    axes.plot(
+        *visited.T,
+        linestyle="none",
+        marker="o",
+        markersize=2.2,
+        color=COLOURS.activation,
+        alpha=0.35,
+        markeredgewidth=0,
+    )
     axes.set_ylim(0.0, 1.05)
 
 
 def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
     now = contact(replay.simulation, replay.simulation.sample())
-    title = tr("what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance", time=f"{replay.time:.2f}")
+    title = tr(
+        "what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance",
+        time=f"{replay.time:.2f}",
+    )
     axes.set_title(title, pad=5.0)
     axes.axhline(0.0, color=INK, linewidth=0.8)
     colours = PALETTES["light"].laws
@@ -194,10 +224,21 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
         ys = [each.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()]
         colour, label = colours[i % len(colours)], tr(LAWS[name].short)
         width, dash = 2.4 if own else 1.1, DASHES[i // len(colours)]
-        axes.plot(xs, ys, color=colour, linestyle=dash, linewidth=width, label=label, zorder=3.0 if own else 2.0)
+        axes.plot(
+            xs, ys, color=colour, linestyle=dash, linewidth=width, label=label, zorder=3.0 if own else 2.0
+        )
     largest = min(max(abs(now.pull), law.nominal_velocity, abs(now.approach), 0.08) * 1.3, LONGEST)
     axes.set_ylim(-largest, largest)
-    axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label=tr("now"), zorder=4.0)
+    axes.plot(
+        [now.distance],
+        [now.rate],
+        marker="o",
+        markersize=6.0,
+        color=INK,
+        linestyle="none",
+        label=tr("now"),
+        zorder=4.0,
+    )
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, borderaxespad=0.0)
 
 

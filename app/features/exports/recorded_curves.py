@@ -118,10 +118,18 @@ class Curves:
         plot = time_plot_of(name, self._simulation)
         drawn = [(line, self.column(line.column) * plot.scale) for line in plot.lines if line.run == "own"]
         strokes = tuple(
-            Stroke(tr(line.name) if line.name else "", colour_of(line, self._palette), line.width, line.dash, values)
+            Stroke(
+                tr(line.name) if line.name else "",
+                colour_of(line, self._palette),
+                line.width,
+                line.dash,
+                values,
+            )
             for line, values in drawn
         )
-        limits = plot.span or _around((values for line, values in drawn if line.held), plot.positive, plot.top)
+        limits = plot.span or _around(
+            (values for line, values in drawn if line.held), plot.positive, plot.top
+        )
         return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, limits)
 
     def column(self, name: str) -> Array:
@@ -165,7 +173,13 @@ class Curves:
             Stroke(tr("eigenvalue / K"), self._palette.distance, 2.0, (), np.array(least)),
             Stroke("1 − λρ²", self._palette.activation, 1.8, (7.0, 4.0), np.array(survival)),
         )
-        return Panel(title, "", self.times[picked], strokes, _around((stroke.values for stroke in strokes), positive=False))
+        return Panel(
+            title,
+            "",
+            self.times[picked],
+            strokes,
+            _around((stroke.values for stroke in strokes), positive=False),
+        )
 
 
 def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple[float, float]:

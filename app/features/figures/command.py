@@ -49,7 +49,9 @@ def draw_figures(command: Figures) -> int:
     try:
         command.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadSetting(f"out = {command.out}: cannot be made ({error.strerror}); give another folder.") from None
+        raise BadSetting(
+            f"out = {command.out}: cannot be made ({error.strerror}); give another folder."
+        ) from None
     sections: list[tuple[FigureEntry, Sequence[str]]] = []
     bar = progress(len(entries), "figure")
     # The second bar counts the simulated steps of one figure.

@@ -90,24 +90,39 @@ def draw(plan: Plan) -> Drawn:
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
     settings = csv_head(base, "law", "ff", "seed", seconds=length)
-    return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, findings(curves, prices, base))
+    return Drawn(
+        figure,
+        columns,
+        [row for curve in curves for row in curve.rows],
+        settings,
+        findings(curves, prices, base),
+    )
 
 
 def _curves(plan: Plan, base: RunSettings, length: float) -> list[KnobCurve]:
     every = plan.either(slice(None), slice(1, None, 3))
     persons = range(plan.seed, plan.seed + plan.either(SEEDS, 2))
-    points = [(knob, seed, value) for knob in knobs() for seed in persons for value in knob.setting.points[every]]
-    summaries = plan.summaries([knob.at(replace(base, seed=seed), value) for knob, seed, value in points], length)
+    points = [
+        (knob, seed, value) for knob in knobs() for seed in persons for value in knob.setting.points[every]
+    ]
+    summaries = plan.summaries(
+        [knob.at(replace(base, seed=seed), value) for knob, seed, value in points], length
+    )
     runs = list(zip(points, summaries, strict=True))
-    return [_curve(knob, [(seed, value, s) for (of, seed, value), s in runs if of == knob]) for knob in knobs()]
+    return [
+        _curve(knob, [(seed, value, s) for (of, seed, value), s in runs if of == knob]) for knob in knobs()
+    ]
 
 
 def _curve(knob: LawKnob, runs: list[tuple[int, float, Summary]]) -> KnobCurve:
     persons = len({seed for seed, _, _ in runs})
-    d_min, e2 = (np.array([getattr(s, name) for _, _, s in runs]).reshape(persons, -1) for name in ("d_min", "e2_max"))
+    d_min, e2 = (
+        np.array([getattr(s, name) for _, _, s in runs]).reshape(persons, -1) for name in ("d_min", "e2_max")
+    )
     name, setting = knob.law, knob.setting
     rows: list[list[object]] = [
-        [name, int(setting.feed_forward), setting.key, value, seed, s.d_min, s.e2_max, s.ddq_max] for seed, value, s in runs
+        [name, int(setting.feed_forward), setting.key, value, seed, s.d_min, s.e2_max, s.ddq_max]
+        for seed, value, s in runs
     ]
     return KnobCurve(knob, np.array([value for _, value, _ in runs[: d_min.shape[1]]]), d_min, e2, rows)
 
@@ -144,7 +159,9 @@ def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Pr
     if np.isnan(value) or np.isnan(e2).mean() > 0.5:
         return None
     steps = (base.dt, base.dt / 2.0)
-    summaries: list[Summary] = [plan.run(replace(curve.knob.at(base, value), dt=dt), length).summary for dt in steps]
+    summaries: list[Summary] = [
+        plan.run(replace(curve.knob.at(base, value), dt=dt), length).summary for dt in steps
+    ]
     p = round(growth(summaries, steps), 2) + 0.0
     return Price(curve, value, e2, summaries[-1].ddq_max, p, min(s.step_us_median for s in summaries))
 
@@ -208,7 +225,9 @@ def verdict(paper: Price, other: Price) -> str:
         return f"{other.curve.label}: there is no person for whom both laws keep d_m."
     ratio = float(other.e2[both].mean() / paper.e2[both].mean())
     wins = int(np.count_nonzero(other.e2[both] < paper.e2[both]))
-    word = "**is better than the paper's law**" if ratio < 0.98 else "is worse" if ratio > 1.02 else "is as good"
+    word = (
+        "**is better than the paper's law**" if ratio < 0.98 else "is worse" if ratio > 1.02 else "is as good"
+    )
     costs = [
         f"q̈ is {other.acceleration / paper.acceleration:.2g} times as large",
         f"a step takes {other.step / paper.step:.2g} times",

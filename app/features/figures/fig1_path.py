@@ -51,7 +51,14 @@ def draw(plan: Plan) -> Drawn:
     ]
     columns = ["t", *(f"{name}_{axis}" for name in ("desired", "actual") for axis in "xyz"), "d", "lambda"]
     rows = np.column_stack([table[:, 0], wanted, hand, d, table[:, COLUMN["lambda"]]]).tolist()
-    header = csv_head(settings, seconds=length, ball_x=centre[0], ball_y=centre[1], ball_z=centre[2], ball_radius=BALL_RADIUS)
+    header = csv_head(
+        settings,
+        seconds=length,
+        ball_x=centre[0],
+        ball_y=centre[1],
+        ball_z=centre[2],
+        ball_radius=BALL_RADIUS,
+    )
     return Drawn(figure, columns, rows, header | {"point_radius": POINT_RADIUS}, found)
 
 
@@ -68,24 +75,41 @@ def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
     return hand, np.array([path(t, home)[0] for t in table[:, 0]]), room.start[room.ball].copy()
 
 
-def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]) -> None:
+def _photo(
+    axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]
+) -> None:
     room, positions = run.simulation.room, run.simulation.history.positions(table)
     hand, wanted, centre = ways
     still = [*furniture(room), ball(centre, BALL_RADIUS, BALL_COLOUR)]
     empty = render(still, CAMERA, *size).astype(float)
-    taken = [render([*still, *arms(room, positions[i], ("orange",))], CAMERA, *size).astype(float) for i in (0, -1, nearest)]
+    taken = [
+        render([*still, *arms(room, positions[i], ("orange",))], CAMERA, *size).astype(float)
+        for i in (0, -1, nearest)
+    ]
     picture = empty + GHOST * (taken[0] - empty) + GHOST * (taken[1] - empty)
     there = np.abs(taken[2] - empty).max(2, keepdims=True) > 2.0
     picture = np.where(there, taken[2], np.clip(picture, 0.0, 255.0))
     axes.imshow(picture.astype(np.uint8), interpolation="lanczos")
     view = Viewpoint(CAMERA, *size)
-    for way, colour, dash, width in ((wanted, COLOURS.critical, DASHES[1], 1.6), (hand, COLOURS.distance, DASHES[0], 2.2)):
+    for way, colour, dash, width in (
+        (wanted, COLOURS.critical, DASHES[1], 1.6),
+        (hand, COLOURS.distance, DASHES[0], 2.2),
+    ):
         x, y = view.project(way).T
         axes.plot(x, y, color="white", linewidth=width + 1.8, alpha=0.75, solid_capstyle="butt")
         axes.plot(x, y, color=colour, linestyle=dash, linewidth=width)
     for text, point in (("A", wanted[0]), ("B", wanted[-1])):
         ((x, y),) = view.project(point[None])
-        axes.text(x, y - 0.035 * size[1], text, ha="center", va="bottom", fontsize=12, fontweight="bold", path_effects=[OUTLINE])
+        axes.text(
+            x,
+            y - 0.035 * size[1],
+            text,
+            ha="center",
+            va="bottom",
+            fontsize=12,
+            fontweight="bold",
+            path_effects=[OUTLINE],
+        )
     axes.set(xlim=(0, size[0]), ylim=(size[1], 0))
     axes.axis("off")
 
@@ -100,16 +124,35 @@ def _side(axes: Axes, ways: tuple[Array, Array, Array], nearest: int, clear: flo
     axes.add_patch(Circle((0.0, 0.0), BALL_RADIUS, facecolor=COLOURS.approach, alpha=0.85, linewidth=0))
     axes.text(0.0, 0.035, "ball", color="white", ha="center", va="center", fontsize=10)
     reach = BALL_RADIUS + POINT_RADIUS + clear
-    axes.add_patch(Circle((0.0, 0.0), reach, facecolor="none", edgecolor=COLOURS.critical, linestyle=DASHES[2], linewidth=1.4))
+    axes.add_patch(
+        Circle(
+            (0.0, 0.0),
+            reach,
+            facecolor="none",
+            edgecolor=COLOURS.critical,
+            linestyle=DASHES[2],
+            linewidth=1.4,
+        )
+    )
     axes.text(0.255, 0.035, "here $d=d_m$", color=COLOURS.critical, ha="right", fontsize=9.5)
     axes.plot(*flat[0].T, color=COLOURS.critical, linestyle=DASHES[1], label="desired")
     axes.plot(*flat[1].T, color=COLOURS.distance, label="actual")
     at = flat[1][nearest]
     axes.add_patch(Circle(tuple(at), POINT_RADIUS, facecolor=COLOURS.distance, alpha=0.18, linewidth=0))
     axes.plot(*at, "o", color=COLOURS.distance, markersize=5, markeredgecolor="white")
-    axes.annotate("critical point", at, (-8.0, 14.0), textcoords="offset points", ha="right", fontsize=9.5, color=INK)
+    axes.annotate(
+        "critical point", at, (-8.0, 14.0), textcoords="offset points", ha="right", fontsize=9.5, color=INK
+    )
     for text, point in (("A", flat[0][0]), ("B", flat[0][-1])):
         axes.plot(*point, "s", color=INK, markersize=4.5)
-        axes.annotate(text, point, (0.0, -11.0), textcoords="offset points", ha="center", va="center", fontweight="bold")
-    axes.set(xlabel="way along A–B, from the ball [m]", ylabel="beside it [m]", aspect="equal", xlim=(-0.4, 0.4), ylim=(0, 0.38))
+        axes.annotate(
+            text, point, (0.0, -11.0), textcoords="offset points", ha="center", va="center", fontweight="bold"
+        )
+    axes.set(
+        xlabel="way along A–B, from the ball [m]",
+        ylabel="beside it [m]",
+        aspect="equal",
+        xlim=(-0.4, 0.4),
+        ylim=(0, 0.38),
+    )
     axes.legend(loc="upper right", bbox_to_anchor=(1.02, 1.04))

@@ -24,16 +24,24 @@ def draw_activation(plan: Plan) -> Drawn:
     axes = figure.subplots()
     for n, curve, dash, at in zip(ORDERS, curves, DASHES, (0.62, 0.345, 0.128), strict=False):
         axes.plot(distances, curve, color=COLOURS.activation, linestyle=dash, label=f"$n={n}$")
-        tag(axes, f"$n={n}$", at + 0.012, activation(at, CRITICAL_DISTANCE, n) + 0.035, COLOURS.activation, 11)
+        tag(
+            axes, f"$n={n}$", at + 0.012, activation(at, CRITICAL_DISTANCE, n) + 0.035, COLOURS.activation, 11
+        )
     axes.axvline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
     tag(axes, "$d_m$", CRITICAL_DISTANCE + 0.012, 1.05, COLOURS.critical, 12)
     axes.set(
-        xlim=(0, 1), ylim=(0, 1.1), xlabel=r"distance $d$ [m]", ylabel=r"activation $\lambda$", yticks=np.arange(0, 1.1, 0.2)
+        xlim=(0, 1),
+        ylim=(0, 1.1),
+        xlabel=r"distance $d$ [m]",
+        ylabel=r"activation $\lambda$",
+        yticks=np.arange(0, 1.1, 0.2),
     )
     at_twice = [activation(2 * CRITICAL_DISTANCE, CRITICAL_DISTANCE, n) for n in ORDERS]
     at_one = [activation(1.0, CRITICAL_DISTANCE, n) for n in ORDERS]
     found = [
-        "At twice d_m λ is " + ", ".join(f"{x:.3g} (n = {n})" for x, n in zip(at_twice, ORDERS, strict=True)) + ".",
+        "At twice d_m λ is "
+        + ", ".join(f"{x:.3g} (n = {n})" for x, n in zip(at_twice, ORDERS, strict=True))
+        + ".",
         "λ never reaches 0: at 1 m, ten times d_m, it still is "
         + ", ".join(f"{x:.1g} (n = {n})" for x, n in zip(at_one, ORDERS, strict=True))
         + ", so that for small n an arm with nothing to avoid is pushed all the same (see `bias`).",
@@ -59,12 +67,16 @@ class SchemeBlock(NamedTuple):
 
 BLOCKS: Final = {
     "task": SchemeBlock(1.1, 3.6, 1.9, 1.05, "task", r"$\dot q_n$  or  $J^{\#}\dot x_c$", COLOURS.pull),
-    "projector": SchemeBlock(3.75, 3.6, 1.95, 1.05, "soft null space", r"$N' = I - \lambda J_d^{\#} J_d$", INK),
+    "projector": SchemeBlock(
+        3.75, 3.6, 1.95, 1.05, "soft null space", r"$N' = I - \lambda J_d^{\#} J_d$", INK
+    ),
     "row": SchemeBlock(3.75, 1.85, 1.95, 1.05, "avoidance", r"$J_d^{\#}\,\lambda v$", COLOURS.velocity),
     "integral": SchemeBlock(6.85, 3.6, 1.1, 1.05, "arm", r"$\int \dot q\,\mathrm{d}t$", INK),
     "kinematics": SchemeBlock(6.85, 1.85, 1.95, 1.05, "forward kinematics", r"$x = f(q)$", INK),
     "proximity": SchemeBlock(6.85, 0.45, 1.95, 0.85, "proximity detection", r"$d,\ n_0$", COLOURS.distance),
-    "activation": SchemeBlock(1.1, 1.15, 1.9, 1.05, "activation", r"$\lambda(d)$, eq. (31)", COLOURS.activation),
+    "activation": SchemeBlock(
+        1.1, 1.15, 1.9, 1.05, "activation", r"$\lambda(d)$, eq. (31)", COLOURS.activation
+    ),
 }
 
 SUM: Final = (5.4, 3.6)
@@ -114,22 +126,48 @@ def _box(axes: Axes, block: SchemeBlock) -> None:
     style = "round,pad=0,rounding_size=0.09"
     axes.add_patch(
         FancyBboxPatch(
-            corner, block.width, block.height, boxstyle=style, facecolor=PALE, edgecolor=block.colour, linewidth=1.4, zorder=2
+            corner,
+            block.width,
+            block.height,
+            boxstyle=style,
+            facecolor=PALE,
+            edgecolor=block.colour,
+            linewidth=1.4,
+            zorder=2,
         )
     )
     axes.text(block.x, block.y + 0.22, block.name, ha="center", va="center", fontsize=8.6, zorder=4)
-    axes.text(block.x, block.y - 0.2, block.formula, ha="center", va="center", fontsize=11, color=block.colour, zorder=4)
+    axes.text(
+        block.x,
+        block.y - 0.2,
+        block.formula,
+        ha="center",
+        va="center",
+        fontsize=11,
+        color=block.colour,
+        zorder=4,
+    )
 
 
 def _wire(axes: Axes, *points: tuple[float, float], colour: str = INK) -> None:
     *_, start, end = points
     if len(points) > 2:
         xs, ys = zip(*points[:-1], strict=True)
-        axes.plot(xs, ys, color=colour, linewidth=1.3, solid_joinstyle="round", solid_capstyle="butt", zorder=1)
+        axes.plot(
+            xs, ys, color=colour, linewidth=1.3, solid_joinstyle="round", solid_capstyle="butt", zorder=1
+        )
     head = "-|>,head_length=5,head_width=2.4"
     axes.add_patch(
         FancyArrowPatch(
-            start, end, arrowstyle=head, color=colour, linewidth=1.3, shrinkA=0, shrinkB=0, mutation_scale=1, zorder=1
+            start,
+            end,
+            arrowstyle=head,
+            color=colour,
+            linewidth=1.3,
+            shrinkA=0,
+            shrinkB=0,
+            mutation_scale=1,
+            zorder=1,
         )
     )
 
@@ -139,8 +177,14 @@ def _dot(axes: Axes, x: float, y: float, colour: str) -> None:
 
 
 def _wires(axes: Axes) -> None:
-    left, right = {k: b.x - b.width / 2 for k, b in BLOCKS.items()}, {k: b.x + b.width / 2 for k, b in BLOCKS.items()}
-    low, high = {k: b.y - b.height / 2 for k, b in BLOCKS.items()}, {k: b.y + b.height / 2 for k, b in BLOCKS.items()}
+    left, right = (
+        {k: b.x - b.width / 2 for k, b in BLOCKS.items()},
+        {k: b.x + b.width / 2 for k, b in BLOCKS.items()},
+    )
+    low, high = (
+        {k: b.y - b.height / 2 for k, b in BLOCKS.items()},
+        {k: b.y + b.height / 2 for k, b in BLOCKS.items()},
+    )
     y, (sx, sy) = {k: b.y for k, b in BLOCKS.items()}, SUM
     _wire(axes, (right["task"], y["task"]), (left["projector"], y["task"]), colour=COLOURS.pull)
     _label(axes, 2.4, y["task"] + 0.2, r"$\dot q_n$", COLOURS.pull)
@@ -165,7 +209,16 @@ def _wires(axes: Axes) -> None:
     _wire(axes, (left["proximity"], 0.62), (3.35, 0.62), (3.35, low["row"]), colour=d)
     _label(axes, 4.6, 0.83, r"$J_d$", d)
     _dot(axes, 4.15, 0.62, d)
-    _wire(axes, (4.15, 0.62), (4.15, 1.0), (4.96, 1.0), (4.96, 2.72), (4.15, 2.72), (4.15, low["projector"]), colour=d)
+    _wire(
+        axes,
+        (4.15, 0.62),
+        (4.15, 1.0),
+        (4.96, 1.0),
+        (4.96, 2.72),
+        (4.15, 2.72),
+        (4.15, low["projector"]),
+        colour=d,
+    )
     # Back to the task.
     out = right["integral"] + 0.3
     _wire(axes, (right["integral"], sy), (out, sy), (out, 4.42), (1.1, 4.42), (1.1, high["task"]))

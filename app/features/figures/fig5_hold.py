@@ -41,7 +41,9 @@ def draw(plan: Plan) -> Drawn:
     upper.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3, label="$d_m$")
     tag(upper, "$d_m$", 0.004 * length, critical - 0.028, COLOURS.critical, 12)
     upper.set(ylim=(0, CEILING), yticks=np.arange(0, CEILING + 0.01, 0.1), ylabel="distance [m]")
-    upper.legend(handles=upper.lines[1::-1], loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.13), borderaxespad=0.0)
+    upper.legend(
+        handles=upper.lines[1::-1], loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.13), borderaxespad=0.0
+    )
     lower.plot(time, e2, color=COLOURS.error)
     lower.set(xlim=(0, length), ylim=(0, None), ylabel="squared error $e^2$ [m²]", xlabel="time [s]")
     found = [

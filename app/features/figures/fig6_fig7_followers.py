@@ -48,7 +48,13 @@ def master_slave(plan: Plan) -> Drawn:
         _smooth(run),
     ]
     names = [f"q{i + 1}" for i in range(wanted.shape[1])]
-    columns = ["t", "d", "lambda", *(f"master_{name}" for name in names), *(f"slave_{name}" for name in names)]
+    columns = [
+        "t",
+        "d",
+        "lambda",
+        *(f"master_{name}" for name in names),
+        *(f"slave_{name}" for name in names),
+    ]
     return Drawn(figure, columns, _rows(run, wanted, actual), csv_head(settings, seconds=length), found)
 
 

@@ -50,7 +50,15 @@ def film(plan: Plan) -> Drawn:
         wanted = person.target(float(row[COLUMN["t"]]))
         angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
         _frame(axes, run, row, FILM_CAMERA, size, posed_person(angles) if angles is not None else [])
-        axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
+        axes.text(
+            0.025,
+            0.955,
+            f"{row[0]:.1f} s",
+            transform=axes.transAxes,
+            va="top",
+            fontsize=13,
+            path_effects=[OUTLINE],
+        )
     d, places = table[:, COLUMN["d"]], marker_places(run, table)
     least = (np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * FRAMES)).min()
     found = [
@@ -65,7 +73,9 @@ def film(plan: Plan) -> Drawn:
 def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[str]) -> Drawn:
     simulation = run.simulation
     columns = ["t", "d", "lambda", *(name.format("q") for name in simulation.room.columns)]
-    rows = np.column_stack([table[:, [COLUMN[name] for name in columns[:3]]], simulation.history.positions(table)]).tolist()
+    rows = np.column_stack(
+        [table[:, [COLUMN[name] for name in columns[:3]]], simulation.history.positions(table)]
+    ).tolist()
     return Drawn(figure, columns, rows, csv_head(simulation.settings, seconds=length), found)
 
 
@@ -147,7 +157,15 @@ def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, in
     colour = tuple(c / 255.0 for c in blend(COLOURS.calm, COLOURS.activation, lam))
     width = 1.0 + 2.4 * lam
     axes.plot(*ends.T, color="white", linewidth=width + 1.6, alpha=0.8)
-    axes.plot(*ends.T, color=colour, linewidth=width, marker="o", markersize=3.2, markerfacecolor=INK, markeredgewidth=0)
+    axes.plot(
+        *ends.T,
+        color=colour,
+        linewidth=width,
+        marker="o",
+        markersize=3.2,
+        markerfacecolor=INK,
+        markeredgewidth=0,
+    )
     x, y = ends.mean(0)
     if lam > hold.FELT:
         axes.text(

@@ -59,7 +59,9 @@ CATALOGUE: Final = (
         law.draw_activation,
         2,
     ),
-    FigureEntry("setup", "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still, 3),
+    FigureEntry(
+        "setup", "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still, 3
+    ),
     FigureEntry(
         "scheme",
         "the control scheme",
@@ -92,7 +94,9 @@ CATALOGUE: Final = (
         followers.imitation,
         7,
     ),
-    FigureEntry("film", "eight frames of the imitation", "Eight photos of the experiment of Fig. 7.", film.film, 8),
+    FigureEntry(
+        "film", "eight frames of the imitation", "Eight photos of the experiment of Fig. 7.", film.film, 8
+    ),
     FigureEntry(
         "resting",
         "The resting distance over n, v and w",
@@ -163,7 +167,9 @@ def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
         BadSetting: unknown number or name; names the valid ones.
     """
     asked = [word.strip().lower() for word in only.split(",") if word.strip()]
-    by_word = {entry.name: entry for entry in CATALOGUE} | {str(entry.number): entry for entry in CATALOGUE if entry.number}
+    by_word = {entry.name: entry for entry in CATALOGUE} | {
+        str(entry.number): entry for entry in CATALOGUE if entry.number
+    }
     for word in asked:
         if word not in by_word:
             numbers = ", ".join(str(entry.number) for entry in CATALOGUE if entry.number)
@@ -193,7 +199,14 @@ def report(sections: Sequence[tuple[FigureEntry, Sequence[str]]], plan: Plan, ve
         lines += ["**Quick**: shorter runs and fewer points than the figures are meant to have.", ""]
     for entry, found in sections:
         stem = entry.stem
-        lines += [f"## {entry.heading}", "", f"![{entry.heading}]({stem}.png)", "", f"**The paper.** {entry.paper}", ""]
+        lines += [
+            f"## {entry.heading}",
+            "",
+            f"![{entry.heading}]({stem}.png)",
+            "",
+            f"**The paper.** {entry.paper}",
+            "",
+        ]
         lines += ["**What we found.**", ""]
         for sentence in found:
             # A table needs its own paragraph.

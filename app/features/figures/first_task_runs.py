@@ -110,8 +110,12 @@ CASES: Final = (
     FirstTaskCase("joint_stops", "way to the stops", joint_stops, ((-0.1, 0.0, 1.15), (-0.35, 0.25, 1.0))),
     FirstTaskCase("plane", "distance from a wall", wall, ((0.35, 0.0, 1.4), (0.3, 0.3, 1.2))),
     FirstTaskCase("own_links", "distance of own links", own_links, ((-0.4, 0.05, 0.95),)),
-    FirstTaskCase("singular_value", "smallest singular value", singular_value, ((0.75, 0.0, 1.3), (0.5, 0.5, 1.3))),
-    FirstTaskCase("centre_of_mass", "centre of mass in the foot", centre_of_mass, ((0.5, 0.0, 1.1), (0.3, 0.4, 1.0))),
+    FirstTaskCase(
+        "singular_value", "smallest singular value", singular_value, ((0.75, 0.0, 1.3), (0.5, 0.5, 1.3))
+    ),
+    FirstTaskCase(
+        "centre_of_mass", "centre of mass in the foot", centre_of_mass, ((0.5, 0.0, 1.1), (0.3, 0.4, 1.0))
+    ),
 )
 
 

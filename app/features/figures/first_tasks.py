@@ -26,7 +26,21 @@ from app.features.figures.first_task_runs import (
 )
 from controllers.first_tasks.first_task import FirstTask
 
-COLUMNS: Final = ("quantity", "unit", "law", "t", "h", "h_m", "v", "lambda", "u", "w", "rate", "rate_closed_form", "exact")
+COLUMNS: Final = (
+    "quantity",
+    "unit",
+    "law",
+    "t",
+    "h",
+    "h_m",
+    "v",
+    "lambda",
+    "u",
+    "w",
+    "rate",
+    "rate_closed_form",
+    "exact",
+)
 
 
 def draw(plan: Plan) -> Drawn:
@@ -81,7 +95,9 @@ def _draw_values(axes: Axes, case: FirstTaskCase, task: FirstTask, runs: list[li
         {"color": COLOURS.approach, "linestyle": DASHES[1], "label": "without the law"},
         {"color": COLOURS.distance, "linestyle": DASHES[0], "label": "with it"},
     )
-    axes.axhline(task.critical_value, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3, label="$h_m$")
+    axes.axhline(
+        task.critical_value, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3, label="$h_m$"
+    )
     axes.axhline(0.0, color=COLOURS.faint, linewidth=0.8)
     for moments, look in zip(runs, looks, strict=True):
         axes.plot([m.time for m in moments], [m.margin.value for m in moments], **look)
@@ -93,7 +109,12 @@ def _draw_rates(axes: Axes, task: FirstTask, moments: list[Moment]) -> None:
     ends = [f([m.closed_form for m in exact]) for f in (min, max)]
     axes.plot(ends, ends, color=COLOURS.critical, linewidth=1.2)
     axes.plot(
-        [m.closed_form for m in exact], [m.rate for m in exact], "o", color=COLOURS.activation, markersize=3.2, markeredgewidth=0
+        [m.closed_form for m in exact],
+        [m.rate for m in exact],
+        "o",
+        color=COLOURS.activation,
+        markersize=3.2,
+        markeredgewidth=0,
     )
     axes.set(ylabel=f"$\\dot h$ [{task.unit}/s]")
 

@@ -64,7 +64,11 @@ def largest_jump(run: Run) -> Jump:
         kinematics.update(np.ascontiguousarray(positions))
         row = detector.detect(*settings.law.proximity).row[arm.joints]
         levers.append(float(np.linalg.norm(row)))
-        left.append(float(np.linalg.norm(free_part(row, kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]))))
+        left.append(
+            float(
+                np.linalg.norm(free_part(row, kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]))
+            )
+        )
         points.append(np.array(detector.witness_points(pair)))
     return Jump(
         float(table[after, 0]),
@@ -159,11 +163,31 @@ def draw(plan: Plan) -> Drawn:
         axes.set_xlabel("time step [ms]" if name == "a" else "")
     _table(panels["table"], runs, steps)
     rows = [
-        [law["law"], int("feed_forward" in law), dt, s.d_min, s.share_below, s.e2_max, s.dq_step_max, s.ddq_max, s.pair_switches]
+        [
+            law["law"],
+            int("feed_forward" in law),
+            dt,
+            s.d_min,
+            s.share_below,
+            s.e2_max,
+            s.dq_step_max,
+            s.ddq_max,
+            s.pair_switches,
+        ]
         for law, summaries in zip(laws.values(), runs.values(), strict=True)
         for dt, s in zip(steps, summaries, strict=True)
     ]
-    columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
+    columns = [
+        "law",
+        "w_added",
+        "dt",
+        "d_min",
+        "share_below",
+        "e2_max",
+        "dq_step_max",
+        "ddq_max",
+        "pair_switches",
+    ]
     settings = csv_head(base, "law", "ff", "dt", seconds=length)
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
 
@@ -216,7 +240,9 @@ def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
     return math.log(runs[-1].ddq_max / runs[0].ddq_max) / math.log(steps[0] / steps[-1])
 
 
-def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: float, jumps: list[str]) -> list[str]:
+def _found(
+    runs: dict[str, list[Summary]], steps: Sequence[float], critical: float, jumps: list[str]
+) -> list[str]:
     lines = [
         "| law | d_min [mm] | time below d_m | e²_max [m²] | max q̈ [rad/s²] | p in q̈ ∝ dt^−p |",
         "|---|---|---|---|---|---|",
@@ -246,7 +272,11 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
 def _sorted_by_change(runs: dict[str, list[Summary]], steps: Sequence[float]) -> list[str]:
     paper = next(iter(runs.values()))[-1].ddq_max
     jump = [label for label, summaries in runs.items() if growth(summaries, steps) > JUMPS]
-    fast = [label for label, summaries in runs.items() if label not in jump and summaries[-1].ddq_max > FAST * paper]
+    fast = [
+        label
+        for label, summaries in runs.items()
+        if label not in jump and summaries[-1].ddq_max > FAST * paper
+    ]
     said = {
         f"q̇ jumps (p above {JUMPS:g})": jump,
         f"q̇ changes fast, more than {FAST:g} times the paper's law's, but does not jump": fast,

@@ -11,8 +11,18 @@ from scenes.headless import Summary
 from scenes.settings import RunSettings, specs
 
 LOOKS: Final[dict[Treatment, dict[str, Any]]] = {
-    "single": {"marker": "o", "color": COLOURS.approach, "linestyle": DASHES[0], "label": "closest pair (paper)"},
-    "soft": {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "smooth minimum (ours)"},
+    "single": {
+        "marker": "o",
+        "color": COLOURS.approach,
+        "linestyle": DASHES[0],
+        "label": "closest pair (paper)",
+    },
+    "soft": {
+        "marker": "s",
+        "color": COLOURS.velocity,
+        "linestyle": DASHES[1],
+        "label": "smooth minimum (ours)",
+    },
 }
 
 MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
@@ -27,7 +37,8 @@ def draw(plan: Plan) -> Drawn:
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
     runs: dict[Treatment, list[Summary]] = {
-        pairs: plan.summaries([plan.settings({"pairs": pairs}, rig="table", dt=dt) for dt in steps], length) for pairs in LOOKS
+        pairs: plan.summaries([plan.settings({"pairs": pairs}, rig="table", dt=dt) for dt in steps], length)
+        for pairs in LOOKS
     }
     milli = [1000.0 * dt for dt in steps]
     figure, (upper, lower) = stack(4.3, 2)
@@ -37,15 +48,30 @@ def draw(plan: Plan) -> Drawn:
     reference = runs["soft"][0].dq_step_max * np.array(steps) / steps[0] * 0.55
     lower.plot(milli, reference, color=COLOURS.calm, linestyle=DASHES[2], linewidth=1.3)
     at = len(steps) // 2
-    lower.text(milli[at] * 1.05, reference[at] * 0.72, r"$\propto \mathrm{d}t$", color=COLOURS.calm, va="top", fontsize=12)
+    lower.text(
+        milli[at] * 1.05,
+        reference[at] * 0.72,
+        r"$\propto \mathrm{d}t$",
+        color=COLOURS.calm,
+        va="top",
+        fontsize=12,
+    )
     upper.set(xscale="log", yscale="log", ylim=(1, 2e4), ylabel="changes of the\nclosest pair")
-    lower.set(xscale="log", yscale="log", ylabel="largest step\n" r"of $\dot q$ [rad/s]", xlabel="time step [ms]", ylim=(5e-4, 3))
+    lower.set(
+        xscale="log",
+        yscale="log",
+        ylabel="largest step\n" r"of $\dot q$ [rad/s]",
+        xlabel="time step [ms]",
+        ylim=(5e-4, 3),
+    )
     lower.set_xticks(milli, [f"{each:g}" for each in milli], minor=False)
     lower.set_xticks([], minor=True)
     figure.legend(*upper.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     found = [_sentence(pairs, steps, runs[pairs]) for pairs in LOOKS]
     ratio = runs["single"][-1].dq_step_max / runs["single"][0].dq_step_max
-    found.append("A step of q̇ that halves with dt belongs to a continuous velocity; one that stays is a jump.")
+    found.append(
+        "A step of q̇ that halves with dt belongs to a continuous velocity; one that stays is a jump."
+    )
     if ratio > 0.5 * (1.0 + steps[-1] / steps[0]):
         found.append(
             "The paper's law is continuous in d, but **not across a change of the closest pair**: a smaller time step does not make it "
@@ -96,10 +122,13 @@ def draw_slide_loss(plan: Plan) -> Drawn:
             markeredgecolor="white", label=names[pairs],
         )  # fmt: skip
         rows += [
-            [pairs, v, s.d_min, loss, s.out_of_authority_s] for v, s, loss in zip(speeds, summaries, lost[pairs], strict=True)
+            [pairs, v, s.d_min, loss, s.out_of_authority_s]
+            for v, s, loss in zip(speeds, summaries, lost[pairs], strict=True)
         ]
     axes.axhline(0.0, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
-    axes.set(xlabel="speed of retreat $v$ [m/s]", ylabel="lost of $d_m$: $d_m - d_{min}$ [mm]", xlim=(0, None))
+    axes.set(
+        xlabel="speed of retreat $v$ [m/s]", ylabel="lost of $d_m$: $d_m - d_{min}$ [mm]", xlim=(0, None)
+    )
     axes.text(max(speeds), 3.0, "$d_m$", color=COLOURS.critical, ha="right", va="bottom", fontsize=12)
     axes.legend(loc="upper right")
     single = ", ".join(f"{loss:.0f} mm at {v:g} m/s" for v, loss in zip(speeds, lost["single"], strict=True))

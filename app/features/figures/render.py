@@ -96,7 +96,9 @@ class Viewpoint:
         """Unit vectors (height × width, 3) from the eye through the pixel centres, row by row, in world
         coordinates.
         """
-        x, y = np.meshgrid(np.arange(self.width) + 0.5 - self.width / 2.0, np.arange(self.height) + 0.5 - self.height / 2.0)
+        x, y = np.meshgrid(
+            np.arange(self.width) + 0.5 - self.width / 2.0, np.arange(self.height) + 0.5 - self.height / 2.0
+        )
         local = np.stack([x, y, np.full_like(x, self.focal)], -1).reshape(-1, 3)
         return local @ self.axes / np.linalg.norm(local, axis=1, keepdims=True)
 
@@ -105,7 +107,9 @@ class Viewpoint:
         return project(self._pose, (self.width, self.height), points)
 
 
-def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES) -> NDArray[np.uint8]:
+def render(
+    meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES
+) -> NDArray[np.uint8]:
     """Render the picture (height, width, 3), sRGB.
 
     Args:
@@ -121,7 +125,9 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samp
     hit = scene.ray.intersects_first(np.broadcast_to(view.eye, sight.shape), sight)
     shown = np.flatnonzero(hit >= 0)
     # The floor has no edges: one sample a pixel is enough.
-    light = _room(Viewpoint(camera, width, height), scene).repeat(samples, 0).repeat(samples, 1).reshape(-1, 3)
+    light = (
+        _room(Viewpoint(camera, width, height), scene).repeat(samples, 0).repeat(samples, 1).reshape(-1, 3)
+    )
     if len(shown):
         face, sight = hit[shown], sight[shown]
         corners, plane = scene.triangles[face], scene.face_normals[face]
@@ -176,7 +182,9 @@ def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Arra
         gloss = np.maximum((normal * half).sum(1, keepdims=True), 0.0) ** power * (power + 8.0) / 25.0
         total += lambert * light * (diffuse + shine * gloss)
     mirrored = 2.0 * facing * normal - sight
-    fresnel = shine + (1.0 - shine) * (1.0 - np.minimum(np.maximum(facing, 0.0), 1.0)) ** 5 * (1.0 - rough) ** 2
+    fresnel = (
+        shine + (1.0 - shine) * (1.0 - np.minimum(np.maximum(facing, 0.0), 1.0)) ** 5 * (1.0 - rough) ** 2
+    )
     return total / 1.3 + fresnel * _studio(mirrored[:, 2:])
 
 

@@ -66,7 +66,9 @@ class ContactRun:
         distance = self.measure()
         for _ in range(round(seconds / STEP)):
             row = self._row[self._left]
-            situation = Situation(self._q[self._left], self._along(self._left, -PULL), row, distance, approach)
+            situation = Situation(
+                self._q[self._left], self._along(self._left, -PULL), row, distance, approach
+            )
             step = self._law(situation) * STEP
             self._q[self._right] += self._along(self._right, -approach) * STEP
             self._q[self._left] += step
@@ -95,8 +97,18 @@ def settled(n: float, v: float, w: float) -> float:
 
 def draw(plan: Plan) -> Drawn:
     sweeps = {
-        "n": (np.linspace(1, 20, 200), plan.either((1, 2, 3, 4, 6, 8, 10, 14, 20), (4, 10)), "order $n$", (1, 20)),
-        "v": (np.linspace(0.02, 0.6, 200), plan.either((0.05, 0.1, 0.2, 0.3, 0.4, 0.5), (0.1, 0.3)), "speed $v$ [m/s]", (0, 0.6)),
+        "n": (
+            np.linspace(1, 20, 200),
+            plan.either((1, 2, 3, 4, 6, 8, 10, 14, 20), (4, 10)),
+            "order $n$",
+            (1, 20),
+        ),
+        "v": (
+            np.linspace(0.02, 0.6, 200),
+            plan.either((0.05, 0.1, 0.2, 0.3, 0.4, 0.5), (0.1, 0.3)),
+            "speed $v$ [m/s]",
+            (0, 0.6),
+        ),
         "w": (
             np.linspace(0, 0.3, 200),
             plan.either((0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3), (0.1, 0.3)),
@@ -114,16 +126,36 @@ def draw(plan: Plan) -> Drawn:
         points = [point | {over: float(x)} for x in dots]
         found = [(over, each[over], closed_form(**each), settled(**each)) for each in points]
         rests = [rest for *_, rest in found]
-        axes.plot(dots, rests, "o", color=COLOURS.distance, markersize=5, markeredgecolor="white", clip_on=False, zorder=3)
+        axes.plot(
+            dots,
+            rests,
+            "o",
+            color=COLOURS.distance,
+            markersize=5,
+            markeredgecolor="white",
+            clip_on=False,
+            zorder=3,
+        )
         axes.axhline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set(xlabel=label, xlim=span, ylim=(0.1, 0.4))
         rows += found
     panels[0].set(ylabel="resting distance $d^*$ [m]", xticks=(1, 10, 20))
-    panels[0].text(19.6, CRITICAL_DISTANCE - 0.012, "$d_m$", color=COLOURS.critical, fontsize=12, ha="right", va="top")
+    panels[0].text(
+        19.6, CRITICAL_DISTANCE - 0.012, "$d_m$", color=COLOURS.critical, fontsize=12, ha="right", va="top"
+    )
     panels[1].set(xticks=(0, 0.3, 0.6))
     panels[2].set(xticks=(0, 0.2, 0.4))
     panels[2].axvspan(VELOCITY, 0.4, color=COLOURS.approach, alpha=0.1, linewidth=0)
-    panels[2].text(0.35, 0.25, "no rest:\n$w>v$", color=COLOURS.approach, ha="center", va="center", rotation=90, fontsize=9.5)
+    panels[2].text(
+        0.35,
+        0.25,
+        "no rest:\n$w>v$",
+        color=COLOURS.approach,
+        ha="center",
+        va="center",
+        rotation=90,
+        fontsize=9.5,
+    )
     worst = max(abs(closed - rest) for *_, closed, rest in rows)
     sentences = [
         "d* = d_m [(u + v)/(u + w)]^(1/n). "
@@ -134,7 +166,9 @@ def draw(plan: Plan) -> Drawn:
         "A larger n or w brings the rest nearer to d_m, a larger v farther away; w = v is the last that has one, and it is d_m.",
     ]
     settings = {"dm": CRITICAL_DISTANCE, "n": ORDER, "v": VELOCITY, "u": PULL, "w": 0.0, "dt": STEP}
-    return Drawn(figure, ["over", "value", "d_rest_closed_form", "d_rest_measured"], rows, settings, sentences)
+    return Drawn(
+        figure, ["over", "value", "d_rest_closed_form", "d_rest_measured"], rows, settings, sentences
+    )
 
 
 def expected_bias(run: Run) -> float:
@@ -150,7 +184,9 @@ def expected_bias(run: Run) -> float:
     row = near.row[arm.joints]
     along = np.linalg.norm(kinematics.hand_jacobian(arm)[:3] @ row) / float(row @ row)
     lam = simulation.law.activation(near.law_distance)
-    pull = budget.far_bias_speed(near.law_distance, law.critical_distance, law.order, law.nominal_velocity) / (1.0 - lam)
+    pull = budget.far_bias_speed(
+        near.law_distance, law.critical_distance, law.order, law.nominal_velocity
+    ) / (1.0 - lam)
     return float(pull * along / simulation.settings.gain)
 
 
@@ -163,13 +199,28 @@ def draw_far_bias(plan: Plan) -> Drawn:
     for n in orders:
         run = plan.run(plan.settings({"pairs": "soft", "order": n}, rig="table"), length, NO_TARGETS)
         d = float(run.table[-1, COLUMN["d"]])
-        rows.append([n, d, float(run.table[-1, COLUMN["lambda"]]), run.summary.e2_end**0.5, expected_bias(run)])
+        rows.append(
+            [n, d, float(run.table[-1, COLUMN["lambda"]]), run.summary.e2_end**0.5, expected_bias(run)]
+        )
     table = np.array(rows)
     figure = sheet(2.9)
     axes = figure.subplots()
-    axes.plot(table[:, 0], 1000 * table[:, 4], color=COLOURS.error, linestyle=DASHES[0], linewidth=1.5, label="closed form")
     axes.plot(
-        table[:, 0], 1000 * table[:, 3], "o", color=COLOURS.error, markersize=6, markeredgecolor="white", label="whole loop"
+        table[:, 0],
+        1000 * table[:, 4],
+        color=COLOURS.error,
+        linestyle=DASHES[0],
+        linewidth=1.5,
+        label="closed form",
+    )
+    axes.plot(
+        table[:, 0],
+        1000 * table[:, 3],
+        "o",
+        color=COLOURS.error,
+        markersize=6,
+        markeredgecolor="white",
+        label="whole loop",
     )
     axes.set(
         yscale="log",
@@ -211,11 +262,17 @@ def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float,
 
 def draw_threshold(plan: Plan) -> Drawn:
     """Smallest distance over the speed of the inputs: the threshold at w = v."""
-    paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
+    paces = plan.either(
+        (0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8)
+    )
     base = plan.settings(rig="table", hand_speed=1.0)
     v, critical = base.law.nominal_velocity, base.law.critical_distance
     calls = [
-        (plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0), plan.either(SCRIPT, 20.0) / pace, pace)
+        (
+            plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0),
+            plan.either(SCRIPT, 20.0) / pace,
+            pace,
+        )
         for feed_forward in LOOKS
         for pace in paces
     ]
@@ -229,13 +286,26 @@ def draw_threshold(plan: Plan) -> Drawn:
         axes.plot(xs, ys, markersize=5, markeredgecolor="white", **look)
     axes.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
     axes.axvline(1.0, color=COLOURS.approach, linestyle=DASHES[2], linewidth=1.3)
-    axes.set(xscale="log", xlabel="$v/w$, retreat over the fastest approach", ylabel="smallest distance [m]", ylim=(0, 0.2))
+    axes.set(
+        xscale="log",
+        xlabel="$v/w$, retreat over the fastest approach",
+        ylabel="smallest distance [m]",
+        ylim=(0, 0.2),
+    )
     axes.set_yticks(np.arange(0, 0.21, 0.05))
     axes.set_xticks([0.4, 0.5, 0.7, 1, 1.5, 2, 3], ["0.4", "0.5", "0.7", "1", "1.5", "2", "3"], minor=False)
     axes.set_xticks([], minor=True)
     axes.text(0.985, 0.012, "$w>v$  ", color=COLOURS.approach, ha="right", fontsize=10.5)
     axes.text(1.015, 0.012, "  $w<v$", color=COLOURS.approach, ha="left", fontsize=10.5)
-    axes.text(axes.get_xlim()[1], critical - 0.004, "$d_m$", color=COLOURS.critical, ha="right", va="top", fontsize=12)
+    axes.text(
+        axes.get_xlim()[1],
+        critical - 0.004,
+        "$d_m$",
+        color=COLOURS.critical,
+        ha="right",
+        va="top",
+        fontsize=12,
+    )
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.12))
     paper, fed = results[False], results[True]
     kept = [summary.d_min for w, summary in paper if w <= v]

@@ -27,7 +27,9 @@ def along(run: Run) -> tuple[Array, list[Analysis]]:
     kinematics, arm, law = simulation.kinematics, simulation.avoiding, settings.law
     table = run.table[:: max(1, round(PERIOD / settings.dt))]
     found: list[Analysis] = []
-    for positions, lam in zip(simulation.history.positions(table), table[:, COLUMN["lambda"]].tolist(), strict=True):
+    for positions, lam in zip(
+        simulation.history.positions(table), table[:, COLUMN["lambda"]].tolist(), strict=True
+    ):
         kinematics.update(np.ascontiguousarray(positions))
         near = simulation.detector.detect(*law.proximity)
         J = kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]
@@ -62,7 +64,13 @@ def draw(plan: Plan) -> Drawn:
     ).tolist()
     columns = ["t", "lambda", "e2", "eigenvalue", "survival", "rho", "coupling", "independent"]
     header = csv_head(settings, seconds=length, k_a=settings.gain)
-    return Drawn(figure, columns, rows, header, [_sentence("position", found), _sentence("pose", posed), *_verdict(e2, found)])
+    return Drawn(
+        figure,
+        columns,
+        rows,
+        header,
+        [_sentence("position", found), _sentence("pose", posed), *_verdict(e2, found)],
+    )
 
 
 def _sentence(task: str, found: list[Analysis]) -> str:

@@ -17,7 +17,10 @@ def _editor(page: "PanelContext") -> "FormulaEditor | None":
     from app.features.formula_law.session_formula import SessionFormula
 
     # A page has one editor; the editor of a custom law's file can do more.
-    if any(isinstance(panel, LawEditor) for panel in page.made) or not page.session.parts.of(SessionFormula).possible:
+    if (
+        any(isinstance(panel, LawEditor) for panel in page.made)
+        or not page.session.parts.of(SessionFormula).possible
+    ):
         return None
     return FormulaEditor(page)
 

@@ -157,7 +157,9 @@ class _Parser:
         if token.text in COMPARISONS:
             raise self._fault(token.place, N_("a comparison belongs into where(comparison, then, else)."))
         if token.kind:
-            raise self._fault(token.place, N_("expected a sign or the end, and found {found}."), found=token.text)
+            raise self._fault(
+                token.place, N_("expected a sign or the end, and found {found}."), found=token.text
+            )
         return node
 
     @property
@@ -175,7 +177,9 @@ class _Parser:
         if self._take(text) is None:
             token = self._token
             if token.kind:
-                raise self._fault(token.place, N_("expected {wanted}, and found {found}."), wanted=text, found=token.text)
+                raise self._fault(
+                    token.place, N_("expected {wanted}, and found {found}."), wanted=text, found=token.text
+                )
             raise self._fault(token.place, N_("expected {wanted}, and the formula ends."), wanted=text)
 
     def _sum(self) -> Node:
@@ -223,7 +227,9 @@ class _Parser:
             self._next += 1
             return self._name(token)
         if token.kind:
-            raise self._fault(token.place, N_("expected a number or a name, and found {found}."), found=token.text)
+            raise self._fault(
+                token.place, N_("expected a number or a name, and found {found}."), found=token.text
+            )
         raise self._fault(token.place, N_("the formula ends where a number or a name is expected."))
 
     def _name(self, token: Token) -> Node:
@@ -231,7 +237,9 @@ class _Parser:
             return Node("name", NAMES.index(token.text))
         name = "where" if token.text == "if" else token.text
         if name != "where" and name not in FUNCTIONS:
-            raise self._fault(token.place, N_("{name} is not known. {valid}"), name=token.text[:40], valid=_valid())
+            raise self._fault(
+                token.place, N_("{name} is not known. {valid}"), name=token.text[:40], valid=_valid()
+            )
         self._expect("(")
         parts = [self._condition() if name == "where" else self._sum()]
         while self._take(",") is not None:

@@ -72,7 +72,11 @@ class FormulaLaw(LawOfFile):
     def activations(self, distances: Array) -> Array:
         """Return λ (k,) at distances (k,) [m]; nan where the formula fails."""
         speed = self._settings().nominal_velocity
-        return np.clip(self._changes(distances, 0.0, 0.0) / speed, 0.0, 1.0) if speed else np.zeros(len(distances))
+        return (
+            np.clip(self._changes(distances, 0.0, 0.0) / speed, 0.0, 1.0)
+            if speed
+            else np.zeros(len(distances))
+        )
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
         """Return J_d q̇ = c − u [m/s] (k,) at distances (k,) [m], see `Law.line_rate`; nan where the formula
@@ -106,7 +110,9 @@ class FormulaLaw(LawOfFile):
                 what = LazyText("a number that is too large, or not defined")
             case _:
                 what = LazyText("a root, power or logarithm that is not a number")
-        at = NumberText(f"d = {situation.distance:.4g} m, u = {situation.pull:.3g} m/s, w = {situation.approach:.3g} m/s")
+        at = NumberText(
+            f"d = {situation.distance:.4g} m, u = {situation.pull:.3g} m/s, w = {situation.approach:.3g} m/s"
+        )
         self.problem = problem_of(FILE, LazyText("{what} at {where}.", what=what, where=at))
 
     # ---- `SessionLaw`: a formula never waits, and has no file

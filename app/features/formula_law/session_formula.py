@@ -63,14 +63,21 @@ class SessionFormula(SessionPart):
     def _take(self, text: str) -> None:
         session = self._session
         law = FormulaLaw(Formula(text), lambda: session.settings.run.law)
-        tests = None if session.background is None else FormulaExamination(text, session.background, session.wake)
+        tests = (
+            None if session.background is None else FormulaExamination(text, session.background, session.wake)
+        )
         student_law(session).take(law, tests)
         self.text, self._law = text, law
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
         del rebuilt
         chosen = before.run.law.law != after.run.law.law
-        if chosen and self._law is not None and self._session.law.of_run is self._law and not self._session.parts.lead:
+        if (
+            chosen
+            and self._law is not None
+            and self._session.law.of_run is self._law
+            and not self._session.parts.lead
+        ):
             self.stop()
 
     def saved(self) -> bytes:

@@ -25,11 +25,16 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
         notes: the teacher's, as Markdown; None for the student's copy, which reveals no outcome.
     """
     read = None if notes is None else read_notes(notes)
-    steps = [PaperStep(lesson, i, None if read is None else told(step)) for i, step in enumerate(lesson.steps)]
+    steps = [
+        PaperStep(lesson, i, None if read is None else told(step)) for i, step in enumerate(lesson.steps)
+    ]
     afterwards = any(one.pictures or (one.step.question and one.step.challenge) for one in steps)
     values = {"lesson": lesson, "steps": steps, "notes": read, "afterwards": afterwards}
     return locked_page(
-        "features/handout/handout.html", lesson_title(lesson), (Path(__file__).with_name("handout.css"),), **values
+        "features/handout/handout.html",
+        lesson_title(lesson),
+        (Path(__file__).with_name("handout.css"),),
+        **values,
     )
 
 
@@ -76,7 +81,11 @@ class PaperStep:
     @property
     def choices(self) -> list[str]:
         """Answers as Markdown."""
-        return [] if self.step.question is None else [self.filled(choice.text) for choice in self.step.question.choices]
+        return (
+            []
+            if self.step.question is None
+            else [self.filled(choice.text) for choice in self.step.question.choices]
+        )
 
     @property
     def measured(self) -> tuple[str, ...]:

@@ -23,9 +23,14 @@ from app.text.lesson_text import markdown_reader, plain
 from app.text.templates import element
 
 _READER: Final = markdown_reader()
-for _rule, _marks in {"formula": ("\\(", "\\)"), "formula_display": ("\\[", "\\]"), "formula_block": ("\\[", "\\]")}.items():
+for _rule, _marks in {
+    "formula": ("\\(", "\\)"),
+    "formula_display": ("\\[", "\\]"),
+    "formula_block": ("\\[", "\\]"),
+}.items():
     _READER.add_render_rule(
-        _rule, lambda _, tokens, at, *__, marks=_marks: marks[0] + escape(tokens[at].content.strip()) + marks[1]
+        _rule,
+        lambda _, tokens, at, *__, marks=_marks: marks[0] + escape(tokens[at].content.strip()) + marks[1],
     )
 # A file would have to be uploaded by hand; the picture's description replaces it.
 _READER.add_render_rule("picture", lambda _, tokens, at, *__: element("p", tokens[at].content))
@@ -42,7 +47,11 @@ def moodle_xml(lesson: Lesson) -> bytes:
     """File for Moodle's question bank in the current language, with a category per lesson."""
     quiz = Element("quiz")
     category = SubElement(quiz, "question", type="category")
-    _text(category, "category", f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}")
+    _text(
+        category,
+        "category",
+        f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}",
+    )
     for i, step in enumerate(lesson.steps):
         paper = PaperStep(lesson, i, told(step))
         if step.question is not None and step.question.choices:
@@ -59,7 +68,9 @@ def _multiple_choice(paper: PaperStep, question: Question) -> Element:
     for name, value in {"single": "true", "shuffleanswers": "true", "answernumbering": "abc"}.items():
         SubElement(made, name).text = value
     for place, choice in enumerate(question.choices):
-        answer = _html(made, "answer", paper.filled(choice.text), fraction="100" if place == question.right else "0")
+        answer = _html(
+            made, "answer", paper.filled(choice.text), fraction="100" if place == question.right else "0"
+        )
         # The last test reveals the right answers.
         _html(answer, "feedback", "" if paper.step.asked == "first" else paper.filled(choice.reply))
     for hint in paper.step.hints:
@@ -74,7 +85,11 @@ def _numerical(paper: PaperStep, challenge: Challenge) -> Iterator[Element]:
         if value is None:
             continue
         _, factor, unit = UNITS[m.unit]
-        asked = tr("With {settings}: {what}?", settings=settings_text(forecast.changes, language), what=label_of(m, language))
+        asked = tr(
+            "With {settings}: {what}?",
+            settings=settings_text(forecast.changes, language),
+            what=label_of(m, language),
+        )
         text = f"{challenge.text}\n\n{asked}" + (f" [{unit}]" if unit else "")
         made = _question("numerical", paper, f"{paper.number}.{place}", text)
         answer = SubElement(made, "answer", fraction="100", format="moodle_auto_format")

@@ -21,7 +21,9 @@ def law_text(function: Callable[..., Any]) -> str:
         BadSetting: not a function written with def, or its text is unknown.
     """
     if not isinstance(function, FunctionType) or function.__name__ == "<lambda>":
-        raise BadSetting("duet.law needs a function that is written with def: law(situation), which returns joint velocities.")
+        raise BadSetting(
+            "duet.law needs a function that is written with def: law(situation), which returns joint velocities."
+        )
     head: dict[str, str] = {}
     helpers: dict[str, str] = {}
     _collect(function, head, helpers)
@@ -41,7 +43,9 @@ def _collect(function: FunctionType, head: dict[str, str], helpers: dict[str, st
         helpers[function.__name__] = textwrap.dedent(inspect.getsource(function))
         ast.parse(helpers[function.__name__])
     except (OSError, SyntaxError):
-        raise BadSetting(f"The text of {function.__name__} is not known; write it with def in a cell or in a file.") from None
+        raise BadSetting(
+            f"The text of {function.__name__} is not known; write it with def in a cell or in a file."
+        ) from None
     names = inspect.getclosurevars(function)
     for name, value in {**names.globals, **names.nonlocals}.items():
         if name in head or name in helpers:
@@ -51,7 +55,11 @@ def _collect(function: FunctionType, head: dict[str, str], helpers: dict[str, st
             value = value.item()
         if isinstance(value, ModuleType):
             head[name] = f"import {value.__name__} as {name}"
-        elif isinstance(value, FunctionType) and value.__module__ == function.__module__ and value.__name__ == name:
+        elif (
+            isinstance(value, FunctionType)
+            and value.__module__ == function.__module__
+            and value.__name__ == name
+        ):
             _collect(value, head, helpers)
         elif isinstance(value, np.ndarray):
             head[name] = f"import numpy; from numpy import inf, nan; {name} = numpy.array({value.tolist()!r})"
@@ -59,7 +67,11 @@ def _collect(function: FunctionType, head: dict[str, str], helpers: dict[str, st
             head[name] = f"from numpy import inf, nan; {name} = {value!r}"
         elif isinstance(value, int | float | str | tuple | list | dict) and _reads_back(value):
             head[name] = f"{name} = {value!r}"
-        elif callable(value) and getattr(value, "__module__", None) not in (None, "__main__", function.__module__):
+        elif callable(value) and getattr(value, "__module__", None) not in (
+            None,
+            "__main__",
+            function.__module__,
+        ):
             head[name] = f"from {value.__module__} import {value.__name__} as {name}"
 
 

@@ -33,7 +33,10 @@ NO_PROXY: Final = N_(
 def cell_html(server: NotebookRun, height: int) -> str:
     """`height`: of the page [px]."""
     place = f"duet-{secrets.token_hex(8)}"
-    texts = {language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)} for language in LANGUAGES}
+    texts = {
+        language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)}
+        for language in LANGUAGES
+    }
     inline = {
         "place": place,
         "port": server.port,
@@ -54,7 +57,9 @@ HEIGHT: Final = 720
 _running: NotebookRun | None = None
 
 
-def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object) -> NotebookRun:
+def show(
+    height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object
+) -> NotebookRun:
     """Show the page below this cell and return its run, the same in every cell.
 
     A script calls it below `if __name__ == "__main__":`, as the run's other processes read the script again.

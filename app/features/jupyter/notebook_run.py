@@ -134,7 +134,12 @@ class NotebookRun:
     def __init__(self, settings: Settings) -> None:
         self.key = secrets.token_urlsafe(32)
         self._app = start_app(
-            ServeOptions(settings=settings, sessions=1, key=self.key, features=(LectureOptions(watchers=1, lecture=True),)),
+            ServeOptions(
+                settings=settings,
+                sessions=1,
+                key=self.key,
+                features=(LectureOptions(watchers=1, lecture=True),),
+            ),
             features=FEATURES,
         )
         # The kernel does not know the hub's public address, but no foreign page has the key.
@@ -177,7 +182,9 @@ class NotebookRun:
             BadSetting: the time is not above 0.
         """
         if seconds is not None and (seconds := _number(seconds)) <= 0.0:
-            raise BadSetting(f"seconds = {seconds:g} is out of range; give a number above 0, or None for all that is kept.")
+            raise BadSetting(
+                f"seconds = {seconds:g} is out of range; give a number above 0, or None for all that is kept."
+            )
 
         def read(session: Session) -> tuple[tuple[str, ...], Array]:
             simulation = session.simulation

@@ -36,7 +36,12 @@ class Gain:
     def cells(self) -> tuple[str, str, str, str]:
         """Students, shares before and after [%] and ⟨g⟩."""
         before, after = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
-        return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}".replace("-", "−"))
+        return (
+            str(self.students),
+            before,
+            after,
+            "–" if self.normalised is None else f"{self.normalised:.2f}".replace("-", "−"),
+        )
 
 
 @dataclass(frozen=True)
@@ -67,14 +72,18 @@ def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
             both = [pair for pair in pairs.get((lesson.id, step.id), ()) if max(pair) < count]
             if both:
                 gain = Gain(len(both), sum(a == right for a, _ in both), sum(b == right for _, b in both))
-                moved = tuple(tuple(both.count((before, after)) for after in range(count)) for before in range(count))
+                moved = tuple(
+                    tuple(both.count((before, after)) for after in range(count)) for before in range(count)
+                )
                 found.append(QuestionGain(lesson, step, index, gain, moved, right))
     return found
 
 
 def whole(questions: Iterable[QuestionGain]) -> Gain:
     each = [one.gain for one in questions]
-    return Gain(sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each))
+    return Gain(
+        sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each)
+    )
 
 
 def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> AnswerPairs:

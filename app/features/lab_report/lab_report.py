@@ -72,7 +72,11 @@ class ReportEntry:
     def drawing(self) -> str:
         """<svg> element of the student's and the measured curve, or ""."""
         drawing, curves = self.view.step.drawing, self.view.drawing
-        return "" if drawing is None or curves is None or not curves.drawn else drawing_svg(drawing, curves.drawn, curves.truth)
+        return (
+            ""
+            if drawing is None or curves is None or not curves.drawn
+            else drawing_svg(drawing, curves.drawn, curves.truth)
+        )
 
     @property
     def judgements(self) -> list[tuple[str, bool]]:
@@ -168,7 +172,9 @@ def report_html(
 def _rows(settings: Settings) -> list[tuple[str, str, str]]:
     present, known = named_values(settings.run), specs(RunSettings)
     return [
-        (known[key].label, page_value(key, value), known[key].help) for key, value in present.items() if matters(key, settings)
+        (known[key].label, page_value(key, value), known[key].help)
+        for key, value in present.items()
+        if matters(key, settings)
     ]
 
 

@@ -47,7 +47,11 @@ class LabReportBox(PagePanel):
     """In the folder “Keep and replay”, and in the lessons' panel."""
 
     def __init__(self, page: PanelContext) -> None:
-        self._gui, self._session, self._exports = page.client.gui, page.session, page.panel(ExportsPanel).exports
+        self._gui, self._session, self._exports = (
+            page.client.gui,
+            page.session,
+            page.panel(ExportsPanel).exports,
+        )
         view = page.view.part(LessonView)
         self._lessons, self._panel = view.lessons, view.panel
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
@@ -59,13 +63,19 @@ class LabReportBox(PagePanel):
 
     def _button(self, label: str, one: bool, order: float | None = None) -> viser.GuiButtonHandle:
         hint = tr("One HTML page to print: predictions, outcomes, plots, settings and your own words.")
-        button = self._gui.add_button(tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order)
+        button = self._gui.add_button(
+            tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order
+        )
         return on_press(button, lambda: self._session.post(AskReport(one)))
 
     def _ask(self, action: AskReport) -> None:
         walk = self._lessons.walk
         only = walk.lesson.id if action.one else None
-        ask_report(self._exports, self._session, done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, only))
+        ask_report(
+            self._exports,
+            self._session,
+            done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, only),
+        )
 
     def _box(self, lesson: str, step: str, tab: viser.GuiTabHandle) -> viser.GuiTextHandle:
         # One box per step: the last typing may arrive when the student is already in the next step.

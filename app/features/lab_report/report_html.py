@@ -66,7 +66,9 @@ def locked_page(template: str, title: str, styles: Sequence[Path], **values: obj
     """
     files = "".join(file.read_text(encoding="utf-8") for file in styles)
     sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
-    return page_of_template(template, title=title, language=spoken().language, locked=Markup(LOCKED), sheet=sheet, **values)
+    return page_of_template(
+        template, title=title, language=spoken().language, locked=Markup(LOCKED), sheet=sheet, **values
+    )
 
 
 _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})
@@ -110,7 +112,9 @@ def read_records(page: bytes) -> tuple[StepRecord, ...]:
         data = json.loads(html.unescape(found[1].decode()))
         if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:
             raise ValueError
-        records = tuple(msgspec.convert(dict(zip(_NAMES, step, strict=True)), StepRecord) for step in data["steps"])
+        records = tuple(
+            msgspec.convert(dict(zip(_NAMES, step, strict=True)), StepRecord) for step in data["steps"]
+        )
     except (ValueError, KeyError, TypeError, RecursionError, msgspec.ValidationError):
         raise ValueError(LazyText("its record is damaged")) from None
     if len({(record.lesson, record.step) for record in records}) < len(records):

@@ -89,7 +89,8 @@ def league(command: League) -> int:
     except KeyboardInterrupt:
         left = len(files.missing(command.seconds))
         print(
-            f"{left} scenes are left, the rest is in {command.out / PART}; the same command goes on from there.", file=sys.stderr
+            f"{left} scenes are left, the rest is in {command.out / PART}; the same command goes on from there.",
+            file=sys.stderr,
         )
         return INTERRUPTED
     return 0
@@ -103,7 +104,11 @@ def _files(given: tuple[Path, ...]) -> list[Path]:
     """
     found: list[Path] = []
     for path in given:
-        inside = [file for file in handed_in(path) if file.suffix.lower() == ".py"] if os.path.isdir(path) else [path]
+        inside = (
+            [file for file in handed_in(path) if file.suffix.lower() == ".py"]
+            if os.path.isdir(path)
+            else [path]
+        )
         if not inside:
             raise BadSetting(f"{path}: holds no law (*.py).")
         found += inside

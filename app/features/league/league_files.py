@@ -73,7 +73,12 @@ class LeagueFiles:
         """Runs still to be played, and those given up that have more time now. `seconds`: allowed for a file
         [s]."""
         done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
-        return [(one, event) for one in self.entrants for event in events() if (one.name, one.sha256, event) not in done]
+        return [
+            (one, event)
+            for one in self.entrants
+            for event in events()
+            if (one.name, one.sha256, event) not in done
+        ]
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
@@ -101,7 +106,10 @@ class LeagueFiles:
     def finish(self) -> list[Path]:
         """Write and return `league.csv`, `league.json` and `times.csv`; only the last has wall times."""
         names = ("league.csv", "league.json", "times.csv")
-        times = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in self.outcomes]
+        times = [
+            (one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us)
+            for one in self.outcomes
+        ]
         times_table = csv_text([("law", "scene", "robot", "level", "step_us"), *times]).encode()
         texts = (_runs_table(self.outcomes), self._settings_and_outcomes(), times_table)
         for name, text in zip(names, texts, strict=True):
@@ -122,7 +130,13 @@ class LeagueFiles:
         ]
         for one in outcomes:
             del one["step_us"], one["given_up"]
-        found = {**self._head, **numbers, "hidden_half": bool(self.schedule.word), "settings": own, "outcomes": outcomes}
+        found = {
+            **self._head,
+            **numbers,
+            "hidden_half": bool(self.schedule.word),
+            "settings": own,
+            "outcomes": outcomes,
+        }
         return msgspec.json.format(msgspec.json.encode(found), indent=1) + b"\n"
 
     def _read(self) -> list[Played]:
@@ -132,7 +146,9 @@ class LeagueFiles:
             # After the last line break a write was interrupted.
             found = [msgspec.json.decode(line, type=Played) for line in lines[1:-1]]
         except msgspec.MsgspecError:
-            raise BadInputFile(f"{self._part}: is not what a league has written; remove it, or give another --out.") from None
+            raise BadInputFile(
+                f"{self._part}: is not what a league has written; remove it, or give another --out."
+            ) from None
         mine = msgspec.json.decode(msgspec.json.encode(self._head))
         for key in mine:
             if head.get(key) != mine[key]:
@@ -142,7 +158,11 @@ class LeagueFiles:
         return found
 
 
-_CALLED: Final = {"edition": "runs (another edition)", "schedule": "persons (--quick or --seed-word)", "versions": "versions"}
+_CALLED: Final = {
+    "edition": "runs (another edition)",
+    "schedule": "persons (--quick or --seed-word)",
+    "versions": "versions",
+}
 """Part of the head → its name in messages."""
 
 
@@ -156,7 +176,13 @@ def _runs_table(outcomes: Sequence[Played]) -> bytes:
     rows: list[Sequence[object]] = []
     for one in outcomes:
         event, outcome = one.event, one.outcome
-        about = (one.name, event.level, event.scene, event.robot, "" if outcome.value is None else outcome.value)
+        about = (
+            one.name,
+            event.level,
+            event.scene,
+            event.robot,
+            "" if outcome.value is None else outcome.value,
+        )
         rows += [(*about, *run, "") for run in outcome.runs]
         if outcome.problem:
             rows.append((*about, *("",) * len(LeagueRun._fields), outcome.problem))

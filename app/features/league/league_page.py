@@ -36,7 +36,14 @@ from scenes.laws import DEFAULT_LAW
 from scenes.settings import specs
 
 COLUMNS: Final = (
-    *("Law", "Lost while w ≤ v [mm]", "Smallest d [mm]", "e², the paper's law = 1", "Step of q̇ [rad/s]", "At bounds [%]"),
+    *(
+        "Law",
+        "Lost while w ≤ v [mm]",
+        "Smallest d [mm]",
+        "e², the paper's law = 1",
+        "Step of q̇ [rad/s]",
+        "At bounds [%]",
+    ),
     *("Step [µs]", "Knob"),
 )
 
@@ -70,7 +77,10 @@ class LeagueRow(NamedTuple):
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
         )  # fmt: skip
-        said = ("–" if value is None else f"{value * scale:{form}}".replace("-", "−") for value, scale, form in numbers)
+        said = (
+            "–" if value is None else f"{value * scale:{form}}".replace("-", "−")
+            for value, scale, form in numbers
+        )
         return (self.entrant.label, *said, "; ".join(filter(None, (self._knob(), *self.notes))))
 
     def _knob(self) -> str:
@@ -81,7 +91,9 @@ class LeagueRow(NamedTuple):
         if key != "offset":
             spec = specs()[key]
             label, unit, scale = spec.label, spec.page_unit or spec.unit, spec.page_scale
-        low, high = (f"{value * scale:.3g}".replace("-", "−") for value in (min(self.values), max(self.values)))
+        low, high = (
+            f"{value * scale:.3g}".replace("-", "−") for value in (min(self.values), max(self.values))
+        )
         return f"{label} = {low if low == high else f'{low} to {high}'} {unit}".rstrip()
 
 
@@ -94,7 +106,11 @@ def league_rows(
     half: str = "public",
 ) -> list[LeagueRow]:
     """Rows, the best first: with their own settings by their loss, at equal safety by their error."""
-    known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
+    known = {
+        (one.name, one.event.scene): one
+        for one in outcomes
+        if (one.event.level, one.event.robot) == (level, robot)
+    }
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
     def place(row: LeagueRow) -> tuple[float, float]:
@@ -111,7 +127,10 @@ def _row(entrant: Entrant, known: dict[tuple[str, str], Played], schedule: Sched
     for scene, outcome in mine.items():
         if outcome.problem:
             missing.setdefault(outcome.problem, []).append(EXPERIMENTS[scene].short)
-    notes = tuple(why if len(scenes) == len(SCENES) else f"{', '.join(scenes)}: {why}" for why, scenes in missing.items())
+    notes = tuple(
+        why if len(scenes) == len(SCENES) else f"{', '.join(scenes)}: {why}"
+        for why, scenes in missing.items()
+    )
     runs = [run for outcome in mine.values() for run in outcome.runs if run.half == half]
     if not runs:
         return LeagueRow(entrant, None, None, None, None, None, None, (), notes)
@@ -123,8 +142,11 @@ def _row(entrant: Entrant, known: dict[tuple[str, str], Played], schedule: Sched
         d_min=min(run.d_min for run in runs),
         e2=float(np.exp(np.mean(np.log(ratios)))) if whole else None,
         dq_step=max(run.dq_step for run in runs),
-        at_bounds=sum(run.at_bounds for run in runs) / sum(schedule.seconds * NATURAL_SPEED / run.speed for run in runs),
-        step_us=float(np.median([outcome.step_us for outcome in mine.values() if outcome.step_us is not None])),
+        at_bounds=sum(run.at_bounds for run in runs)
+        / sum(schedule.seconds * NATURAL_SPEED / run.speed for run in runs),
+        step_us=float(
+            np.median([outcome.step_us for outcome in mine.values() if outcome.step_us is not None])
+        ),
         values=tuple(outcome.value for outcome in mine.values() if outcome.value is not None),
         notes=notes,
     )
@@ -207,7 +229,9 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
     """SVG of error over smallest distance, or at equal safety over the largest step of q̇, means of the
     persons: columns are scenes, rows kinds of robots, marks entrants."""
     name, scale, label = (
-        ("d_min", 1e3, "smallest $d$ [mm]") if level == "default" else ("dq_step", 1.0, r"step of $\dot q$ [rad/s]")
+        ("d_min", 1e3, "smallest $d$ [mm]")
+        if level == "default"
+        else ("dq_step", 1.0, r"step of $\dot q$ [rad/s]")
     )
     known = {(one.name, one.event): one.outcome.runs for one in outcomes}
     with matplotlib.rc_context(STYLE):
@@ -222,7 +246,9 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
                     axes.set_xscale("log")
                 for place, entrant in enumerate(entrants):
                     if runs := known.get((entrant.name, Event(scene, robot, level))):
-                        x, e2 = (float(np.mean([getattr(run, of) for run in runs])) for of in (name, "e2_max"))
+                        x, e2 = (
+                            float(np.mean([getattr(run, of) for run in runs])) for of in (name, "e2_max")
+                        )
                         axes.plot([scale * x], [e2], linestyle="none", **_look(place))
                 axes.set_title(f"{EXPERIMENTS[scene].short}, {robot}")
                 if row == len(ROBOTS) - 1:
@@ -239,7 +265,12 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
 def _look(place: int) -> dict[str, Any]:
     """Colour and marker of an entrant; the first one is the paper's law, and larger."""
     colour, marker = SERIES[place % len(SERIES)], MARKERS[(place + place // len(SERIES)) % len(MARKERS)]
-    return {"color": colour, "marker": marker, "markersize": 10.0 if place == 0 else 7.0, "markeredgecolor": "white"}
+    return {
+        "color": colour,
+        "marker": marker,
+        "markersize": 10.0 if place == 0 else 7.0,
+        "markeredgecolor": "white",
+    }
 
 
 def _svg(figure: Figure) -> str:

@@ -77,8 +77,14 @@ class Schedule:
     word: str = ""
 
     def persons(self) -> list[Person]:
-        hidden = [int.from_bytes(hashlib.sha256(f"{self.word} {i}".encode()).digest()[:4]) % 10_000 for i in self.seeds]
-        halves: tuple[tuple[Half, list[int]], ...] = (("public", list(self.seeds)), ("hidden", hidden if self.word else []))
+        hidden = [
+            int.from_bytes(hashlib.sha256(f"{self.word} {i}".encode()).digest()[:4]) % 10_000
+            for i in self.seeds
+        ]
+        halves: tuple[tuple[Half, list[int]], ...] = (
+            ("public", list(self.seeds)),
+            ("hidden", hidden if self.word else []),
+        )
         return [
             Person(half, number, seed, speed)
             for half, seeds in halves
@@ -172,7 +178,9 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
     def simulated(person: Person, value: float | None) -> Run:
         settings, law = applied(event.settings(person), value)
         factor = person.speed / NATURAL_SPEED
-        return run(settings, schedule.seconds / factor, paced(Simulation(settings, 1).source(), factor), law=law)
+        return run(
+            settings, schedule.seconds / factor, paced(Simulation(settings, 1).source(), factor), law=law
+        )
 
     value, reached = None, None
     if event.level == "equal":

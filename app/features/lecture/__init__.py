@@ -52,4 +52,6 @@ _DOCUMENTS: Final = {
     "lecture-plan": DocumentFile(_HERE / "lecture-plan.md", N_("A lecture plan")),
 }
 
-LECTURE: Final = Feature("lecture", texts=_HERE, documents=_DOCUMENTS, assets=_assets, options=_options, host=_host)
+LECTURE: Final = Feature(
+    "lecture", texts=_HERE, documents=_DOCUMENTS, assets=_assets, options=_options, host=_host
+)

@@ -51,7 +51,10 @@ class Audiences:
     """
 
     def __init__(
-        self, server: DuetServer, look: Callable[[int, dict[str, str], str], Look | None], gone: Callable[[int], None]
+        self,
+        server: DuetServer,
+        look: Callable[[int, dict[str, str], str], Look | None],
+        gone: Callable[[int], None],
     ) -> None:
         self._server, self._look, self._gone = server, look, gone
         self._lock = threading.Lock()
@@ -71,7 +74,9 @@ class Audiences:
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     @contextmanager
-    def _buffer_of(self, connection: ServerConnection, number: int, shared: MessageBuffer) -> Iterator[MessageBuffer]:
+    def _buffer_of(
+        self, connection: ServerConnection, number: int, shared: MessageBuffer
+    ) -> Iterator[MessageBuffer]:
         try:
             audience = self._assign(connection, number)
             yield shared if audience is None else audience.buffer
@@ -89,7 +94,9 @@ class Audiences:
         with self._lock:
             alike = [one for one in self._audiences if one.screen == screen]
             audience = max(alike, key=lambda one: _likeness(one.look, look), default=None)
-            if audience is None or (audience.look != look and len(alike) < (MOST_SCREENS if screen else MOST)):
+            if audience is None or (
+                audience.look != look and len(alike) < (MOST_SCREENS if screen else MOST)
+            ):
                 audience = Audience(self._server, look, screen, self._before)
                 self._audiences.append(audience)
             audience.watchers.add(number)

@@ -8,7 +8,14 @@ from app.features.classroom.class_summary import HandIn
 from app.features.classroom.classroom import Classroom
 from app.features.classroom.student_work import clean_name
 from app.features.lecture.breakout_sessions import BreakoutSessions, run_of
-from app.features.lecture.class_messages import ClassState, Exploring, Present, Progressed, Reported, WorkAction
+from app.features.lecture.class_messages import (
+    ClassState,
+    Exploring,
+    Present,
+    Progressed,
+    Reported,
+    WorkAction,
+)
 from app.features.lecture.participant import Participant
 from app.features.workers.worker_messages import Replaced, WorkerLink
 from app.hosting.admission import Admission, Pieces
@@ -33,7 +40,9 @@ class BreakoutHost:
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
         self._said: Present | None = None
-        self.admission = Admission(context, self._admit, lambda _: log.exception("a student's page could not be built"))
+        self.admission = Admission(
+            context, self._admit, lambda _: log.exception("a student's page could not be built")
+        )
         context.server.gate.may_share = lambda client_id: False
         context.server.takes_over = lambda query: True
 
@@ -69,7 +78,9 @@ class BreakoutHost:
                 self.classroom.work.note(student, progress)
             case Reported(student, name, progress):
                 # The shared session's process makes the report; the student's page shows that it exists.
-                self.classroom.work.hand_in(student, None if name is None else HandIn(clean_name(name), progress))
+                self.classroom.work.hand_in(
+                    student, None if name is None else HandIn(clean_name(name), progress)
+                )
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 

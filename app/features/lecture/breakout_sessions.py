@@ -8,7 +8,15 @@ from typing import Final
 
 from app.features.classroom.classroom import Classroom
 from app.features.lecture.audiences import SCREEN
-from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
+from app.features.lecture.class_messages import (
+    ClassState,
+    Exploring,
+    PostWork,
+    Present,
+    Progressed,
+    Ran,
+    Reported,
+)
 from app.features.lecture.participant import Participant
 from app.features.lecture.shared_page import GroupMember
 from app.features.lessons.progress import SavedLesson
@@ -42,7 +50,9 @@ class BreakoutWorkers:
         classroom, self._begun[student] = self._classroom, begin
         group = classroom.places.groups[student]
         handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
-        self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
+        self._link.to_tab(
+            student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group)
+        )
 
     def exchange(self) -> None:
         for message in self._link.received():
@@ -59,8 +69,12 @@ class BreakoutWorkers:
                     self._post_work(message)
                 case _:
                     raise TypeError(f"the shared session does not understand {message!r}")
-        self._classroom.elsewhere = tuple(student for present in self._present.values() for student in present.students)
-        state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
+        self._classroom.elsewhere = tuple(
+            student for present in self._present.values() for student in present.students
+        )
+        state = ClassState(
+            self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted
+        )
         if state != self._said:
             self._said = state
             if not state.free:
@@ -81,14 +95,18 @@ SHOWN: Final = 60.0
 
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
     """Newest part of the run of a student's group; None if its session is not here."""
-    players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
+    players = (
+        one.visitor.session.player for one in participants if one.group == student and one.visitor is not None
+    )
     return next((Ran(student, player.recorded(SHOWN)) for player in players), None)
 
 
 class BreakoutSessions:
     """The students' own sessions. `workers`: the processes that have them; None for this one."""
 
-    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
+    def __init__(
+        self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None
+    ) -> None:
         self._context, self._classroom, self._workers = context, classroom, workers
         self._operators: dict[str, str] = {}
         self._left: dict[str, float] = {}
@@ -97,7 +115,12 @@ class BreakoutSessions:
     def expects(self, query: dict[str, str]) -> bool:
         """True if a browser with this query gets a breakout session; from any thread."""
         tab = None if self._workers is not None else tab_id(query)
-        return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
+        return (
+            tab is not None
+            and SCREEN not in query
+            and self._classroom.free
+            and self._classroom.places.holds(tab)
+        )
 
     def load(self, here: ServerLoad) -> ServerLoad:
         return here if self._workers is None else self._workers.load(here)
@@ -121,7 +144,9 @@ class BreakoutSessions:
                     self._workers.send(one.id, begin(one.id))
                 self._move(one)
 
-    def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
+    def admit(
+        self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord
+    ) -> Pieces:
         """Give a group its saved session, one with its last settings, or a new one from `begin`. The first
         member operates it; see `frames`.
         """
@@ -131,22 +156,33 @@ class BreakoutSessions:
         self._left[participant.group] = inf
         try:
             for other in participants:
-                if other is not participant and other.group == participant.group and other.visitor is not None:
+                if (
+                    other is not participant
+                    and other.group == participant.group
+                    and other.visitor is not None
+                ):
                     # The server may not have noticed a lost connection yet.
                     other.visitor.save()
                     other.visitor.superseded = True
             # All members find the session again.
-            query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {"resume": participant.group}
+            query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {
+                "resume": participant.group
+            }
             found = yield from self._context.store.recall(query)
             # Any link reopens a student's lesson.
             record = replace(begin if found is None else found, query=query)
             visitor = Visitor(self._context, participant.client, record.settings, record=record, query=query)
             yield from visitor.build()
-            of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
+            of_many = (
+                len(self._classroom.places.members(participant.group)) > 1
+                or participant.group != participant.id
+            )
             if of_many or (found is None and not visitor.is_back):
                 # Choices of the teacher, or of the previous operator, for their own page do not hold here.
                 participant.dress(visitor.session, self._context.options.settings)
-            left = None if visitor.is_back or found is None else part_of(found, LessonSession.name, SavedLesson)
+            left = (
+                None if visitor.is_back or found is None else part_of(found, LessonSession.name, SavedLesson)
+            )
             if found is not None and left is not None and left.open:
                 visitor.session.post(RestoreSettings(found.settings))
             participant.visitor = visitor
@@ -174,7 +210,9 @@ class BreakoutSessions:
             if one.group:
                 groups.setdefault(one.group, []).append(one)
         self._operators = {
-            group: student for group, student in self._operators.items() if self._classroom.free or group in groups
+            group: student
+            for group, student in self._operators.items()
+            if self._classroom.free or group in groups
         }
         self._left = {group: since for group, since in self._left.items() if group in groups}
         for group, members in groups.items():
@@ -198,7 +236,9 @@ class BreakoutSessions:
         for one in members:
             if one.takes_over:
                 one.takes_over, self._operators[group] = False, one.id
-        lead = next((one for one in reversed(members) if one.visitor is not None and not one.visitor.superseded), None)
+        lead = next(
+            (one for one in reversed(members) if one.visitor is not None and not one.visitor.superseded), None
+        )
         if any(one.id == self._operators.get(group) for one in members):
             self._left.pop(group, None)
         elif now > max(self._left.setdefault(group, now) + AWAY, self._coming.get(group, 0.0)):

@@ -28,7 +28,9 @@ class Leader:
         clock: time [s].
     """
 
-    def __init__(self, key: str | None, record: ClassRecord = NEW_CLASS, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(
+        self, key: str | None, record: ClassRecord = NEW_CLASS, clock: Callable[[], float] = monotonic
+    ) -> None:
         self._key, self._clock = key, clock
         self._holder, self._since = record.leader, clock()
         self._client_ids: set[int] = set()

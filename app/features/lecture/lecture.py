@@ -76,7 +76,9 @@ class LectureHost:
         # A teacher must be able to reconnect.
         context.server.always_admits = lambda query: is_teacher(context.options.key, query)
         # A student counts once, however many tabs are open; a teacher may have several.
-        context.server.takes_over = lambda query: SCREEN not in query and not is_teacher(context.options.key, query)
+        context.server.takes_over = lambda query: (
+            SCREEN not in query and not is_teacher(context.options.key, query)
+        )
 
     def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
         """Look of a watching browser; None for its own page: a teacher's, or a breakout session's."""
@@ -124,7 +126,9 @@ class LectureHost:
             # The teacher has pressed Run in the shared session.
             self.classroom.paused = False
         self._breakouts.settle(self.participants.values(), self._begin)
-        self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
+        self.control.presenter.screens = sum(
+            one.screen and one.query[SCREEN] != SMALL for one in self.participants.values()
+        )
         self.control.present()
         if due:
             self._show_shared(frame)
@@ -203,7 +207,11 @@ class LectureHost:
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
         participant = Participant(client, self.leader.holds(client_id), audience, self.control.answers.put)
-        if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
+        if (
+            not participant.teacher
+            and participant.audience is None
+            and self._breakouts.expects(participant.query)
+        ):
             begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
             yield from self._breakouts.admit(participant, self.participants.values(), begin)

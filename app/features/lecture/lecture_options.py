@@ -45,5 +45,12 @@ class LectureOptions(FeatureOptions):
             return ()
         from app.web.address import find_address
 
-        opened, size = f"The class opens {find_address('', host, port).url}", group_size(self.students, places)
-        return (opened, f"{self.students} students, room for {places}: groups of {size}.") if size > 1 else (opened,)
+        opened, size = (
+            f"The class opens {find_address('', host, port).url}",
+            group_size(self.students, places),
+        )
+        return (
+            (opened, f"{self.students} students, room for {places}: groups of {size}.")
+            if size > 1
+            else (opened,)
+        )

@@ -112,7 +112,12 @@ class SharedControls:
             if leads:
                 keys = () if ALONE in teacher.query else PRESENTER_KEYS
                 operation = Operation(
-                    client, self._session, teacher.page.view, instead=keys, panels=context.panels, key_help=context.key_help
+                    client,
+                    self._session,
+                    teacher.page.view,
+                    instead=keys,
+                    panels=context.panels,
+                    key_help=context.key_help,
                 )
                 self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
@@ -122,7 +127,13 @@ class SharedControls:
                 teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
                 downloads = ClassDownloads(
-                    client, self._session, operation.handlers, context.jobs, self._summaries, teacher.page.book, language
+                    client,
+                    self._session,
+                    operation.handlers,
+                    context.jobs,
+                    self._summaries,
+                    teacher.page.book,
+                    language,
                 )
                 teacher.panel = TeacherPanel(client, self._control, self.address, notes, downloads)
             teacher.invitation = Invitation(client.gui, teacher.page.view)
@@ -132,12 +143,16 @@ class SharedControls:
 class SharedAudiences:
     """Pages of the audiences. `control`: receives the students' answers."""
 
-    def __init__(self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]) -> None:
+    def __init__(
+        self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]
+    ) -> None:
         self._context, self._control, self._participants = context, control, participants
         self.pages: dict[Audience, SharedPage] = {}
 
     def update(self, audiences: Audiences) -> None:
-        self.pages = {one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences}
+        self.pages = {
+            one: self.pages[one] if one in self.pages else self._build(one) for one in audiences.audiences
+        }
 
     def watchers(self, audience: Audience) -> Iterator[Participant]:
         return (one for one in list(self._participants.values()) if one.audience is audience)
@@ -159,7 +174,9 @@ class SharedAudiences:
         audience.contain_elements_of(client)
         page.view.welcome(client)
         if not watcher.screen:
-            self._control.classroom.enter(client.client_id, student, self._context.server.page_of(client.client_id))
+            self._control.classroom.enter(
+                client.client_id, student, self._context.server.page_of(client.client_id)
+            )
             watcher.add_banner()
             watcher.invitation = Invitation(client.gui, page.view)
             watcher.answers = Answers(client, page.view.part(LessonView).panel, self._control, student)

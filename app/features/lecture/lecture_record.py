@@ -27,8 +27,15 @@ class LectureRecorder:
         record: of an interrupted lecture to resume, or None.
     """
 
-    def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
-        self._store, self._book, self._leader, self._save_at = store_of(context), context.part(LessonServer).book, leader, 0.0
+    def __init__(
+        self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader
+    ) -> None:
+        self._store, self._book, self._leader, self._save_at = (
+            store_of(context),
+            context.part(LessonServer).book,
+            leader,
+            0.0,
+        )
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
         self._last_class = _summary_in(self._store.named(NAME), record is not None, self._book)
         if record is not None and class_of(record) is not None:

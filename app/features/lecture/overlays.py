@@ -81,7 +81,9 @@ class ScreenView:
         if presenter.work is not None:
             self._over.content = work_html(presenter.work, self._book)
         else:
-            self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
+            self._over.content = screen_html(
+                presenter.station, view, poll, left, presenter.panels, presenter.quotes, record
+            )
 
     def cover(self, address: Address | None) -> None:
         """Make the projector black, show the address with the number of students, or uncover it."""
@@ -113,9 +115,14 @@ def screen_html(
         left: remaining time [s]; None without a timer.
         record: smallest d − d_m of the class in the step's duel [m], or None.
     """
-    made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
+    made, kinds = (
+        macros("features/lecture/screen.html"),
+        f"at-{station} panels" if panels else f"at-{station}",
+    )
     if view is not None and station not in CAPTIONS:
-        slide = made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        slide = (
+            made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        )
         return made.screen(f"slide {kinds}", slide)
     if view is None or panels:
         return made.screen(f"scene {kinds}", "")
@@ -135,7 +142,9 @@ def work_html(work: ShownWork, book: LessonBook) -> Markup:
         return screen("scene at-run", made.run(place if known else "", step.title if known else ""))
     asked, language = step.question, lesson.language
     question = "" if asked is None else lesson_html(fill(step, asked.text, None, language), step.setup.folder)
-    choices = () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
+    choices = (
+        () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
+    )
     svg = drawing_svg(step.drawing, done.drawing, ()) if step.drawing is not None and done.drawing else ""
     outcome = () if done.outcome is None else done.outcome.lines(step, language)
     return screen("slide at-work", made.work(place, step.title, question, choices, done.choice, svg, outcome))

@@ -42,7 +42,9 @@ class Participant:
         moved: true if it was asked to reconnect.
     """
 
-    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork
+    ) -> None:
         self.client, self.teacher, self.audience, self._post_work = client, teacher, audience, post_work
         self.query = request_query(client)
         tab = tab_id(self.query)
@@ -110,7 +112,9 @@ class Participant:
             return
         self.hand_in.post(lessons if self.group else None, self.member is None)
         report = classroom.work.hand_ins.get(self.id)
-        self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
+        self.worked = (
+            self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
+        )
         line, tab = self._line(classroom), panel.tab if lessons.open and self.narrow else None
         mine = Ballot() if poll is None else classroom.ballots.ballot_of(poll.question, self.id)
         answered = None if self.answers is None else (lessons.open, poll, mine, panel.tab)
@@ -130,7 +134,9 @@ class Participant:
             if self.answers is not None:
                 if self.narrow:
                     self.answers.fold(lessons.open)
-                first = Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
+                first = (
+                    Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
+                )
                 self.answers.show(poll, mine, first)
 
     def _line(self, classroom: Classroom) -> tuple[str, str]:
@@ -141,7 +147,11 @@ class Participant:
             name = classroom.board.name_of(self.group)
             pace = () if classroom.pace is None else (tr(classroom.pace.words),)
             if self.mates == 1:
-                begin = (tr("Explore freely: this is your own session, and its settings are kept for the next time."),)
+                begin = (
+                    tr(
+                        "Explore freely: this is your own session, and its settings are kept for the next time."
+                    ),
+                )
             else:
                 who = tr("You operate it.") if self.member is None else tr(WATCHING)
                 begin = (tr("You are {count} at this robot, and answer together.", count=self.mates), who)

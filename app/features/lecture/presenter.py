@@ -12,7 +12,17 @@ from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import N_
 
 ScreenAction = Literal[
-    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
+    "on",
+    "back",
+    "live",
+    "freeze",
+    "blank",
+    "stage",
+    "panels",
+    "timer 30",
+    "timer 60",
+    "timer 90",
+    "timer off",
 ]
 """Next or previous station; live, frozen or black; the 3-D view alone or with panels; timers."""
 
@@ -110,7 +120,11 @@ class Presenter:
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
         """Show the station that fits the lesson, if that has changed."""
-        place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
+        place = (
+            _StagePlace()
+            if walk is None
+            else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
+        )
         if place != self._place:
             before, self._place, self.work = self._place, place, None
             self.show(self._station_at(place, before))
@@ -121,7 +135,11 @@ class Presenter:
                 # Another question, or this one is answered, or asked again.
                 self._ends_at = None
                 self._asked_at = self._clock() if self.station is Station.QUESTION else None
-        if running and place.phase is Phase.DO and self.station in (Station.SCENE, Station.QUESTION, Station.ANSWERS):
+        if (
+            running
+            and place.phase is Phase.DO
+            and self.station in (Station.SCENE, Station.QUESTION, Station.ANSWERS)
+        ):
             self.show(Station.RUN)
 
     def _station_at(self, place: _StagePlace, before: _StagePlace) -> Station:

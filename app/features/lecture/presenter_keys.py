@@ -10,12 +10,38 @@ from app.page.panels.hotkeys import Hotkey
 PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
 
 PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
-    Hotkey("present_next", "on", "Page ↓", N_("class: the next thing on the screen"), "pagedown", icon=viser.Icon.ARROW_DOWN),
-    Hotkey("present_back", "back", "Page ↑", N_("class: the thing before"), "pageup", icon=viser.Icon.ARROW_UP),
-    Hotkey("present_blank", "blank", "B", N_("class: the screen black, or live"), "B", icon=viser.Icon.EYE_OFF),
-    Hotkey("present_freeze", "freeze", "F", N_("class: the screen frozen, or live"), "F", icon=viser.Icon.SNOWFLAKE),
+    Hotkey(
+        "present_next",
+        "on",
+        "Page ↓",
+        N_("class: the next thing on the screen"),
+        "pagedown",
+        icon=viser.Icon.ARROW_DOWN,
+    ),
+    Hotkey(
+        "present_back", "back", "Page ↑", N_("class: the thing before"), "pageup", icon=viser.Icon.ARROW_UP
+    ),
+    Hotkey(
+        "present_blank", "blank", "B", N_("class: the screen black, or live"), "B", icon=viser.Icon.EYE_OFF
+    ),
+    Hotkey(
+        "present_freeze",
+        "freeze",
+        "F",
+        N_("class: the screen frozen, or live"),
+        "F",
+        icon=viser.Icon.SNOWFLAKE,
+    ),
     # Pressed by the address's script, `page_overlay.js`.
-    Hotkey("present_hide", "hide", "Esc", N_("class: the address away"), "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
+    Hotkey(
+        "present_hide",
+        "hide",
+        "Esc",
+        N_("class: the address away"),
+        "9",
+        relayed="Escape",
+        icon=viser.Icon.QRCODE_OFF,
+    ),
 )
 """Keys of a lecture's teacher, which replace their usual meaning."""
 

@@ -56,7 +56,11 @@ class ScreenPanel:
         if shown == self._shown:
             return
         self._shown = shown
-        pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if lessons.open else []
+        pills = (
+            [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))]
+            if lessons.open
+            else []
+        )
         pills.append(("", tr("screens: {count}", count=presenter.screens)))
         self._state.content = macros("page/panels/pills.html").in_class([pills], live=True)
         self._on.label = next_station_label(presenter, following)
@@ -80,7 +84,11 @@ def covers_html(presenter: Presenter) -> Markup:
     elif presenter.frozen:
         pills.append(("halt", tr("the screen is frozen")))
     if presenter.inviting:
-        where = tr("the address is on every page") if presenter.inviting == "all" else tr("the address is on the screen")
+        where = (
+            tr("the address is on every page")
+            if presenter.inviting == "all"
+            else tr("the address is on the screen")
+        )
         pills.append(("halt", where))
     if presenter.left == 0:
         pills.append(("halt", tr("Time is up.")))
@@ -93,7 +101,9 @@ def covers_html(presenter: Presenter) -> Markup:
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Button that opens a projector's window (with the teacher's key), and instructions."""
-    query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
+    query = {"screen": "1", "profile": "projector"} | (
+        {} if page.language == "auto" else {"lang": page.language}
+    )
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
     more = tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")

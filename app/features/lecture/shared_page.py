@@ -47,7 +47,9 @@ class SharedPage:
         set_language(language)
         projects = isinstance(host, Audience) and host.screen
         with host.atomic():
-            self.view = View(host, control.session, clients, look, language, folds=False, overlays=context.overlays)
+            self.view = View(
+                host, control.session, clients, look, language, folds=False, overlays=context.overlays
+            )
             self._screen = ScreenView(host.gui, control, self.book) if projects else None
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None

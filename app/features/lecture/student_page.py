@@ -55,7 +55,9 @@ class Banner:
             if in_tab not in self._lines:
                 self._lines[in_tab] = self._gui.add_html("", order=0.5)
             if offers and in_tab not in self._buttons:
-                button = self._gui.add_button(tr(TAKE_OVER), order=0.6 if in_tab else -29.5, icon=viser.Icon.HAND_GRAB)
+                button = self._gui.add_button(
+                    tr(TAKE_OVER), order=0.6 if in_tab else -29.5, icon=viser.Icon.HAND_GRAB
+                )
                 self._buttons[in_tab] = on_press(button, self._take_over)
         for place, line in self._lines.items():
             line.content = banner_html(kind, text) if place == in_tab else ""
@@ -66,7 +68,9 @@ class Banner:
 class Answers:
     """Buttons, keys and texts for one student's answers."""
 
-    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str
+    ) -> None:
         self._client, self._panel, self._control, self._student = client, panel, control, student
         self._buttons: list[viser.GuiButtonHandle] = []
         self._commands: list[viser.CommandHandle] = []
@@ -97,9 +101,15 @@ class Answers:
                 gui.add_html("", order=ORDER["verdict"] + 0.5),
             ]
             for i in range(len(KEYS)):
-                button = gui.add_button(f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i)
-                self._buttons.append(on_press(button, partial(self._control.answers.put, Answer(self._student, i))))
-            self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student), IN_LESSONS)
+                button = gui.add_button(
+                    f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i
+                )
+                self._buttons.append(
+                    on_press(button, partial(self._control.answers.put, Answer(self._student, i)))
+                )
+            self._board = DrawingBoard(
+                gui, self._control.answers.put, partial(self._control.draw, self._student), IN_LESSONS
+            )
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
         """Show the box for a reason from the vote until the reveal. No two questions share one."""
@@ -110,14 +120,22 @@ class Answers:
                 count=LONGEST_REASON,
             )
             with self._panel.tab:
-                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=ORDER["choices"] + 8.7)
+                box = self._client.gui.add_text(
+                    tr("Because …"), mine.reason, hint=hint, order=ORDER["choices"] + 8.7
+                )
             put, student, question = self._control.answers.put, self._student, asked[0]
-            self._reasons[asked] = on_entry(box, lambda text: put(Because(student, question, text[:LONGEST_REASON])))
+            self._reasons[asked] = on_entry(
+                box, lambda text: put(Because(student, question, text[:LONGEST_REASON]))
+            )
         for place, box in self._reasons.items():
             box.visible = place == asked
 
     def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
-        asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
+        asked = (
+            None
+            if poll is None
+            else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
+        )
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return
         self._shown = asked, mine, first
@@ -134,7 +152,9 @@ class Answers:
         for i in range(len(self._commands), count):
             name = tr("Answer {number}", number=i + 1)
             command = self._client.gui.add_command(name, hotkey=KEYS[i], icon=viser.Icon.HAND_CLICK)
-            self._commands.append(on_press(command, partial(self._control.answers.put, Answer(self._student, i))))
+            self._commands.append(
+                on_press(command, partial(self._control.answers.put, Answer(self._student, i)))
+            )
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         self._offer_reason(poll, mine)
@@ -151,7 +171,9 @@ class _Form:
         take_back: called on the network's thread.
     """
 
-    def __init__(self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]
+    ) -> None:
         self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False)
         with self.folder:
             what = tr(
@@ -162,7 +184,9 @@ class _Form:
             self._name = gui.add_text(tr("Name"), "")
             self._state = gui.add_html("")
             self._send = gui.add_button(tr("Hand in"), icon=viser.Icon.SEND)
-            self._back = gui.add_button(tr("Take it back"), icon=viser.Icon.ARROW_BACK_UP, color="gray", visible=False)
+            self._back = gui.add_button(
+                tr("Take it back"), icon=viser.Icon.ARROW_BACK_UP, color="gray", visible=False
+            )
         on_press(self._send, lambda: hand_in(clean_name(str(self._name.value)[: 4 * LONGEST_NAME])))
         on_press(self._back, take_back)
 
@@ -174,7 +198,9 @@ class _Form:
         if report is None:
             self._state.content = ""
             return
-        said = tr("Handed in as {name}.", name=report.name) if report.name else tr("Handed in without a name.")
+        said = (
+            tr("Handed in as {name}.", name=report.name) if report.name else tr("Handed in without a name.")
+        )
         self._state.content = macros("page/panels/pills.html").note(said, "duet-say")
 
 
@@ -201,7 +227,11 @@ class HandInBox:
                 progress.
         """
         name = self._names.pop() if self._names else None
-        progress = "" if own is None or not own.begun or (name is None and own.version == self._version) else own.walk.to_json()
+        progress = (
+            ""
+            if own is None or not own.begun or (name is None and own.version == self._version)
+            else own.walk.to_json()
+        )
         if own is not None:
             self._version = own.version
         if name is not None:

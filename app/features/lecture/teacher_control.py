@@ -24,7 +24,19 @@ from app.session.session import Session
 from controllers.errors import BadSetting
 
 TeacherAction = (
-    Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
+    Literal[
+        "follow",
+        "free",
+        "pause",
+        "reveal",
+        "again",
+        "pages",
+        "quote",
+        "expect",
+        "invite",
+        "invite all",
+        "hide",
+    ]
     | Literal["show", "show run", "pace"]
     | ScreenAction
 )
@@ -98,7 +110,11 @@ class TeacherControl:
     def record(self) -> float | None:
         """Smallest d − d_m of the students' pushes in a duel [m], or None."""
         walk = self._walk
-        return None if walk is None or not walk.duel else self.classroom.work.nearest.get((walk.lesson.id, walk.step.id))
+        return (
+            None
+            if walk is None or not walk.duel
+            else self.classroom.work.nearest.get((walk.lesson.id, walk.step.id))
+        )
 
     def post(self, action: TeacherAction, value: str = "") -> None:
         """Queue a teacher's action for the next frame; from any thread."""
@@ -149,7 +165,9 @@ class TeacherControl:
             case "quote":
                 poll, numbers = self.poll(), map(int, re.findall(r"\d{1,4}", value))
                 reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
-                presenter.quotes = tuple(reasons[number][1] for number in numbers if number in reasons)[:MOST_QUOTES]
+                presenter.quotes = tuple(reasons[number][1] for number in numbers if number in reasons)[
+                    :MOST_QUOTES
+                ]
             case "expect":
                 presenter.expected = int(value)
             case "invite":
@@ -229,7 +247,12 @@ class TeacherControl:
                 if session.paused:
                     # Without a prediction the lesson asks for one.
                     lessons.act(Press("run"))
-            case Station.RUN if session.paused and not walk.showing and not walk.yours and not walk.finished(session.simulation):
+            case Station.RUN if (
+                session.paused
+                and not walk.showing
+                and not walk.yours
+                and not walk.finished(session.simulation)
+            ):
                 lessons.act(Press("run"))
             case Station.CHALLENGE:
                 presenter.show(Station.TRY)

@@ -48,7 +48,12 @@ class BoardPanel:
     """Folder with the board, in the caller's open tab."""
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
-        self._control, self._classroom, self._lessons, act = control, control.classroom, control.lessons, control.post
+        self._control, self._classroom, self._lessons, act = (
+            control,
+            control.classroom,
+            control.lessons,
+            control.post,
+        )
         self._next = 0.0
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
@@ -74,7 +79,9 @@ class BoardPanel:
         at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
         rows = classroom.board.rows(classroom.groups, at, now)
         said = tr("Every step is open.") if pace is None else tr(pace.words)
-        self._pace.content = macros("page/panels/pills.html").note(" ".join(filter(None, (tr(self._control.refused), said))))
+        self._pace.content = macros("page/panels/pills.html").note(
+            " ".join(filter(None, (tr(self._control.refused), said)))
+        )
         self._table.content = macros("features/lecture/board.html").board(rows, len(at.lesson.steps))
         names = NO_ONE, *(row.name for row in rows)
         if self._student.value not in names:
@@ -117,10 +124,15 @@ class TeacherPanel:
             self._poll, self._voters = gui.add_html(""), gui.add_html("")
             self._reasons = gui.add_html("")
             self._quoted = gui.add_text(
-                tr("show reasons"), "", visible=False, hint=tr("Numbers of reasons for the screen: 1, 4. Empty: none.")
+                tr("show reasons"),
+                "",
+                visible=False,
+                hint=tr("Numbers of reasons for the screen: 1, 4. Empty: none."),
             )
             on_entry(self._quoted, lambda text: act("quote", text[:LONGEST_QUOTE]))
-            self._pages = self._button(tr("Leave out votes without a page"), "pages", "gray", viser.Icon.FILTER)
+            self._pages = self._button(
+                tr("Leave out votes without a page"), "pages", "gray", viser.Icon.FILTER
+            )
             self._reveal = self._button(tr("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
@@ -134,12 +146,18 @@ class TeacherPanel:
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
             self._joined = gui.add_html("")
-            number = gui.add_number(tr("students expected"), control.presenter.expected, min=0, max=MOST_STUDENTS, step=1)
+            number = gui.add_number(
+                tr("students expected"), control.presenter.expected, min=0, max=MOST_STUDENTS, step=1
+            )
             on_entry(number, lambda count: act("expect", str(int(count))))
             self._invite = ChoiceButtons(
                 gui,
                 "shown",
-                {"Nowhere": Teach("hide"), "On the screen": Teach("invite"), "On every page": Teach("invite all")},
+                {
+                    "Nowhere": Teach("hide"),
+                    "On the screen": Teach("invite"),
+                    "On every page": Teach("invite all"),
+                },
                 "On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere.",
                 control.session.post,
             )
@@ -154,7 +172,9 @@ class TeacherPanel:
     def _button(
         self, label: str, action: TeacherAction, color: Literal["gray"] | None, icon: viser.IconName
     ) -> viser.GuiButtonHandle:
-        return on_press(self._gui.add_button(label, color=color, icon=icon), lambda: self._control.post(action))
+        return on_press(
+            self._gui.add_button(label, color=color, icon=icon), lambda: self._control.post(action)
+        )
 
     def _command(self, name: str, key: HotkeyKey, action: TeacherAction) -> None:
         command = self._gui.add_command(
@@ -179,15 +199,32 @@ class TeacherPanel:
         self.inviting = presenter.inviting != ""
         self._invite.show(2 if presenter.inviting == "all" else int(self.inviting))
         self._covers.content = covers_html(presenter)
-        self._joined.content = macros("page/panels/pills.html").note(joined_text(classroom.heads[0], presenter.expected))
+        self._joined.content = macros("page/panels/pills.html").note(
+            joined_text(classroom.heads[0], presenter.expected)
+        )
         if self._notes is not None:
             self._notes.show(self._control.lessons)
         self._downloads.show()
         ballots = classroom.ballots
         reasons = {} if poll is None else ballots.reasons(poll.question)
         voters = VoterCount() if poll is None else ballots.voters_of(poll.question)
-        heads = classroom.heads, presenter.expected, classroom.places.most, classroom.waiting, len(classroom.work.hand_ins)
-        shown = heads, classroom.load, classroom.free, classroom.paused, poll, voters, ballots.pages_only, reasons
+        heads = (
+            classroom.heads,
+            presenter.expected,
+            classroom.places.most,
+            classroom.waiting,
+            len(classroom.work.hand_ins),
+        )
+        shown = (
+            heads,
+            classroom.load,
+            classroom.free,
+            classroom.paused,
+            poll,
+            voters,
+            ballots.pages_only,
+            reasons,
+        )
         if shown == self._shown:
             return
         self._shown, self._free = shown, classroom.free
@@ -201,7 +238,9 @@ class TeacherPanel:
         if not presenter.quotes and poll is not None and poll.question != self._asked:
             self._asked, self._quoted.value = poll.question, ""
         self._pages.visible = voters.pageless > 0
-        self._pages.label = tr("Count votes without a page") if ballots.pages_only else tr("Leave out votes without a page")
+        self._pages.label = (
+            tr("Count votes without a page") if ballots.pages_only else tr("Leave out votes without a page")
+        )
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.handed_in
         # Two rounds with a talk between them: the first one need not be revealed.
@@ -220,7 +259,11 @@ class AssistantPanel:
     """
 
     def __init__(
-        self, gui: viser.GuiApi, control: TeacherControl, notes: Mapping[str, str] | None, take_over: Callable[[], None]
+        self,
+        gui: viser.GuiApi,
+        control: TeacherControl,
+        notes: Mapping[str, str] | None,
+        take_over: Callable[[], None],
     ) -> None:
         self._control = control
         said = tr("You assist: another tab of the teacher leads. One tab leads at a time.")

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 def _commands() -> Mapping[str, Command]:
     from app.features.lessons.commands import Lessons, NewLesson, lessons, new_lesson
 
-    return {"lessons": Command(Lessons, lessons, "teach"), "new-lesson": Command(NewLesson, new_lesson, "teach")}
+    return {
+        "lessons": Command(Lessons, lessons, "teach"),
+        "new-lesson": Command(NewLesson, new_lesson, "teach"),
+    }
 
 
 def _options() -> "type[LessonOptions]":

@@ -64,7 +64,9 @@ def attempted(
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
     note, seconds = "", NumberText(f"{challenge.setup.seconds:g} s")
     if challenge.criteria and mixed:
-        note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
+        note = N_(
+            "The settings changed during the run. Reset, then run again, so that all of it is under the same settings."
+        )
         if challenge.best_of:
             note = N_("The settings changed during this push, so it does not count. Press Next push.")
     elif challenge.criteria and not yours and not finished:

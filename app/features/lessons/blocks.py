@@ -67,13 +67,19 @@ class Table:
     def choice(self, key: str, choices: Iterable[str], default: str = NEEDED) -> str:
         value, choices = self.text(key, default), tuple(choices)
         if value not in choices:
-            raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; choose from {', '.join(choices)}.")
+            raise self.fault(
+                key, f"{key} = {quoted_value(value)} is not possible; choose from {', '.join(choices)}."
+            )
         return value
 
-    def number(self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST) -> float:
+    def number(
+        self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST
+    ) -> float:
         value = self.any(key, default)
         if not is_number(value) or not low <= value <= high:
-            raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; give a number from {low:g} to {high:g}.")
+            raise self.fault(
+                key, f"{key} = {quoted_value(value)} is not possible; give a number from {low:g} to {high:g}."
+            )
         return float(value)
 
     def whole(self, key: str, default: int = NEEDED, low: int = 0, high: int = 1000) -> int:
@@ -92,7 +98,9 @@ class Table:
         """Take a list of `count` finite numbers (any length if None)."""
         value = self.any(key, ())
         if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
-            raise self.fault(key, f"{key} = {quoted_value(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
+            raise self.fault(
+                key, f"{key} = {quoted_value(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0]."
+            )
         if count is not None and len(value) != count:
             raise self.fault(key, f"{key} has {len(value)} numbers; give {count}.")
         return tuple(float(x) for x in value)
@@ -102,10 +110,14 @@ class Table:
         if isinstance(value, str):
             value = [value]
         if not isinstance(value, (list, tuple)) or not all(isinstance(x, str) for x in value):
-            raise self.fault(key, f'{key} = {quoted_value(value)} is not a list of words; write it like ["a", "b"].')
+            raise self.fault(
+                key, f'{key} = {quoted_value(value)} is not a list of words; write it like ["a", "b"].'
+            )
         for word in value:
             if word not in choices:
-                raise self.fault(key, f"{key}: there is no {quoted_value(word)}; choose from {', '.join(choices)}.")
+                raise self.fault(
+                    key, f"{key}: there is no {quoted_value(word)}; choose from {', '.join(choices)}."
+                )
         if len(set(value)) < len(value):
             raise self.fault(key, f"{key} names something twice; name each once.")
         if len(value) > most:
@@ -118,15 +130,21 @@ class Table:
             return None
         if not isinstance(value, dict):
             raise self.fault(
-                key, f"{key} = {quoted_value(value)} is not a table; write it like {key} = {{ … }} or [{self._child(key)}]."
+                key,
+                f"{key} = {quoted_value(value)} is not a table; write it like {key} = {{ … }} or [{self._child(key)}].",
             )
         return self._sub(key, value, 0)
 
     def tables(self, key: str) -> "list[Table]":
         value = self.any(key, ())
-        if isinstance(value, dict) or not isinstance(value, (list, tuple)) or not all(isinstance(x, dict) for x in value):
+        if (
+            isinstance(value, dict)
+            or not isinstance(value, (list, tuple))
+            or not all(isinstance(x, dict) for x in value)
+        ):
             raise self.fault(
-                key, f"{key} = {quoted_value(value)} is not a list of tables; begin each with [[{self._child(key)}]]."
+                key,
+                f"{key} = {quoted_value(value)} is not a list of tables; begin each with [[{self._child(key)}]].",
             )
         return [self._sub(key, entry, i) for i, entry in enumerate(value)]
 
@@ -138,7 +156,10 @@ class Table:
         """Raise a Fault if keys are left."""
         log, where = FaultLog(), f" in {self._path}" if self._path else ""
         known = ", ".join(dict.fromkeys(self._known))
-        log.found += [self.fault(key, f"there is no key {quoted_value(key)}{where}; choose from {known}.") for key in self._data]
+        log.found += [
+            self.fault(key, f"there is no key {quoted_value(key)}{where}; choose from {known}.")
+            for key in self._data
+        ]
         log.close()
 
     def checked(self, key: str, check: Callable[[], T]) -> T:

@@ -43,7 +43,9 @@ class Bookmark(NamedTuple):
         index = self.book.index(lesson) if isinstance(lesson, str) else lesson
         if not 0 <= index < len(self.book.lessons):
             most = len(self.book.lessons)
-            raise BadSetting("There is no lesson {number}; give a number from 1 to {most}.", number=index + 1, most=most)
+            raise BadSetting(
+                "There is no lesson {number}; give a number from 1 to {most}.", number=index + 1, most=most
+            )
         steps = self.book.lessons[index].steps
         if not 0 <= step < len(steps):
             raise BadSetting(
@@ -159,5 +161,7 @@ def open_steps_from_text(text: str, lesson: Lesson) -> OpenSteps | None:
     if not 1 <= first <= last <= count:
         if count == 1:
             raise BadSetting(N_("This lesson has one step: write 1, or nothing."))
-        raise BadSetting("Steps are written 2 or 2-3; this lesson has 1 to {count}. Nothing opens all.", count=count)
+        raise BadSetting(
+            "Steps are written 2 or 2-3; this lesson has 1 to {count}. Nothing opens all.", count=count
+        )
     return OpenSteps(lesson.id, lesson.number, first - 1, last - 1)

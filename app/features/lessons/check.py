@@ -57,7 +57,10 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     wrong = sum(walk.wrong and walk.ok for walk in walks if walk.kind in ("answer", "attempt"))
     text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
     walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
-    walks += [Walk(lesson.id, step, "lesson", name, False, False, text, 0.0) for step, name, text in _missing(book, lesson)]
+    walks += [
+        Walk(lesson.id, step, "lesson", name, False, False, text, 0.0)
+        for step, name, text in _missing(book, lesson)
+    ]
     return tuple(walks)
 
 
@@ -70,7 +73,11 @@ def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
 
 def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
     """Yield all paths except the right answer: kind, name, should it fail, and its function."""
-    wrong = [] if step.question is None else [i for i in range(len(step.question.choices)) if i != step.question.right]
+    wrong = (
+        []
+        if step.question is None
+        else [i for i in range(len(step.question.choices)) if i != step.question.right]
+    )
     for i in wrong:
         yield "answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)
     if step.drawing is not None:
@@ -91,7 +98,9 @@ def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]
     early = [f"{walk.step.id}: {what}" for walk in walks for what in shown_early(walk)]
     if early:
         yield "", "questions", f"shown while it is asked: {', '.join(early)}"
-    untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
+    untried = [
+        s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)
+    ]
     if untried:
         yield untried[0], "challenges", f"no declared attempt passes the challenge of {', '.join(untried)}"
 
@@ -100,7 +109,9 @@ class NotAsDeclared(Exception):
     """The message gives the difference."""
 
 
-def _timed(walk: Walkthrough, kind: PathKind, name: str, wrong: bool, path: Callable[[Walkthrough], str]) -> Walk:
+def _timed(
+    walk: Walkthrough, kind: PathKind, name: str, wrong: bool, path: Callable[[Walkthrough], str]
+) -> Walk:
     lesson, step, begin = walk.lesson.id, walk.step.id, perf_counter()
     try:
         ok, text = True, path(walk)
@@ -170,22 +181,35 @@ def _wrong_answer(walk: Walkthrough, answer: int) -> str:
     if walk.show_why():
         why = walk.observe(simulated(walk.setup))
         decides = why.answer(question)
-        _ensure(walk.done.why is not None and why.values[0][0] is not None, "the run that shows why does not tell")
+        _ensure(
+            walk.done.why is not None and why.values[0][0] is not None, "the run that shows why does not tell"
+        )
         shown, choice = m.text(why.values[0][0]), question.choices[answer]
         _ensure(
             choice.same or shown != text,
             f"the run that shows why gives {shown} as the question's does; say same = true if that is the point",
         )
-        size = contrast_size(simulated(walk.step.setup), simulated(walk.setup), (outcome.values[0][0], why.values[0][0]))
-        _ensure(not choice.same or size.share < LEAST_SHARE, f"the run that shows why gives {shown}, which is not the same")
-        _ensure(choice.same or size.seen, f"the run that shows why cannot be told from the question's: {size.text}")
+        size = contrast_size(
+            simulated(walk.step.setup), simulated(walk.setup), (outcome.values[0][0], why.values[0][0])
+        )
+        _ensure(
+            not choice.same or size.share < LEAST_SHARE,
+            f"the run that shows why gives {shown}, which is not the same",
+        )
+        _ensure(
+            choice.same or size.seen,
+            f"the run that shows why cannot be told from the question's: {size.text}",
+        )
         _ensure(
             not choice.same or not only_moves_otherwise(walk.step.setup, walk.setup) or size.moves_otherwise,
             f"the run that shows why moves nearly as the question's does: {size.text}",
         )
         speaks = question.supported(decides) == answer
         if choice.otherwise:
-            _ensure(speaks, f"the run in which the answer would be right gives {decides}: it does not speak for it")
+            _ensure(
+                speaks,
+                f"the run in which the answer would be right gives {decides}: it does not speak for it",
+            )
         else:
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
         text += f", and {shown} in the run that shows why"
@@ -200,13 +224,18 @@ def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where
     outcome, right = reference(step, step.setup), answer == question.right
     _ensure(walk.choose(answer), f"{where}: the answer was not taken")
     supported = question.supported(outcome.answer(question))
-    _ensure(supported == question.right or not question.expects, f"{where}: {outcome.answer(question)} speaks for another answer")
+    _ensure(
+        supported == question.right or not question.expects,
+        f"{where}: {outcome.answer(question)} speaks for another answer",
+    )
     walk.next()
     verdict = walk.view().verdict
     if step.asked == "first":
         _ensure(verdict is None, f"{where}: the first test says what is right")
     else:
-        _ensure(verdict is not None and verdict.right is right, f"{where}: the answer is judged the wrong way")
+        _ensure(
+            verdict is not None and verdict.right is right, f"{where}: the answer is judged the wrong way"
+        )
     return ", ".join(m.text(found[0]) for m, found in zip(step.measurements, outcome.values, strict=True))
 
 
@@ -222,7 +251,10 @@ def _drawn(walk: Walkthrough, flat: bool) -> str:
     drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
     assert drawing is not None
     known = [value for value in truth if value is not None]
-    _ensure(len(known) >= ENOUGH * COLUMNS, f"the run comes to {len(known)} of {COLUMNS} columns; choose another range of x")
+    _ensure(
+        len(known) >= ENOUGH * COLUMNS,
+        f"the run comes to {len(known)} of {COLUMNS} columns; choose another range of x",
+    )
     outside = [value for value in known if not drawing.y.low <= value <= drawing.y.high]
     _ensure(not outside, f"the truth leaves the axis, {outside[:1]}; choose another range of y")
     _ensure(walk.draw(flat_line(truth) if flat else truth), "the drawing was not taken")
@@ -283,7 +315,8 @@ def _attempt(walk: Walkthrough, trial: Trial) -> str:
     attempt = walk.done.last
     assert attempt is not None
     _ensure(
-        set(failed) == set(trial.fails), f"fails by {failed or 'nothing'} instead of {trial.fails or 'nothing'}: {attempt.text}"
+        set(failed) == set(trial.fails),
+        f"fails by {failed or 'nothing'} instead of {trial.fails or 'nothing'}: {attempt.text}",
     )
     _ensure(walk.done.passed == (not trial.fails), "the attempt is not noted as it went")
     return attempt.text
@@ -291,7 +324,11 @@ def _attempt(walk: Walkthrough, trial: Trial) -> str:
 
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     said = said_by(step, trial)
-    attempt = walk.attempt_custom_law(_verdicts(trial.law)) if trial.law else walk.attempt(simulated(trial.setup), said)
+    attempt = (
+        walk.attempt_custom_law(_verdicts(trial.law))
+        if trial.law
+        else walk.attempt(simulated(trial.setup), said)
+    )
     if attempt is None:
         raise NotAsDeclared("the challenge took no attempt")
     return attempt.failed
@@ -324,5 +361,7 @@ def table_text(walks: list[Walk]) -> str:
     ]
     failed, wrong = sum(not walk.ok for walk in walks), sum(walk.wrong for walk in walks)
     seconds = sum(walk.seconds for walk in walks)
-    lines.append(f"{len(walks)} paths, {wrong} of them wrong ones; {failed} not as declared; {seconds:.1f} s.")
+    lines.append(
+        f"{len(walks)} paths, {wrong} of them wrong ones; {failed} not as declared; {seconds:.1f} s."
+    )
     return "\n".join(lines)

@@ -56,7 +56,9 @@ def lessons(command: Lessons) -> int:
         from app.features.lessons.check import check_lesson, table_text
     book = book_of(command.folder, command.playlist)
     # Check the translations, too: faults of the English file are found with each of them.
-    problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in book.in_language(language).problems))
+    problems = tuple(
+        dict.fromkeys(problem for language in LANGUAGES for problem in book.in_language(language).problems)
+    )
     for problem in problems:
         print(f"fault: {problem}")
     chosen = book.lessons
@@ -91,7 +93,9 @@ def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "
     from app.features.lessons.loading import load_lessons
 
     if playlist is not None and not os.path.isfile(playlist):
-        raise BadSetting(f"playlist = {playlist}: there is no such file; see app/features/lessons/files/README.md.")
+        raise BadSetting(
+            f"playlist = {playlist}: there is no such file; see app/features/lessons/files/README.md."
+        )
     if playlist is None and folder != FOLDER:
         return load_lessons(folder, language)
     return Library(None if folder == FOLDER else folder, playlist).book.in_language(language)
@@ -103,7 +107,9 @@ def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:
     """
     if not (problems or failed):
         return 0
-    parts = [f"{len(problems)} faults in {len({problem.file for problem in problems})} files"] if problems else []
+    parts = (
+        [f"{len(problems)} faults in {len({problem.file for problem in problems})} files"] if problems else []
+    )
     parts += [f"{failed} paths do not go as declared"] if failed else []
     text = f"NOT RIGHT: {'; '.join(parts)}."
     print(f"\x1b[31m{text}\x1b[0m" if sys.stdout.isatty() and "NO_COLOR" not in os.environ else text)
@@ -131,7 +137,9 @@ def new_lesson(command: NewLesson) -> int:
         raise BadSetting(f"{path}: the name of a lesson is like 01-nearer.md.")
     if os.path.lexists(path):
         raise BadSetting(f"{path}: there is a file already; name another one.")
-    (text,) = re.findall(r"````markdown\n(.*?)````\n", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    (text,) = re.findall(
+        r"````markdown\n(.*?)````\n", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL
+    )
     with writable(path, "the lesson"):
         path.parent.mkdir(parents=True, exist_ok=True)
     with written(path, "the lesson") as new:

@@ -54,7 +54,9 @@ class ContrastSize:
         return f"joints differ by {turn}, d by {distance}, the number asked for by {100.0 * self.share:.2g} %"
 
 
-def contrast_size(asked: Simulation, beside: Simulation, values: tuple[float | None, float | None]) -> ContrastSize:
+def contrast_size(
+    asked: Simulation, beside: Simulation, values: tuple[float | None, float | None]
+) -> ContrastSize:
     """Compare two finished runs. `values`: the asked number in each, or None."""
     tables = [run.history.table() for run in (asked, beside)]
     begin = max(float(table[0, 0]) for table in tables)

@@ -44,17 +44,25 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
     x_name, y_name = entry.choice("x", AXES), entry.choice("y", AXES)
     if x_name == y_name or y_name == "time":
         raise entry.fault(
-            "y", f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time."
+            "y",
+            f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time.",
         )
     if "error" in (x_name, y_name) and setup.run.experiment.error_unit != "m²":
-        raise entry.fault("y", f"the error of the scene {setup.run.scene} is one of joints; draw another quantity.")
+        raise entry.fault(
+            "y", f"the error of the scene {setup.run.scene} is one of joints; draw another quantity."
+        )
     x, y = (_axis(entry, key, name, setup) for key, name in (("x_range", x_name), ("y_range", y_name)))
     formula = entry.choice("truth", ("run", "formula"), "run") == "formula"
     if formula and (x_name, y_name) != ("distance", "activation"):
-        raise entry.fault("truth", 'there is a formula only for the activation over the distance, eq. (31); write truth = "run".')
+        raise entry.fault(
+            "truth",
+            'there is a formula only for the activation over the distance, eq. (31); write truth = "run".',
+        )
     within = entry.number("within", NEEDED, 0.0)
     if not 0.0 < within < y.high - y.low:
-        raise entry.fault("within", f"within = {within:g} is not a distance along y; give one smaller than the axis.")
+        raise entry.fault(
+            "within", f"within = {within:g} is not a distance along y; give one smaller than the axis."
+        )
     entry.close()
     return Drawing(x_name, y_name, x, y, formula, within)
 
@@ -64,7 +72,9 @@ def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
         raise entry.fault(key, f"{key} is missing; add the ends of the axis, [low, high].")
     low, high = entry.numbers(key, 2)
     if not low < high:
-        raise entry.fault(key, f"{key} = [{low:g}, {high:g}] is not a range; write [low, high] with low < high.")
+        raise entry.fault(
+            key, f"{key} = [{low:g}, {high:g}] is not a range; write [low, high] with low < high."
+        )
     return axis_of(name, (low, high), setup.run.law.critical_distance)
 
 
@@ -110,7 +120,9 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
         return None
     words, distance = words_of(language), mean_distance(drawn, truth)
     if distance is None:
-        return DrawingVerdict(None, words(N_("Too little is drawn to be compared: less than half of the axis.")))
+        return DrawingVerdict(
+            None, words(N_("Too little is drawn to be compared: less than half of the axis."))
+        )
     text = words(N_("Your curve is off by {distance} on average."), distance=drawing.text(distance))
     return DrawingVerdict(distance <= drawing.within, text)
 
@@ -128,7 +140,11 @@ def flat_line(truth: Curve) -> Curve:
 
 
 def drawing_svg(
-    drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = (), earlier: tuple[Curve, ...] = ()
+    drawing: Drawing,
+    drawn: Curve,
+    truth: Curve,
+    others: tuple[Curve, ...] = (),
+    earlier: tuple[Curve, ...] = (),
 ) -> Markup:
     """Return the axes with the curves as an <svg> element in the current language.
 
@@ -145,5 +161,7 @@ def drawing_svg(
         name = tr("median") if others else tr("your curve") if truth else ""
         lines.append(Line(drawn, "", name, 3.4 if others else 2.2, "" if others else "6 4"))
     if truth:
-        lines.append(Line(truth, drawing.y.colour, tr("by the formula") if drawing.formula else tr("in the run"), 3.0))
+        lines.append(
+            Line(truth, drawing.y.colour, tr("by the formula") if drawing.formula else tr("in the run"), 3.0)
+        )
     return curve_chart(drawing.x, drawing.y, tuple(lines), axes_text(drawing))

@@ -31,7 +31,9 @@ def label_text(m: Measurement) -> LazyText:
     parameters = dict(m.parameters)
     if m.name == "setting":
         return LazyText(specs(Settings)[str(parameters["key"])].label.replace("d_m", "dₘ"))
-    return LazyText(QUANTITIES[m.name].label, **{name: shown_parameter(name, value) for name, value in parameters.items()})
+    return LazyText(
+        QUANTITIES[m.name].label, **{name: shown_parameter(name, value) for name, value in parameters.items()}
+    )
 
 
 def label_of(m: Measurement, language: Language = "en") -> str:

@@ -56,7 +56,9 @@ class Measurement:
         said = shown_value(value, self.unit, significant_digits(value, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
-        return NumberText("< " + shown_value(10.0**-self.digits / UNITS[self.unit].factor, self.unit, self.digits))
+        return NumberText(
+            "< " + shown_value(10.0**-self.digits / UNITS[self.unit].factor, self.unit, self.digits)
+        )
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,10 @@ class Question:
             return None
         ranges = [e for e in self.expects if isinstance(e, tuple)]
         if ranges:
-            return next((i for i, e in enumerate(self.expects) if isinstance(e, tuple) and e[0] <= value <= e[1]), None)
+            return next(
+                (i for i, e in enumerate(self.expects) if isinstance(e, tuple) and e[0] <= value <= e[1]),
+                None,
+            )
         numbers = [float(e) for e in self.expects if not isinstance(e, tuple)]
         return min(range(len(numbers)), key=lambda i: abs(numbers[i] - value))
 

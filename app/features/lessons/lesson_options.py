@@ -19,6 +19,10 @@ class LessonOptions(FeatureOptions):
 
     def check(self) -> None:
         if self.lessons is not None and not os.path.isdir(self.lessons):
-            raise BadSetting(f"lessons = {self.lessons}: there is no such folder; name one with lesson files.")
+            raise BadSetting(
+                f"lessons = {self.lessons}: there is no such folder; name one with lesson files."
+            )
         if self.playlist is not None and not os.path.isfile(self.playlist):
-            raise BadSetting(f"playlist = {self.playlist}: there is no such file; see app/features/lessons/files/README.md.")
+            raise BadSetting(
+                f"playlist = {self.playlist}: there is no such file; see app/features/lessons/files/README.md."
+            )

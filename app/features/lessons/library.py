@@ -46,7 +46,9 @@ def notes_of(book: LessonBook) -> dict[str, str]:
     notes: dict[str, str] = {}
     for lesson in book.lessons:
         with suppress(Fault):
-            notes[lesson.id] = read_text(lesson.steps[0].setup.folder / lesson.file.replace(".md", ".notes.md"))
+            notes[lesson.id] = read_text(
+                lesson.steps[0].setup.folder / lesson.file.replace(".md", ".notes.md")
+            )
     return notes
 
 
@@ -68,7 +70,11 @@ def _entries_in(text: str, log: FaultLog) -> list[Any]:
 
 def _asked(lesson: Lesson, last: bool) -> Lesson:
     steps = tuple(replace(step, asked="last" if last else "first") for step in lesson.steps)
-    return replace(lesson, id=lesson.id + LAST, title=lesson.again, steps=steps) if last else replace(lesson, steps=steps)
+    return (
+        replace(lesson, id=lesson.id + LAST, title=lesson.again, steps=steps)
+        if last
+        else replace(lesson, steps=steps)
+    )
 
 
 def _everything(known: Collection[Lesson]) -> Iterator[Lesson]:
@@ -110,7 +116,9 @@ class Library:
         playlist: TOML file that names the shown lessons in order; None for all.
     """
 
-    def __init__(self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False) -> None:
+    def __init__(
+        self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False
+    ) -> None:
         self._folder, self._playlist, self._with_notes = folder, playlist, with_notes
         self._good: dict[tuple[Path, Language], LessonBook] = {}
         self._entries: list[Any] = []
@@ -134,12 +142,16 @@ class Library:
         problems = [problem for book in books for problem in book.problems]
         known = {lesson.id: lesson for book in books for lesson in book.lessons}
         lessons = (
-            _everything(known.values()) if self._playlist is None else self._listed(self._playlist, known, problems, language)
+            _everything(known.values())
+            if self._playlist is None
+            else self._listed(self._playlist, known, problems, language)
         )
         return LessonBook(tuple(lessons), tuple(dict.fromkeys(problems)), cache(self.book_in))
 
     def _folder_in(self, folder: Path, language: Language) -> LessonBook:
-        book = self._good[folder, language] = load_lessons(folder, language, self._good.get((folder, language), NO_LESSONS))
+        book = self._good[folder, language] = load_lessons(
+            folder, language, self._good.get((folder, language), NO_LESSONS)
+        )
         return book
 
     def _listed(
@@ -156,12 +168,23 @@ class Library:
             try:
                 chosen.append(self._entry(path, name, known, problems, language))
             except Fault as fault:
-                lines = [i for i, line in enumerate(text.splitlines(), 1) if f'"{name}"' in line or f"'{name}'" in line]
-                problems.append(LessonProblem(path.name, lines[0] if lines else 1, f"entry {number}: {fault.message}"))
+                lines = [
+                    i
+                    for i, line in enumerate(text.splitlines(), 1)
+                    if f'"{name}"' in line or f"'{name}'" in line
+                ]
+                problems.append(
+                    LessonProblem(path.name, lines[0] if lines else 1, f"entry {number}: {fault.message}")
+                )
         return _numbered(chosen)
 
     def _entry(
-        self, path: Path, name: object, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
+        self,
+        path: Path,
+        name: object,
+        known: dict[str, Lesson],
+        problems: list[LessonProblem],
+        language: Language,
     ) -> tuple[Lesson, Step | None]:
         """Lesson of a playlist's entry, and its step; None for all steps.
 
@@ -178,14 +201,18 @@ class Library:
             problems += (one for one in book.problems if one.file.startswith(file.stem + "."))
             lesson = next((one for one in book.lessons if one.file == file.name), None)
         if lesson is None:
-            remedy = f"name a file beside the playlist, like mine/01-nearer.md, or choose from {', '.join(known)}."
+            remedy = (
+                f"name a file beside the playlist, like mine/01-nearer.md, or choose from {', '.join(known)}."
+            )
             raise Fault(1, f"there is no lesson {which!r}; {remedy}")
         if not mark:
             return lesson, None
         for number, step in enumerate(lesson.steps, 1):
             if part in (step.id, str(number)):
                 return lesson, step
-        raise Fault(1, f"{which} has no step {part!r}; choose from {', '.join(step.id for step in lesson.steps)}.")
+        raise Fault(
+            1, f"{which} has no step {part!r}; choose from {', '.join(step.id for step in lesson.steps)}."
+        )
 
     # ---- while files change ------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,14 @@ from app.features.lessons.folder import FOLDER
 from app.features.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.features.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
 from app.features.lessons.setups import usual_setup
-from app.features.lessons.steps import LEFT_DOLLAR, head_faults, head_texts, read_lesson, read_step, step_texts
+from app.features.lessons.steps import (
+    LEFT_DOLLAR,
+    head_faults,
+    head_texts,
+    read_lesson,
+    read_step,
+    step_texts,
+)
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
@@ -45,7 +52,11 @@ def read_notes(text: str) -> Notes:
     title = re.sub("^#+ *", "", first) if first.startswith("#") else ""
     steps = zip(parts[0::3], parts[1::3], parts[2::3], strict=True)
     about = (rest if title else whole).strip()
-    return Notes(title, about, tuple(StepNotes(int(number), name.strip(), said.strip()) for number, name, said in steps))
+    return Notes(
+        title,
+        about,
+        tuple(StepNotes(int(number), name.strip(), said.strip()) for number, name, said in steps),
+    )
 
 
 MOST_BYTES: Final = 200_000
@@ -54,7 +65,9 @@ MOST_BYTES: Final = 200_000
 _NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}|notes))?\.md$")
 
 
-def load_lessons(folder: Path = FOLDER, language: Language = "en", before: LessonBook = NO_LESSONS) -> LessonBook:
+def load_lessons(
+    folder: Path = FOLDER, language: Language = "en", before: LessonBook = NO_LESSONS
+) -> LessonBook:
     """Load the lessons of a folder in their order, and report unreadable ones. Never raises.
 
     A lesson is a file `NN-name.md`; `NN-name.de.md` holds its texts in another language, `NN-name.notes.md`
@@ -67,7 +80,9 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
     except OSError as error:
-        return LessonBook((), (LessonProblem(str(folder), 0, f"the folder cannot be read ({error.strerror})."),))
+        return LessonBook(
+            (), (LessonProblem(str(folder), 0, f"the folder cannot be read ({error.strerror})."),)
+        )
     lessons: list[Lesson] = []
     problems: list[LessonProblem] = []
     for path in files:
@@ -76,12 +91,18 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
         except Fault as fault:
             kept = [lesson for lesson in before.lessons if lesson.file == path.name]
             lessons += kept
-            problems += problems_of(path, fault, " The lesson stays as it was before the change." if kept else "")
+            problems += problems_of(
+                path, fault, " The lesson stays as it was before the change." if kept else ""
+            )
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
         problems.append(
-            LessonProblem(str(folder), 0, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
+            LessonProblem(
+                str(folder),
+                0,
+                "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.",
+            )
         )
     in_order = tuple(sorted(lessons, key=lambda lesson: lesson.number))
     return LessonBook(in_order, tuple(problems), cache(lambda other: load_lessons(folder, other, before)))
@@ -99,7 +120,9 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
     """
     name = _NAME.match(path.name)
     if name is None:
-        raise Fault(1, "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md.")
+        raise Fault(
+            1, "the name of a lesson is like 01-redundancy.md, of a translation like 01-redundancy.de.md."
+        )
     if name[3] is None:
         lesson = _read(path, int(name[1]), name[2])
         if any(other.id == lesson.id or other.number == lesson.number for other in lessons):
@@ -136,7 +159,9 @@ def read_text(path: Path) -> str:
         data = read_file(path, MOST_BYTES)
     except OSError as error:
         if error.errno == errno.EFBIG:
-            raise Fault(1, f"the file is larger than {MOST_BYTES // 1000} kB; a lesson is a few pages of text.") from None
+            raise Fault(
+                1, f"the file is larger than {MOST_BYTES // 1000} kB; a lesson is a few pages of text."
+            ) from None
         raise Fault(1, f"the file cannot be read ({error.strerror}).") from None
     try:
         return data.decode("utf-8-sig")
@@ -154,13 +179,20 @@ def _read(path: Path, number: int, id: str) -> Lesson:
     for place, part in enumerate(sheet.steps if read is not None or not head.blocks else (), 1):
         step = log.take(partial(read_step, part, base), None)
         if step is not None and any(other.id == step.id for other in steps):
-            log.found.append(Fault(part.line, f"two steps are called {step.id}; give one of them another id."))
+            log.found.append(
+                Fault(part.line, f"two steps are called {step.id}; give one of them another id.")
+            )
         elif step is not None:
             steps.append(replace(step, number=place))
     promise, learned, again = head_texts(head)
-    runs = [part.line for part, step in zip(sheet.steps, steps, strict=False) if not step.concept] if again else []
+    runs = (
+        [part.line for part, step in zip(sheet.steps, steps, strict=False) if not step.concept]
+        if again
+        else []
+    )
     log.found += [
-        Fault(line, "a test that is asked twice has questions without a run alone; add concept = true.") for line in runs
+        Fault(line, "a test that is asked twice has questions without a run alone; add concept = true.")
+        for line in runs
     ]
     log.close()
     texts = head.title, head.text, equations, minutes, promise, learned
@@ -199,10 +231,15 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
 def _compare(sheet: Sheet, lesson: Lesson) -> None:
     if len(sheet.steps) != len(lesson.steps):
         line = sheet.steps[-1].line
-        raise Fault(line, f"has {len(sheet.steps)} steps, but {lesson.file} has {len(lesson.steps)}; translate all of them.")
+        raise Fault(
+            line,
+            f"has {len(sheet.steps)} steps, but {lesson.file} has {len(lesson.steps)}; translate all of them.",
+        )
     for part in (sheet.head, *sheet.steps):
         if part.blocks:
-            raise Fault(part.blocks[0].line, f"a translation carries texts only; the blocks stay in {lesson.file}.")
+            raise Fault(
+                part.blocks[0].line, f"a translation carries texts only; the blocks stay in {lesson.file}."
+            )
 
 
 def _with_texts(step: Step, part: Chapter) -> Step:
@@ -213,7 +250,10 @@ def _with_texts(step: Step, part: Chapter) -> Step:
         if len(items) != len(question.choices):
             line = part.sections["Predict"].line
             raise Fault(line, f"has {len(items)} answers, but the English step has {len(question.choices)}.")
-        choices = tuple(replace(c, text=i.text, reply=i.quote or c.reply) for c, i in zip(question.choices, items, strict=True))
+        choices = tuple(
+            replace(c, text=i.text, reply=i.quote or c.reply)
+            for c, i in zip(question.choices, items, strict=True)
+        )
         question = replace(question, text=asked, choices=choices)
     challenge, challenge_text = step.challenge, texts.pop("challenge")
     if challenge is not None:

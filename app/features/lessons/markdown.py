@@ -116,14 +116,18 @@ def read_sheet(text: str) -> Sheet:
     for number, line in enumerate(text.splitlines(), 1):
         found, heading = _FENCE.match(line), _HEADING.match(line)
         if fence:
-            closes = found is not None and not found[2] and found[1][0] == fence[0] and len(found[1]) >= len(fence)
+            closes = (
+                found is not None and not found[2] and found[1][0] == fence[0] and len(found[1]) >= len(fence)
+            )
             if not closes or into is here.lines:
                 into.append(line)
             if closes:
                 fence = ""
         elif found is not None:
             if not head.title:
-                raise Fault(number, "a block stands before the title; begin the file with a line like “# Title”.")
+                raise Fault(
+                    number, "a block stands before the title; begin the file with a line like “# Title”."
+                )
             fence, opened, into = found[1], number, here.lines
             if found[2] == "duet":
                 block = DataBlock(number + 1)
@@ -133,7 +137,9 @@ def read_sheet(text: str) -> Sheet:
                 into.append(line)
         elif heading is None:
             if line.strip() and not head.title:
-                raise Fault(number, "text stands before the title; begin the file with a line like “# Title”.")
+                raise Fault(
+                    number, "text stands before the title; begin the file with a line like “# Title”."
+                )
             here.lines.append(line)
         elif not (title := heading[2].strip()):
             log.found.append(Fault(number, "the heading has no text; write a title behind the #."))
@@ -143,7 +149,11 @@ def read_sheet(text: str) -> Sheet:
             raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
         elif level <= 2:
             if level == 1:
-                log.found.append(Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##."))
+                log.found.append(
+                    Fault(
+                        number, "there is a second title; a file holds one lesson, its steps begin with ##."
+                    )
+                )
             here = Chapter(title, number)
             steps.append(here)
         elif level == 3:
@@ -152,7 +162,9 @@ def read_sheet(text: str) -> Sheet:
         else:
             here.lines.append(line)
     if fence:
-        log.found.append(Fault(opened, f"the block that begins here is never closed; end it with a line {fence}."))
+        log.found.append(
+            Fault(opened, f"the block that begins here is never closed; end it with a line {fence}.")
+        )
     log.close()
     if not head.title:
         raise Fault(1, "there is no title; begin the file with a line like “# Title”.")
@@ -184,7 +196,9 @@ def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:
         entry, quote = ITEM.match(line), _QUOTE.match(line)
         if entry is not None:
             if int(entry[1]) != len(items) + 1:
-                raise Fault(number, f"the list says {entry[1]} where {len(items) + 1} comes next; number it 1, 2, 3 …")
+                raise Fault(
+                    number, f"the list says {entry[1]} where {len(items) + 1} comes next; number it 1, 2, 3 …"
+                )
             items.append(([entry[2].strip()], [], number))
         elif not items:
             before.append(line)
@@ -192,7 +206,10 @@ def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:
             items[-1][1].append(quote[1].strip())
         elif line.strip():
             if items[-1][1]:
-                raise Fault(number, "text follows the reply of an answer; write > before it, or put it into the next section.")
+                raise Fault(
+                    number,
+                    "text follows the reply of an answer; write > before it, or put it into the next section.",
+                )
             items[-1][0].append(line.strip())
     made = tuple(Item(" ".join(text), "\n".join(reply).strip(), line) for text, reply, line in items)
     return "\n".join(before).strip(), made

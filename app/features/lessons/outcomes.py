@@ -35,12 +35,19 @@ def asks_for_distance(step: Step) -> bool:
     question = step.question
     if question is None or question.ratio or step.drawing is not None or not question.expects:
         return False
-    return step.measurements[0].name in BEYOND_CRITICAL and len(set(question.expects)) == len(question.expects)
+    return step.measurements[0].name in BEYOND_CRITICAL and len(set(question.expects)) == len(
+        question.expects
+    )
 
 
 def guessed_answer(step: Step, distance: float) -> int | None:
     """Index of the answer that a distance [m] supports, or None."""
-    if step.question is None or not asks_for_distance(step) or not math.isfinite(distance) or abs(distance) > FARTHEST:
+    if (
+        step.question is None
+        or not asks_for_distance(step)
+        or not math.isfinite(distance)
+        or abs(distance) > FARTHEST
+    ):
         return None
     from_critical = BEYOND_CRITICAL[step.measurements[0].name]
     critical = float(values(step.setup.run)["dm"])
@@ -71,7 +78,9 @@ class StepOutcome:
         """Values by measurement id: its own, then those of its comparisons."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
-    def lines(self, step: Step, language: Language, tabled: Collection[str] = (), told: Collection[str] = ()) -> tuple[str, ...]:
+    def lines(
+        self, step: Step, language: Language, tabled: Collection[str] = (), told: Collection[str] = ()
+    ) -> tuple[str, ...]:
         """Format every number with its label, and the remarks on the run.
 
         Args:
@@ -92,9 +101,13 @@ class StepOutcome:
         if self.reference and not self.unlike:
             lines.append(words(N_("Your run did not get that far, so this is the reference run.")))
         if self.unlike:
-            text = N_("This run had {settings}, other than the question is about. Reset and run to see what was asked.")
+            text = N_(
+                "This run had {settings}, other than the question is about. Reset and run to see what was asked."
+            )
             if self.reference:
-                text = N_("Your run had {settings}, other than the question is about, so this is the reference run.")
+                text = N_(
+                    "Your run had {settings}, other than the question is about, so this is the reference run."
+                )
             lines.append(words(text, settings=settings_text(self.unlike, language)))
         return tuple(lines)
 
@@ -111,7 +124,12 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
     for i, m in enumerate(step.measurements):
         value = measure(evidence, m.name, m.parameters)
         # A run for a wrong answer needs comparisons only if the answer is a ratio, and it is not the other run.
-        ratio = i == 0 and step.question is not None and step.question.ratio and m.compare[0].setup(step.setup) != setup
+        ratio = (
+            i == 0
+            and step.question is not None
+            and step.question.ratio
+            and m.compare[0].setup(step.setup) != setup
+        )
         needed = m.compare if own else m.compare[:1] if ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
@@ -123,7 +141,9 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
     if step.concept and not step.measurements:
         return StepOutcome((), True)
     own = [measured(setup, m.name, m.parameters) for m in step.measurements]
-    found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
+    found = tuple(
+        (value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True)
+    )
     curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
     return StepOutcome(found, True, not step.concept, curve=curve)
 
@@ -212,7 +232,9 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
     label = label_text(m)
 
     def judgement(passed: bool, text: str, digits: int | None = None, **parts: str) -> Judgement:
-        return Judgement(m.id, passed, LazyText(text, label=label, value=_text(m, value, digits), **parts), value)
+        return Judgement(
+            m.id, passed, LazyText(text, label=label, value=_text(m, value, digits), **parts), value
+        )
 
     if value is None:
         text = N_("{label}: not known yet. Let the run go on for {seconds}.")
@@ -232,7 +254,9 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
         text = N_("{label}: {value}, but it must be at most {bound}. That is {missing} too much.")
         return judgement(False, text, digits, bound=bound, missing=missing)
     if low is not None and high is not None:
-        return judgement(True, N_("{label}: {value}, as asked ({low} to {high})."), low=_text(m, low), high=_text(m, high))
+        return judgement(
+            True, N_("{label}: {value}, as asked ({low} to {high})."), low=_text(m, low), high=_text(m, high)
+        )
     if low is not None:
         return judgement(True, N_("{label}: {value}, as asked (at least {bound})."), bound=_text(m, low))
     return judgement(True, N_("{label}: {value}, as asked (at most {bound})."), bound=_text(m, high))
@@ -256,13 +280,25 @@ def _foretold(forecast: Forecast, said: float | None, setup: Setup) -> Judgement
     m, settings = forecast.measurement, changes_text(forecast.changes)
     value = measured(setup.with_changes(forecast.changes), m.name, m.parameters)
     if said is None or value is None:
-        return Judgement(m.id, False, LazyText("With {settings}: no number was given.", settings=settings), value)
+        return Judgement(
+            m.id, False, LazyText("With {settings}: no number was given.", settings=settings), value
+        )
     error = abs(said - value) / abs(value) if value else float("inf")
     passed = error <= forecast.within
     text = (
         N_("With {settings} you said {said}, and it is {value}: {error} off, at most {within} is allowed.")
         if passed
-        else N_("With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed.")
+        else N_(
+            "With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed."
+        )
     )
-    parts = {"error": NumberText(f"{100.0 * error:.1f}%"), "within": NumberText(f"{100.0 * forecast.within:g}%")}
-    return Judgement(m.id, passed, LazyText(text, settings=settings, said=m.text(said), value=m.text(value), **parts), value)
+    parts = {
+        "error": NumberText(f"{100.0 * error:.1f}%"),
+        "within": NumberText(f"{100.0 * forecast.within:g}%"),
+    }
+    return Judgement(
+        m.id,
+        passed,
+        LazyText(text, settings=settings, said=m.text(said), value=m.text(value), **parts),
+        value,
+    )

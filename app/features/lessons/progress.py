@@ -98,7 +98,11 @@ class Progress:
 
 
 def to_json(progress: Progress) -> str:
-    steps = [{"lesson": lesson, "step": step, **asdict(p)} for (lesson, step), p in progress.steps.items() if not p.untouched]
+    steps = [
+        {"lesson": lesson, "step": step, **asdict(p)}
+        for (lesson, step), p in progress.steps.items()
+        if not p.untouched
+    ]
     whole = {"lesson": progress.lesson, "step": progress.step, "phase": progress.phase, "steps": steps}
     return json.dumps({"version": VERSION, **_plain(whole)}, allow_nan=False)
 
@@ -150,7 +154,9 @@ def _numbers(data: Any) -> Any:
 
 def _step(entry: dict[str, Any]) -> StepProgress:
     fresh = StepProgress()
-    done = StepProgress(**{name: _read(entry.get(name), kind, getattr(fresh, name)) for name, kind in _KINDS.items()})
+    done = StepProgress(
+        **{name: _read(entry.get(name), kind, getattr(fresh, name)) for name, kind in _KINDS.items()}
+    )
     done.words, done.because = done.words[:MOST_WORDS], done.because[:LONGEST_REASON]
     done.tries, done.drawing = done.tries[-MOST_TRIES:], _whole_curve(done.drawing)
     done.outcome, done.why = _possible(done.outcome), _possible(done.why)
@@ -171,7 +177,9 @@ def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
     unlike = tuple(
         (key, value)
         for key, value in outcome.unlike
-        if key in known and isinstance(value, (str, int, float)) and (not known[key].choices or value in known[key].choices)
+        if key in known
+        and isinstance(value, (str, int, float))
+        and (not known[key].choices or value in known[key].choices)
     )
     return replace(outcome, unlike=unlike, curve=_whole_curve(outcome.curve))
 
@@ -181,7 +189,10 @@ def _text(kind: type, data: object) -> object:
         raise NotImplementedError(f"{kind} is no plain data")
     match data or {"template": "", "parts": {}}:
         case {"template": str(template), "parts": dict(parts)}:
-            filled = {name: _text(LazyText, part) if isinstance(part, dict) else part for name, part in parts.items()}
+            filled = {
+                name: _text(LazyText, part) if isinstance(part, dict) else part
+                for name, part in parts.items()
+            }
         case _:
             raise ValueError(f"{data!r:.40} is no text")
     try:

@@ -25,7 +25,9 @@ def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
     simulation.reset(start_positions(simulation.room, setup.start))
 
 
-def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
+def person_of(
+    simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None
+) -> TargetSource:
     """Target source of a simulation that has just begun; without targets where the student moves.
 
     Args:

@@ -98,7 +98,9 @@ def _change_text(key: str, value: object) -> LazyText:
         return LazyText(N_("“{label}” switched {value}"), label=label, value=shown)
     if spec.choices or spec.read is not None:
         return LazyText(N_("{label} set to “{value}”"), label=label, value=shown)
-    return LazyText("{label} = {value}" if _SYMBOL.search(spec.label) else "{label} {value}", label=label, value=shown)
+    return LazyText(
+        "{label} = {value}" if _SYMBOL.search(spec.label) else "{label} {value}", label=label, value=shown
+    )
 
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:

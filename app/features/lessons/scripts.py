@@ -29,13 +29,17 @@ def _hand(simulation: Simulation) -> Array:
     return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
 
 
-def _straight(begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0) -> Callable[[float], Array]:
+def _straight(
+    begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0
+) -> Callable[[float], Array]:
     """Position (3,) over time [s] along a straight way at constant speed. `beyond`: extension past its end
     [m].
     """
     length = float(np.linalg.norm(way))
     longest = max(length + beyond, 0.0)
-    return lambda time: begin + way * (min(speed * max(time - after, 0.0), longest) / length if length else 0.0)
+    return lambda time: (
+        begin + way * (min(speed * max(time - after, 0.0), longest) / length if length else 0.0)
+    )
 
 
 def push(
@@ -59,7 +63,9 @@ def push(
     return lambda time: HandTarget(begin + way * min(max(time - after, 0.0), seconds))
 
 
-def push_and_back(simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0) -> Motion:
+def push_and_back(
+    simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0
+) -> Motion:
     """The hand moves softly a share of the way to the other arm's hand, waits, and comes back; repeatedly.
 
     Parameters: share of the way; seconds for one way [s]; rest at either end [s].
@@ -76,7 +82,9 @@ def to_and_fro(time: float, seconds: float, rest: float) -> float:
     return 1.0 - share if int(leg) % 2 else share
 
 
-def hand_to(simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1) -> Motion:
+def hand_to(
+    simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1
+) -> Motion:
     """The hand, or in a scene of one arm the protected arm's, moves by (x, y, z) at a constant speed, and
     stays there.
 
@@ -103,7 +111,12 @@ def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) ->
 
 
 def null_motions(
-    simulation: Simulation, swing: float = 0.5, x: float = 0.0, y: float = 0.0, z: float = 0.0, seconds: float = 3.0
+    simulation: Simulation,
+    swing: float = 0.5,
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    seconds: float = 3.0,
 ) -> Motion:
     """The arm follows its null-space motions one after another and stays there, while the hand keeps its
     place.
@@ -117,7 +130,9 @@ def null_motions(
     postures += [motions.go(i, way * share) for i, way in enumerate((swing, x, y, z)) for share in shares]
 
     def motion(time: float) -> Target:
-        return JointTarget(postures[min(round(max(time, 0.0) / max(seconds, 1e-3) * POSTURES), len(postures) - 1)])
+        return JointTarget(
+            postures[min(round(max(time, 0.0) / max(seconds, 1e-3) * POSTURES), len(postures) - 1)]
+        )
 
     return motion
 
@@ -238,8 +253,13 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
         raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
     known = SCRIPTS[name]
     if not known.fits(scene):
-        fitting = ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene)) or "none: nothing can be moved there"
-        raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
+        fitting = (
+            ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene))
+            or "none: nothing can be moved there"
+        )
+        raise BadSetting(
+            f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}."
+        )
     places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
     wanted = known.parameters
     for key in places:
@@ -247,7 +267,9 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
             raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
     for key, value in given.items():
         if key not in wanted:
-            raise BadSetting(f"script {name} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+            raise BadSetting(
+                f"script {name} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}."
+            )
         if key in known.places and key not in places:
             remedy = f"write {key} = {{ toward = [0.0, 1.0, 0.0], gap = 0.1 }}"
             raise BadSetting(f"script {name}: {key} = {value!r:.40} is not a place; {remedy}.")

@@ -42,7 +42,9 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
     found, settings, log = [], Settings(), FaultLog()
     for name, value in given.rest().items():
         if not isinstance(value, (str, bool)) and not is_number(value):
-            log.found.append(given.fault(name, f"{name} = {quoted_value(value)} is not a value of a setting."))
+            log.found.append(
+                given.fault(name, f"{name} = {quoted_value(value)} is not a value of a setting.")
+            )
             continue
         settings = log.take(partial(given.checked, name, partial(changed, settings, name, value)), settings)
         found.append((name, value))
@@ -91,7 +93,10 @@ def _place(table: Table) -> RoomPlace:
     if isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
         toward = tuple(float(x) for x in toward)
     elif toward != "upper_arm":
-        raise table.fault("toward", f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
+        raise table.fault(
+            "toward",
+            f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".',
+        )
     table.close()
     return RoomPlace(origin, cast(Any, toward), gap, tilt)
 
@@ -121,7 +126,9 @@ def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:
     if kind == "kept":
         otherwise = value.pop("otherwise", None)
         if not isinstance(otherwise, dict) or value or "kept" in otherwise:
-            raise table.fault("input", "kept needs otherwise = { script = … }: who moves as long as nothing was kept.")
+            raise table.fault(
+                "input", "kept needs otherwise = { script = … }: who moves as long as nothing was kept."
+            )
         return Input("kept", name, (), _read_input(table, dict(otherwise), setup))
     if value:
         raise table.fault("input", f"a file has no parameters; leave out {', '.join(value)}.")
@@ -151,7 +158,9 @@ def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
 def _file(name: str, setup: Setup) -> None:
     path = path_inside(setup.folder, name)
     if path is None:
-        raise BadSetting(f"file = {name[:60]!r} is outside the folder of the lesson; put it beside the lesson.")
+        raise BadSetting(
+            f"file = {name[:60]!r} is outside the folder of the lesson; put it beside the lesson."
+        )
     try:
         check_samples(read_inputs(path), setup.run, setup.seconds, str(path))
     except BadInputFile as error:

@@ -108,8 +108,12 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         **vars(replace(at, done=replace(done))),
         phases=phases,
         texts=(("goal", fill(step, step.goal, None, language)), *texts),
-        choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
-        drawing=DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, language)) if drawing else None,
+        choices=tuple(fill(step, choice.text, None, language) for choice in question.choices)
+        if question
+        else (),
+        drawing=DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, language))
+        if drawing
+        else None,
         locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=answer_verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
@@ -122,7 +126,10 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         forecasts=tuple(settings_text(f.changes, language) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
         yours=yours,
-        lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and at.beside is None and is_finished(step, done),
+        lesson_finished=step is at.lesson.steps[-1]
+        and at.phase is phases[-1]
+        and at.beside is None
+        and is_finished(step, done),
         can_next=can_next,
         can_back=can_back,
     )
@@ -142,7 +149,12 @@ def knows_outcome(phase: Phase) -> bool:
 def why_of(at: StepPosition) -> Setup | None:
     """Run that shows why the answer is wrong, if it exists and may begin now."""
     question, choice = at.step.question, at.done.choice
-    if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
+    if (
+        question is None
+        or choice is None
+        or choice == question.right
+        or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN)
+    ):
         return None
     return question.choices[choice].why
 
@@ -158,7 +170,12 @@ def contrast(at: StepPosition) -> Contrast | None:
     if beside is None:
         return None
     answer = None if question is None or choice is None else question.choices[choice]
-    return contrast_of(at.step.setup, beside, answer if answer is not None and answer.why == beside else None, at.lesson.language)
+    return contrast_of(
+        at.step.setup,
+        beside,
+        answer if answer is not None and answer.why == beside else None,
+        at.lesson.language,
+    )
 
 
 def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
@@ -170,4 +187,6 @@ def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
     reply, told = fill(at.step, choice.reply, done.outcome, language), told_in(at.step, choice.reply)
     good = N_("That is right.") if at.step.concept else N_("You predicted it.")
     headline = words_of(language)(good if right else N_("Not quite."))
-    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe), told))
+    return AnswerVerdict(
+        right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe), told)
+    )

@@ -8,9 +8,24 @@ from pathlib import Path
 from typing import Any, Final, cast, get_args
 
 from app.features.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
-from app.features.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
+from app.features.lessons.challenges import (
+    no_doubles,
+    read_challenge,
+    read_identity,
+    read_measurement,
+    read_trials,
+)
 from app.features.lessons.curve_drawing import read_drawing
-from app.features.lessons.lesson import MOST_CHOICES, Challenge, Choice, Expectation, LessonCamera, Measurement, Question, Step
+from app.features.lessons.lesson import (
+    MOST_CHOICES,
+    Challenge,
+    Choice,
+    Expectation,
+    LessonCamera,
+    Measurement,
+    Question,
+    Step,
+)
 from app.features.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.features.lessons.runs import Setup
 from app.features.lessons.setups import read_changes, read_setup, usual_setup
@@ -44,7 +59,9 @@ def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
         log.found.append(Fault(sheet.head.line, "the lesson has no goal; write it under the title."))
     log.found += head_faults(sheet.head, folder)
     if len(sheet.head.blocks) > 1:
-        log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
+        log.found.append(
+            Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one.")
+        )
     setup, equations, minutes = usual_setup(folder), "", USUAL_MINUTES
     if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
         setup = setup.with_changes(log.take(lambda: read_changes(table), ()))
@@ -92,7 +109,11 @@ def read_step(part: Chapter, base: Setup) -> Step:
     id = log.take(lambda: read_identity(table, step_id(part.title)), "")
     concept = log.take(lambda: table.flag("concept"), False)
     if concept:
-        log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
+        log.found += [
+            table.fault(key, f"a question without a run has no {key}.")
+            for key in WITH_A_RUN
+            if table.has(key)
+        ]
     setup = log.take(lambda: read_setup(table, base), None)
     if setup is None:
         # The rest depends on the run.
@@ -103,7 +124,9 @@ def read_step(part: Chapter, base: Setup) -> Step:
     measurements = log.all_of([partial(read_measurement, entry, setup) for entry in entries])
     log.take(lambda: no_doubles(table, "measure", [m.id for m in measurements]), None)
     measured = len(log.found) == noted
-    question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
+    question = log.take(
+        lambda: _question(part, table, setup, measurements if measured else None, concept), None
+    )
     challenged = table.has("challenge")
     challenge = log.take(lambda: read_challenge(table, setup), None)
     texts: dict[str, Any] = _checked_texts(part, "Predict" in part.sections, challenged, concept, log)
@@ -121,7 +144,11 @@ def read_step(part: Chapter, base: Setup) -> Step:
         log.found.append(table.fault("marks", "marks for the elbow need the scene solo."))
     drawing = log.take(lambda: read_drawing(table, setup), None)
     if drawing is not None and "Predict" not in part.sections:
-        log.found.append(table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”."))
+        log.found.append(
+            table.fault(
+                "drawing", "a drawing comes before the answers to a question; add a section “### Predict”."
+            )
+        )
     camera = log.take(lambda: table.choice("camera", get_args(LessonCamera), "room"), "room")
     plots = log.take(lambda: table.words("plots", possible_plots(setup.run), MOST_PLOTS), ())
     offered = [key for key, spec in specs(RunSettings).items() if spec.read is None]
@@ -164,19 +191,30 @@ def _question(
             raise table.fault("concept", "a question without a run needs a section “### Predict”.")
         for key in ("right", "expects", "ratio", "why"):
             if table.has(key):
-                raise table.fault(key, f"{key} is about a question, but the step has no section “### Predict”.")
+                raise table.fault(
+                    key, f"{key} is about a question, but the step has no section “### Predict”."
+                )
         return None
     text, items = read_items(section)
     if not text:
         raise Fault(section.line, "the question is missing; write it above the numbered answers.")
     if not 2 <= len(items) <= MOST_CHOICES:
-        raise Fault(section.line, f"the question has {len(items)} answers; give 2 to {MOST_CHOICES}, numbered 1, 2, 3 …")
-    log, reply = FaultLog(), "the answer has no reply; write what is said to it in lines below that begin with >."
+        raise Fault(
+            section.line,
+            f"the question has {len(items)} answers; give 2 to {MOST_CHOICES}, numbered 1, 2, 3 …",
+        )
+    log, reply = (
+        FaultLog(),
+        "the answer has no reply; write what is said to it in lines below that begin with >.",
+    )
     log.found += [Fault(item.line, reply) for item in items if not item.quote]
     right = log.take(lambda: table.whole("right", NEEDED, 1, len(items)), 0) - 1
     if not concept and measurements == ():
         log.found.append(Fault(section.line, "a prediction needs an outcome; add [[measure]] to the block."))
-    expects, ratio = log.take(lambda: _expects(table, len(items)), ()), log.take(lambda: table.flag("ratio"), False)
+    expects, ratio = (
+        log.take(lambda: _expects(table, len(items)), ()),
+        log.take(lambda: table.flag("ratio"), False),
+    )
     if ratio and measurements is not None and not (measurements and measurements[0].compare):
         message = "a ratio needs a run to compare with; add compare = [{ … }] to the first measurement."
         log.found.append(table.fault("ratio", message))
@@ -185,10 +223,14 @@ def _question(
     for entry in table.tables("why"):
         number = entry.whole("choice", NEEDED, 1, len(items)) - 1
         if number == right or number in whys:
-            raise entry.fault("choice", "each wrong answer has at most one run of its own, the right one has none.")
+            raise entry.fault(
+                "choice", "each wrong answer has at most one run of its own, the right one has none."
+            )
         whys[number] = read_setup(entry, setup), entry.flag("otherwise"), entry.flag("same")
         entry.close()
-    choices = tuple(Choice(item.text, item.quote, *whys.get(i, (None, False, False))) for i, item in enumerate(items))
+    choices = tuple(
+        Choice(item.text, item.quote, *whys.get(i, (None, False, False))) for i, item in enumerate(items)
+    )
     return Question(text, choices, right, expects, ratio)
 
 
@@ -209,7 +251,8 @@ def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
 def _range(table: Table, values: list[Any]) -> tuple[float, float]:
     if not all(is_number(x) for x in values) or not values[0] < values[1]:
         raise table.fault(
-            "expects", f"{quoted_value(values)} is not a range; write [low, high] with low < high, inf is possible."
+            "expects",
+            f"{quoted_value(values)} is not a range; write [low, high] with low < high, inf is possible.",
         )
     return float(values[0]), float(values[1])
 
@@ -230,11 +273,18 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
     return texts
 
 
-def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog) -> dict[str, str]:
+def _checked_texts(
+    part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog
+) -> dict[str, str]:
     """Texts of a step by field, and its challenge's; missing ones go to the log."""
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
-    needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
+    needed = {
+        "Goal": not concept,
+        "Do": not concept,
+        "Explain": question and not concept,
+        "Challenge": challenge,
+    }
     missing = [name for name, needs in needed.items() if needs and not texts[name.lower()]]
     log.found += [Fault(part.line, f"the step has no text under “### {name}”; add it.") for name in missing]
     if not challenge and texts["challenge"]:
@@ -251,7 +301,9 @@ def _hints(part: Chapter, challenge: Challenge | None) -> tuple[str, ...]:
         return ()
     _, items = read_items(section)
     if len(items) != HINTS:
-        raise Fault(section.line, f"there are {len(items)} hints; give {HINTS}, from a nudge to the way itself.")
+        raise Fault(
+            section.line, f"there are {len(items)} hints; give {HINTS}, from a nudge to the way itself."
+        )
     return tuple(item.text for item in items)
 
 
@@ -269,4 +321,6 @@ def _line_faults(part: Chapter, step: Step) -> Iterator[Fault]:
             before = section.title in ("Goal", "Predict", "Do") and not reply
             text = line.lstrip(" \t>") if reply else line
             pictures = picture_problems(text, folder, reply or not listed)
-            yield from (Fault(number, problem) for problem in (*placeholder_problems(line, step, before), *pictures))
+            yield from (
+                Fault(number, problem) for problem in (*placeholder_problems(line, step, before), *pictures)
+            )

@@ -22,7 +22,9 @@ from scenes.setting_spec import unknown_setting
 from scenes.settings import specs, values
 
 
-def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]], setup: Setup, language: Language) -> str:
+def series_table(
+    shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]], setup: Setup, language: Language
+) -> str:
     """Table with a row for each run, sorted by the one number in which they differ, if it is one.
 
     Args:
@@ -32,11 +34,23 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
     head, runs = _runs(shown[0], setup, language)
     columns = [head, *(label_of(m, language) for m in shown)]
     rows = [
-        [runs[i][1], *(words_of(language)(m.text(row[i])) if i < len(row) else "–" for m, row in zip(shown, found, strict=True))]
+        [
+            runs[i][1],
+            *(
+                words_of(language)(m.text(row[i])) if i < len(row) else "–"
+                for m, row in zip(shown, found, strict=True)
+            ),
+        ]
         for i in sorted(range(len(runs)), key=lambda i: runs[i][0])
     ]
     lines = [columns, ["---", *("---:" for _ in shown)], *rows]
-    return "\n\n" + "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |" for cells in lines) + "\n\n"
+    return (
+        "\n\n"
+        + "\n".join(
+            f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |" for cells in lines
+        )
+        + "\n\n"
+    )
 
 
 def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[tuple[float, str]]]:
@@ -45,9 +59,15 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
     keys = {key for compared in m.compare for key, _ in compared.changes}
     others = [compared.setup(setup) for compared in m.compare]
     (key,) = keys if len(keys) == 1 else ("",)
-    if key and isinstance(values(setup.run)[key], float) and all(compared.start is None for compared in m.compare):
+    if (
+        key
+        and isinstance(values(setup.run)[key], float)
+        and all(compared.start is None for compared in m.compare)
+    ):
         numbers = [float(values(run.run)[key]) for run in (setup, *others)]
-        return words(specs(Settings)[key].label), [(number, page_value(key, number, language)) for number in numbers]
+        return words(specs(Settings)[key].label), [
+            (number, page_value(key, number, language)) for number in numbers
+        ]
     balls = [run.start.ball if run.start is not None else None for run in (setup, *others)]
     tilts = [ball.tilt for ball in balls if ball is not None]
     if not keys and len(tilts) == len(balls) == len(set(tilts)):
@@ -79,7 +99,12 @@ def tabled(text: str) -> frozenset[str]:
 
 def told_in(step: Step, text: str) -> frozenset[str]:
     """Ids of the measurements of which a text shows every value."""
-    told = {(id, number) for kind, name in _HOLE.findall(text) if kind == "measured" for id, number, _ in [_parts(name)]}
+    told = {
+        (id, number)
+        for kind, name in _HOLE.findall(text)
+        if kind == "measured"
+        for id, number, _ in [_parts(name)]
+    }
     wanted = ((m.id, ("", *(str(i + 1) for i in range(len(m.compare))))) for m in step.measurements)
     return frozenset(id for id, numbers in wanted if all((id, number) in told for number in numbers))
 
@@ -100,7 +125,9 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
         id, number, _ = _parts(name)
         if id not in by_id:
             yield f"{{measured:{name}}}: the step measures no {id!r}; choose from {', '.join(by_id) or 'none: add [[measure]]'}."
-        elif before and step.question is not None and id == step.measurements[0].id and number in ("", "ratio"):
+        elif (
+            before and step.question is not None and id == step.measurements[0].id and number in ("", "ratio")
+        ):
             yield f"{{measured:{name}}} gives the answer away before the run; name a comparison, such as {{measured:{id}:1}}."
         elif number == "ratio" and by_id[id].compare:
             continue
@@ -163,7 +190,9 @@ def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language)
         if form == "size" and value is not None:
             value = abs(value)
         if form == "side" and value is not None:
-            return words(N_("{size} below") if value < 0.0 else N_("{size} above"), size=by_id[id].text(abs(value)))
+            return words(
+                N_("{size} below") if value < 0.0 else N_("{size} above"), size=by_id[id].text(abs(value))
+            )
         return words(by_id[id].text(value)) if id in by_id else "–"
 
     return _HOLE.sub(shown, text)

@@ -11,7 +11,15 @@ from typing import Final
 
 from app.features.custom_law.arena import TrialResult
 from app.features.lessons.attempts import RunWatch, attempt_of, attempted
-from app.features.lessons.bookmark import Bookmark, Phase, first_phase, fitting, furthest_phase, is_finished, phases_of
+from app.features.lessons.bookmark import (
+    Bookmark,
+    Phase,
+    first_phase,
+    fitting,
+    furthest_phase,
+    is_finished,
+    phases_of,
+)
 from app.features.lessons.lesson import AT_ONCE, LAST, Challenge, Lesson, LessonBook, Measurement, Step
 from app.features.lessons.outcomes import (
     FARTHEST,
@@ -23,7 +31,15 @@ from app.features.lessons.outcomes import (
     observed,
     reference,
 )
-from app.features.lessons.progress import MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, kept_reason, to_json
+from app.features.lessons.progress import (
+    MOST_TRIES,
+    MOST_WORDS,
+    StepProgress,
+    Try,
+    from_json,
+    kept_reason,
+    to_json,
+)
 from app.features.lessons.runs import Setup
 from app.features.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.features.measures.evidence import Evidence
@@ -61,7 +77,9 @@ class Walkthrough:
         BadSetting: the book holds no lesson.
     """
 
-    def __init__(self, book: LessonBook, progress: str = "", kept: Mapping[str, TargetSource] | None = None) -> None:
+    def __init__(
+        self, book: LessonBook, progress: str = "", kept: Mapping[str, TargetSource] | None = None
+    ) -> None:
         if not book.lessons:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
@@ -79,7 +97,9 @@ class Walkthrough:
         saved.steps = {place: fitting(step, saved.steps[place]) for place, step in known}
         self._at = Bookmark(book).of(saved.lesson, saved.step)
         allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
-        phase = next((phase for phase in allowed if phase.value == saved.phase), first_phase(self.step, self.done))
+        phase = next(
+            (phase for phase in allowed if phase.value == saved.phase), first_phase(self.step, self.done)
+        )
         self._enter(self._at, phase)
 
     # ---- where -------------------------------------------------------------------------------------------------------------
@@ -127,7 +147,9 @@ class Walkthrough:
     @property
     def plots(self) -> tuple[str, ...]:
         """Current plots; before an answer only those that are empty until the run."""
-        return tuple(plot for plot in self.step.plots if plot not in AT_ONCE) if self.locked else self.step.plots
+        return (
+            tuple(plot for plot in self.step.plots if plot not in AT_ONCE) if self.locked else self.step.plots
+        )
 
     def go(self, lesson: str | int, step: int = 0) -> None:
         """Go to a step, by a link or with the teacher; its progress stays.
@@ -168,7 +190,10 @@ class Walkthrough:
 
     @property
     def _answerable(self) -> bool:
-        if self.step.asked == "first" and self.done_in(self.lesson.id + LAST, self.step.id).outcome is not None:
+        if (
+            self.step.asked == "first"
+            and self.done_in(self.lesson.id + LAST, self.step.id).outcome is not None
+        ):
             # The last test told the right answer.
             return False
         return self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
@@ -347,13 +372,23 @@ class Walkthrough:
         # A run that is checked twice is one attempt; new numbers are another one.
         counted = self.lesson.id, self.step.id, self.run_watch.run, *said
         self._judged = self.run_watch.run
-        again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
-        if not again and not attempt.note and attempt.judgements and (value := attempt.judgements[0].value) is not None:
+        again, self._counted = (
+            counted == self._counted or not attempt.judgements,
+            counted if attempt.judgements else (),
+        )
+        if (
+            not again
+            and not attempt.note
+            and attempt.judgements
+            and (value := attempt.judgements[0].value) is not None
+        ):
             tries, met = self.done.tries, attempt.judgements[0].passed
             if challenge.search:
                 setting = float(values(simulation.settings)[challenge.search])
                 self.done.tries = (*tries, Try(setting, value, met))[-MOST_TRIES:]
-            elif len(tries) < challenge.best_of and all(judgement.passed for judgement in attempt.judgements[1:]):
+            elif len(tries) < challenge.best_of and all(
+                judgement.passed for judgement in attempt.judgements[1:]
+            ):
                 if person is not None and all(value < before.measured for before in tries):
                     self.kept[self._nearest] = person
                 self.done.tries = (*tries, Try(simulation.settings.hand_speed, value, met))
@@ -371,7 +406,9 @@ class Walkthrough:
 
     def in_book(self, book: LessonBook | None) -> Bookmark:
         """Current place in the same book in another language; None for this book."""
-        return self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
+        return (
+            self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
+        )
 
     def translate(self, book: LessonBook) -> None:
         self._at, self.book = self.in_book(book), book
@@ -421,7 +458,11 @@ class Walkthrough:
         if place < len(self.phases):
             return self._at, self.phases[place]
         after = self._at.next_to(1)
-        return None if after is None else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
+        return (
+            None
+            if after is None
+            else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
+        )
 
     def _behind(self) -> tuple[Bookmark, Phase] | None:
         """Previous place; None at the beginning. An answer cannot change once the outcome is known."""
@@ -431,4 +472,8 @@ class Walkthrough:
         if place >= 0 and (self.phases[place] is not Phase.PREDICT or self.done.outcome is None):
             return self._at, self.phases[place]
         before = self._at.next_to(-1)
-        return None if before is None else (before, furthest_phase(before.step, self.done_in(before.lesson.id, before.step.id)))
+        return (
+            None
+            if before is None
+            else (before, furthest_phase(before.step, self.done_in(before.lesson.id, before.step.id)))
+        )

@@ -32,4 +32,6 @@ def _assets() -> "PageAssets":
     return PageAssets((STATIC / "contact_lever.js",), (STATIC / "lever.css",))
 
 
-LEVER: Final = Feature("lever", texts=Path(__file__).parent, panels=_panels, overlays=_overlays, assets=_assets)
+LEVER: Final = Feature(
+    "lever", texts=Path(__file__).parent, panels=_panels, overlays=_overlays, assets=_assets
+)

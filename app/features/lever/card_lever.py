@@ -30,4 +30,6 @@ class CardLever:
             return {}
         ends = [tr("retreat"), tr("task")]
         name, value = tr("λ: your lever"), round(100.0 * law.hand_lever)
-        return {"lever": {"name": name, "value": value, "ends": ends, "box": "" if self._replayed else self.box}}
+        return {
+            "lever": {"name": name, "value": value, "ends": ends, "box": "" if self._replayed else self.box}
+        }

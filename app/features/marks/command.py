@@ -141,8 +141,19 @@ def unpacked(given: Path) -> Iterator[Path]:
                         f"{given}: holds more than {MOST_PARTS} files or {MOST_BYTES >> 20} MiB; grade a part of it."
                     )
                 archive.extractall(folder.path, parts)
-        except (OSError, EOFError, RuntimeError, ValueError, NotImplementedError, zlib.error, lzma.LZMAError, zipfile.BadZipFile):
-            raise BadSetting(f"{given}: is no folder and no ZIP file; give the one with what was handed in.") from None
+        except (
+            OSError,
+            EOFError,
+            RuntimeError,
+            ValueError,
+            NotImplementedError,
+            zlib.error,
+            lzma.LZMAError,
+            zipfile.BadZipFile,
+        ):
+            raise BadSetting(
+                f"{given}: is no folder and no ZIP file; give the one with what was handed in."
+            ) from None
         yield folder.path
 
 
@@ -156,7 +167,9 @@ def handed_in(folder: Path) -> list[Path]:
     return sorted(found, key=lambda path: os.fsencode(path))
 
 
-def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]) -> "list[GradedFile]":
+def _graded(
+    command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]
+) -> "list[GradedFile]":
     """Rows in the order of the files; after Ctrl+C the rows so far.
 
     Raises:
@@ -167,7 +180,10 @@ def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: d
     stopped, said = threading.Event(), set[str]()
     jobs = command.jobs or max(1, cores() // 2)
     with ThreadPoolExecutor(jobs) as pool:
-        work = {pool.submit(graded, path, command.folder, limits, stopped, weights, command.lang): path for path in paths}
+        work = {
+            pool.submit(graded, path, command.folder, limits, stopped, weights, command.lang): path
+            for path in paths
+        }
         try:
             for number, done in enumerate(as_completed(work), 1):
                 row = done.result()

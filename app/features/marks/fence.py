@@ -73,7 +73,9 @@ def fenced(
     """
     with TemporaryFolder("fence") as folder:
         token = secrets.token_hex(8)
-        process = _started(str(folder.path), [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
+        process = _started(
+            str(folder.path), [module, json.dumps(asdict(limits.law)), *arguments], token, limits
+        )
         lines: queue.Queue[str | None] = queue.Queue()
         for work, given in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=given, daemon=True).start()
@@ -125,7 +127,9 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
 
 def _seen() -> str:
     """Folders read in addition to the system's: Python, its packages, and our own."""
-    pythons = {Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)}
+    pythons = {
+        Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)
+    }
     libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
     paths = [
         *(python / part for python in pythons for part in ("bin", "lib", "lib64", "pyvenv.cfg")),
@@ -216,7 +220,10 @@ def _members(token: str, first: int | None = None) -> list[int]:
 def _memory(process: int) -> int:
     """Memory not shared with files, and that of unnamed files [bytes]."""
     memory = 0
-    with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/status", encoding="utf-8") as file:
+    with (
+        contextlib.suppress(OSError, ValueError, IndexError),
+        open(f"/proc/{process}/status", encoding="utf-8") as file,
+    ):
         for line in file:
             if line.startswith(("RssAnon:", "RssShmem:")):
                 memory += int(line.split()[1]) * 1024

@@ -87,7 +87,10 @@ class GradedFile:
             if not one.passed:
                 failed.setdefault(f"{one.text} {one.more}".strip(), []).append(one.name)
         return (
-            " ".join(f"{', '.join(filter(None, names))}: {said}".removeprefix(": ") for said, names in failed.items())
+            " ".join(
+                f"{', '.join(filter(None, names))}: {said}".removeprefix(": ")
+                for said, names in failed.items()
+            )
             or self.reason
             or self.full_marks
         )
@@ -101,7 +104,9 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
     """
     values = tuple(points) or (1.0,) * len(TRIALS)
     if len(values) != len(TRIALS) or not all(0.0 <= value <= 1e6 for value in values) or not any(values):
-        raise BadSetting(f"points needs {len(TRIALS)} numbers from 0, one a test ({', '.join(TRIALS)}), not all of them 0.")
+        raise BadSetting(
+            f"points needs {len(TRIALS)} numbers from 0, one a test ({', '.join(TRIALS)}), not all of them 0."
+        )
     return dict(zip(TRIALS, values, strict=True))
 
 
@@ -141,12 +146,16 @@ def graded(
         return row
     try:
         if kind == "law":
-            _take_marks(row, text, marked(readable(path.name), text, limits, stopped.is_set, language), weights)
+            _take_marks(
+                row, text, marked(readable(path.name), text, limits, stopped.is_set, language), weights
+            )
         else:
             _take_records(row, read_records(text))
     except OSError as error:
         # Not the file's fault, such as a full disk.
-        raise DuetError(f"{row.name}: grading it failed ({error.strerror or error}); mend this, and grade again.") from None
+        raise DuetError(
+            f"{row.name}: grading it failed ({error.strerror or error}); mend this, and grade again."
+        ) from None
     except Exception as error:
         # Only this file's row is lost.
         row.reason = tr(str(error)) or type(error).__name__
@@ -165,7 +174,9 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
     untouched, gated = marks.as_template, not passed.issuperset(GATES)
     if untouched:
         whole.append(
-            tr("In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points.")
+            tr(
+                "In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points."
+            )
         )
     elif gated and passed:
         gates = " & ".join(tr(gate) for gate in GATES)
@@ -177,14 +188,20 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
         whole += returned_line(text)
     row.remarks = [Remark("", None, said) for said in whole]
     for one in verdicts:
-        points = weights[one.name] if one.passed and not untouched and (one.name in GATES or not gated) else 0.0
+        points = (
+            weights[one.name] if one.passed and not untouched and (one.name in GATES or not gated) else 0.0
+        )
         mend = tr("Correct this line; `lwr-duet law-test` says whether it runs, before you hand it in.")
         more = "" if one.passed else mend if one in own else tr(advice(one.name))
-        row.remarks.append(Remark(tr(one.name), one.passed, one.reason, points, weights[one.name], more, one.curve))
+        row.remarks.append(
+            Remark(tr(one.name), one.passed, one.reason, points, weights[one.name], more, one.curve)
+        )
         row.points += points
     if not untouched and len(passed) == len(TRIALS):
         row.full_marks = tr("All six tests are passed.")
-    row.reason = "; ".join((*(f"{', '.join(map(tr, names))}: {reason}" for reason, names in same.items()), *whole))
+    row.reason = "; ".join(
+        (*(f"{', '.join(map(tr, names))}: {reason}" for reason, names in same.items()), *whole)
+    )
 
 
 def returned_line(text: bytes) -> tuple[str, ...]:
@@ -197,14 +214,30 @@ def returned_line(text: bytes) -> tuple[str, ...]:
     lines = [node.lineno for node in ast.walk(found[-1]) if isinstance(node, ast.Return)] if found else []
     if not lines:
         return ()
-    return (tr("Your law gives its result on line {line}{quoted}.", line=max(lines), quoted=tr(quoted(text, max(lines)))),)
+    return (
+        tr(
+            "Your law gives its result on line {line}{quoted}.",
+            line=max(lines),
+            quoted=tr(quoted(text, max(lines))),
+        ),
+    )
 
 
 def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
     predicted = [record for record in records if record.prediction is not None]
     challenges = [record for record in records if record.passed is not None]
-    right, passed = sum(record.right is True for record in predicted), sum(record.passed is True for record in challenges)
-    counts = len(records), len(predicted), right, len(challenges), passed, sum(record.attempts for record in records)
+    right, passed = (
+        sum(record.right is True for record in predicted),
+        sum(record.passed is True for record in challenges),
+    )
+    counts = (
+        len(records),
+        len(predicted),
+        right,
+        len(challenges),
+        passed,
+        sum(record.attempts for record in records),
+    )
     row.cells |= zip(REPORT, counts, strict=True)
     row.records = records
     row.points, row.maximum = points_of(records)
@@ -224,8 +257,14 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
 
 def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
     """Points and their maximum; a question or challenge in several records counts once, the best."""
-    predicted = [(record.lesson, record.step, record.right is True) for record in records if record.prediction is not None]
-    challenges = [(record.lesson, record.step, record.passed is True) for record in records if record.passed is not None]
+    predicted = [
+        (record.lesson, record.step, record.right is True)
+        for record in records
+        if record.prediction is not None
+    ]
+    challenges = [
+        (record.lesson, record.step, record.passed is True) for record in records if record.passed is not None
+    ]
     points = sum(len({one for one in kind if one[2]}) for kind in (predicted, challenges))
     known = _lessons()
     others = sum(len({one[:2] for one in kind if one[0] not in known}) for kind in (predicted, challenges))
@@ -235,6 +274,8 @@ def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
 @cache
 def _lessons() -> dict[str, int]:
     return {
-        lesson.id: len([asked for step in lesson.steps for asked in (step.question, step.challenge) if asked is not None])
+        lesson.id: len(
+            [asked for step in lesson.steps for asked in (step.question, step.challenge) if asked is not None]
+        )
         for lesson in load_lessons().lessons
     }

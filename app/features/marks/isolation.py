@@ -24,7 +24,15 @@ DESCRIPTORS: Final = 64
 """Most file descriptors; each may be a file in memory."""
 SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
-    *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
+    *(
+        "/etc/alternatives",
+        "/etc/ld.so.cache",
+        "/etc/localtime",
+        "/dev/null",
+        "/dev/random",
+        "/dev/urandom",
+        "/dev/zero",
+    ),
 )
 """Folders that Python and its libraries may need."""
 
@@ -111,7 +119,15 @@ def _own_world(folder: str, seen: list[str]) -> None:
     for made in ("/proc", folder):
         os.makedirs(folder + made, exist_ok=True)
     read_only = (ctypes.c_uint64 * 4)(_READ_ONLY, 0, 0, 0)
-    _call("syscall", ctypes.c_long(_SET_ATTRIBUTES), _HERE, os.fsencode(folder), _RECURSIVE, read_only, ctypes.c_size_t(32))
+    _call(
+        "syscall",
+        ctypes.c_long(_SET_ATTRIBUTES),
+        _HERE,
+        os.fsencode(folder),
+        _RECURSIVE,
+        read_only,
+        ctypes.c_size_t(32),
+    )
     _mount(b"tmpfs", folder + folder, f"size={ROOM}")
     _mount(b"proc", folder + "/proc")
     os.chdir(folder)
@@ -149,7 +165,11 @@ def _enter(namespaces: int) -> None:
     next `exec`."""
     user, group = os.getuid(), os.getgid()
     _call("unshare", namespaces)
-    for name, text in (("setgroups", "deny"), ("uid_map", f"{user or 1000} {user} 1"), ("gid_map", f"{group or 1000} {group} 1")):
+    for name, text in (
+        ("setgroups", "deny"),
+        ("uid_map", f"{user or 1000} {user} 1"),
+        ("gid_map", f"{group or 1000} {group} 1"),
+    ):
         with open(f"/proc/self/{name}", "w", encoding="ascii") as file:
             file.write(text)
 

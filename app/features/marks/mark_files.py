@@ -43,19 +43,30 @@ class StudentMarks(NamedTuple):
 
     @property
     def feedback(self) -> str:
-        return " | ".join(f"{Path(file.name).name}: {file.feedback}".removesuffix(": ") for file in self.files)
+        return " | ".join(
+            f"{Path(file.name).name}: {file.feedback}".removesuffix(": ") for file in self.files
+        )
 
 
 def by_student(rows: Sequence[GradedFile]) -> list[StudentMarks]:
     ordered = sorted(rows, key=lambda row: row.student)
-    return [StudentMarks(student, tuple(files)) for student, files in groupby(ordered, key=lambda row: row.student)]
+    return [
+        StudentMarks(student, tuple(files))
+        for student, files in groupby(ordered, key=lambda row: row.student)
+    ]
 
 
 def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
     head = ("name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback")
     values = [
         (
-            *(row.name, row.kind, *(row.cells.get(key, "") for key in (*TRIALS, *REPORT)), _number(row.points), row.reason),
+            *(
+                row.name,
+                row.kind,
+                *(row.cells.get(key, "") for key in (*TRIALS, *REPORT)),
+                _number(row.points),
+                row.reason,
+            ),
             *(*row.student, _number(row.maximum), row.feedback),
         )
         for row in rows
@@ -91,12 +102,22 @@ def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
         tested = [one for one in row.remarks if one.passed is not None] if row.kind == "law" else []
         words = " ".join(one.text for one in row.remarks if one.passed is None)
         for one in tested:
-            marks = {"score": one.points, "max_score": one.maximum, "status": "passed" if one.passed else "failed"}
-            tests.append({"name": f"{row.name}: {one.name}", "output": f"{one.text} {one.more}".strip(), **marks})
+            marks = {
+                "score": one.points,
+                "max_score": one.maximum,
+                "status": "passed" if one.passed else "failed",
+            }
+            tests.append(
+                {"name": f"{row.name}: {one.name}", "output": f"{one.text} {one.more}".strip(), **marks}
+            )
         if not tested or words:
             of_file = {} if tested else {"score": row.points, "max_score": row.maximum}
             tests.append({"name": row.name, "output": words if tested else row.feedback, **of_file})
-    total = {"score": StudentMarks(Student("", ""), tuple(rows)).points, "output_format": "text", "tests": tests}
+    total = {
+        "score": StudentMarks(Student("", ""), tuple(rows)).points,
+        "output_format": "text",
+        "tests": tests,
+    }
     path.write_text(json.dumps(total, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
 
 
@@ -136,12 +157,18 @@ def feedback_page(marks: StudentMarks) -> str:
 def _chart(curve: TrialCurve) -> Markup:
     values = [value for line in curve.lines.values() for value in line if value is not None]
     low, high = 1.1 * min((0.0, *values)), 1.2 * max((curve.limit or 0.0, *values)) + 1e-6
-    symbol, unit, factor = {"d": ("d", "mm", 1e3), "e": ("|e|", "mm", 1e3), "dq_step": ("Δq̇", "rad/s", 1.0)}[curve.quantity]
+    symbol, unit, factor = {"d": ("d", "mm", 1e3), "e": ("|e|", "mm", 1e3), "dq_step": ("Δq̇", "rad/s", 1.0)}[
+        curve.quantity
+    ]
     critical = curve.limit if curve.quantity == "d" else None
     over = CurveAxis("t", "s", 1.0, "", 0.0, max(curve.seconds, 1e-3))
     up = CurveAxis(symbol, unit, factor, "d" if curve.quantity == "d" else "", low, high, critical)
     dashes = ("", "5 4")
-    lines = [Line(tuple(line), "", name, 2.0, dashes[i]) for i, (name, line) in enumerate(curve.lines.items())]
+    lines = [
+        Line(tuple(line), "", name, 2.0, dashes[i]) for i, (name, line) in enumerate(curve.lines.items())
+    ]
     if curve.limit is not None and critical is None:
-        lines.insert(0, Line((curve.limit,) * len(next(iter(curve.lines.values()))), "dm", tr("limit"), 1.5, "2 4"))
+        lines.insert(
+            0, Line((curve.limit,) * len(next(iter(curve.lines.values()))), "dm", tr("limit"), 1.5, "2 4")
+        )
     return curve_chart(over, up, tuple(lines), f"{symbol}(t)")

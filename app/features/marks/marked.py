@@ -72,7 +72,9 @@ def _read_curve(said: object) -> TrialCurve:
     """Raises `ValueError` if it is not a curve."""
     curve = msgspec.convert(said, TrialCurve)
     numbers = [value for line in curve.lines.values() for value in line if value is not None]
-    small = len(curve.lines) <= 2 and all(len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items())
+    small = len(curve.lines) <= 2 and all(
+        len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items()
+    )
     if not small or not all(map(math.isfinite, (curve.seconds, curve.limit or 0.0, *numbers))):
         raise ValueError("no curve")
     return curve

@@ -29,7 +29,9 @@ class Evidence:
         arm: with the shown task.
     """
 
-    def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
+    def __init__(
+        self, simulation: Simulation, until: float = float("inf"), newest: int | None = None
+    ) -> None:
         self._simulation = simulation
         self.settings: RunSettings = simulation.settings
         self.room: Room = simulation.room

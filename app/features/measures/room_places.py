@@ -73,7 +73,9 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
         toward = toward / length
     centre = origin + toward * (place.gap + BALL_RADIUS + POINT_RADIUS)
     if np.abs(centre).max() > BALL_ROOM:
-        raise BadSetting(f"gap = {place.gap:g} m takes the ball out of its room, {BALL_ROOM:g} m about the origin; give less.")
+        raise BadSetting(
+            f"gap = {place.gap:g} m takes the ball out of its room, {BALL_ROOM:g} m about the origin; give less."
+        )
     return np.asarray(centre, np.float64)
 
 
@@ -89,7 +91,9 @@ def start_positions(room: Room, start: Start | None) -> Array | None:
     if start.posture is not None:
         arms = room.arms[-1].joints.stop
         if len(start.posture) != arms:
-            raise BadSetting(f"posture has {len(start.posture)} angles, but the arms of this room have {arms} joints.")
+            raise BadSetting(
+                f"posture has {len(start.posture)} angles, but the arms of this room have {arms} joints."
+            )
         low, high = room.model.lowerPositionLimit[:arms], room.model.upperPositionLimit[:arms]
         beyond = np.flatnonzero((start.posture < low) | (start.posture > high))
         if len(beyond):

@@ -69,7 +69,9 @@ def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
             table[k] = previous
     if first == len(table):
         raise BadInputFile(
-            "{name}: in no frame do hips, shoulders, elbows and wrists make a body; {advice}.", name=file.name, advice=ADVICE
+            "{name}: in no frame do hips, shoulders, elbows and wrists make a body; {advice}.",
+            name=file.name,
+            advice=ADVICE,
         )
     table[:first] = table[first]
     return SampledAngles(np.arange(len(table), dtype=np.float64) * file.frame_time, table)
@@ -90,7 +92,10 @@ class _Skeleton:
         self._file = file
         self._parts = [joint_part(joint.name) for joint in file.joints]
         self._twists = [is_twist(joint.name) for joint in file.joints]
-        self.arm: dict[ArmName, tuple[int, int, int]] = {"left": self._find_arm("left"), "right": self._find_arm("right")}
+        self.arm: dict[ArmName, tuple[int, int, int]] = {
+            "left": self._find_arm("left"),
+            "right": self._find_arm("right"),
+        }
         self.hips = self._find_hips()
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
@@ -129,7 +134,9 @@ class _Skeleton:
         if called := [i for i in above if self._parts[i][1] in SHOULDERS]:
             shoulder = called[-1]
             has_collar = any(collar in self._above(shoulder) for collar in collars)
-            if has_collar or (self._parts[elbow][1] in ELBOWS_BELOW_SHOULDERS and self._are_pieces(shoulder, elbow)):
+            if has_collar or (
+                self._parts[elbow][1] in ELBOWS_BELOW_SHOULDERS and self._are_pieces(shoulder, elbow)
+            ):
                 return shoulder
         # By its position: the elbow's parent, whatever its name.
         joint = self._file.joints[elbow].parent
@@ -145,12 +152,17 @@ class _Skeleton:
         """True if all joints between are twists, or have the shoulder's name with a suffix."""
         side, part = self._parts[shoulder]
         between = self._above(elbow)[: self._above(elbow).index(shoulder)]
-        return all(self._twists[i] or (self._parts[i][0] == side and self._parts[i][1].startswith(part)) for i in between)
+        return all(
+            self._twists[i] or (self._parts[i][0] == side and self._parts[i][1].startswith(part))
+            for i in between
+        )
 
     def _wrist(self, elbow: int) -> int | None:
         """Joint, or End Site, where the forearm of an elbow ends."""
         part = self._parts[elbow][1]
-        below = [i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)]
+        below = [
+            i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)
+        ]
         called = [i for i in below if self._parts[i][1] in WRISTS]
         return next((i for i in (*called, *(i for i in below if self._file.joints[i].name), *below)), None)
 

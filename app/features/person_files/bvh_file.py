@@ -136,7 +136,9 @@ class _Reader:
 
     def read(self) -> BvhFile:
         if not self.lines or self._next("HIERARCHY").upper() != "HIERARCHY":
-            raise self._fault("is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH")
+            raise self._fault(
+                "is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH"
+            )
         while self.at >= len(self.lines) or self.lines[self.at][1].upper() != "MOTION":
             kind, *rest = self._next(LazyText("ROOT or MOTION")).split(None, 1)
             if kind.upper() != "ROOT" or not rest:
@@ -159,11 +161,15 @@ class _Reader:
             elif line.upper().split() == ["END", "SITE"]:
                 open_joints.append(self._read_joint("", open_joints[-1]))
             else:
-                raise self._fault("{word} stands where JOINT and a name, End Site or }} is due", word=_shown(line))
+                raise self._fault(
+                    "{word} stands where JOINT and a name, End Site or }} is due", word=_shown(line)
+                )
 
     def _read_joint(self, name: str, parent: int) -> int:
         if len(self.joints) >= MOST_JOINTS:
-            raise self._fault("the skeleton has more than {most} joints; export the body only", most=MOST_JOINTS)
+            raise self._fault(
+                "the skeleton has more than {most} joints; export the body only", most=MOST_JOINTS
+            )
         if self._next("{") != "{":
             raise self._fault("{ is missing")
         offset = self._words("OFFSET", 3)
@@ -172,8 +178,12 @@ class _Reader:
             count, *names = self._words("CHANNELS", None)
             channels = tuple(CHANNELS.index(n.lower()) for n in names if n.lower() in CHANNELS)
             if count != str(len(names)) or len(channels) != len(names) or len(set(channels)) != len(channels):
-                raise self._fault("CHANNELS needs their number and as many different names out of Xposition … Zrotation")
-        self.joints.append(BvhJoint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns))
+                raise self._fault(
+                    "CHANNELS needs their number and as many different names out of Xposition … Zrotation"
+                )
+        self.joints.append(
+            BvhJoint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns)
+        )
         self.columns += len(channels)
         return len(self.joints) - 1
 
@@ -184,14 +194,18 @@ class _Reader:
         count = int(words[1])
         if not 1 <= count <= MOST_FRAMES:
             raise self._fault(
-                "{count} frames cannot be read; give 1 to {most}, or export fewer frames a second", count=count, most=MOST_FRAMES
+                "{count} frames cannot be read; give 1 to {most}, or export fewer frames a second",
+                count=count,
+                most=MOST_FRAMES,
             )
         words = self._next("Frame Time:").replace(":", ": ").split()
         if len(words) != 3 or [w.lower() for w in words[:2]] != ["frame", "time:"]:
             raise self._fault("must be Frame Time: and a number of seconds")
         frame_time = self._number(words[2])
         if not 1e-4 <= frame_time <= 10.0:
-            raise self._fault("a frame time of {time:g} s is not believable; give 0.0001 to 10 s", time=frame_time)
+            raise self._fault(
+                "a frame time of {time:g} s is not believable; give 0.0001 to 10 s", time=frame_time
+            )
         return count, frame_time
 
     def _read_frames(self, count: int) -> Array:
@@ -204,7 +218,9 @@ class _Reader:
                 count=count,
             )
         # Memory for many numbers is reserved only once a line has the promised length.
-        table = np.empty((count, self.columns)) if len(rows[0][1].split()) == self.columns else np.empty((0, 0))
+        table = (
+            np.empty((count, self.columns)) if len(rows[0][1].split()) == self.columns else np.empty((0, 0))
+        )
         for i, (self.number, line) in enumerate(rows):
             words = line.split()
             if len(words) != self.columns:
@@ -218,7 +234,9 @@ class _Reader:
 
     def _next(self, due: str) -> str:
         if self.at >= len(self.lines):
-            raise self._fault("the file ends where {due} is due; it is not complete, export it again", due=due)
+            raise self._fault(
+                "the file ends where {due} is due; it is not complete, export it again", due=due
+            )
         self.number, line = self.lines[self.at]
         self.at += 1
         return line
@@ -240,11 +258,17 @@ class _Reader:
         if not math.isfinite(value):
             raise self._fault("{word} is not a finite number; export it again", word=_shown(word))
         if abs(value) > LARGEST:
-            raise self._fault("{word} is not believable; no number may be larger than {most:g}", word=_shown(word), most=LARGEST)
+            raise self._fault(
+                "{word} is not believable; no number may be larger than {most:g}",
+                word=_shown(word),
+                most=LARGEST,
+            )
         return value
 
     def _fault(self, what: str, /, **parts: object) -> BadInputFile:
-        return BadInputFile("{name}, line {number}: {what}.", name=self.name, number=self.number, what=LazyText(what, **parts))
+        return BadInputFile(
+            "{name}, line {number}: {what}.", name=self.name, number=self.number, what=LazyText(what, **parts)
+        )
 
 
 def _shown(text: str) -> str:

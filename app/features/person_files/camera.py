@@ -75,7 +75,9 @@ class CameraSource:
         except DuetError as error:
             self._end = str(error)
         except Exception as error:
-            self._end = LazyText("The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error))
+            self._end = LazyText(
+                "The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error)
+            )
         finally:
             self._latest = (-math.inf, None)
             for part in (self._film, self._detector):
@@ -83,7 +85,9 @@ class CameraSource:
                     part.close()
                 except Exception as error:
                     if not self._end:
-                        self._end = LazyText("The camera could not be closed: {reason}.", reason=first_line(error))
+                        self._end = LazyText(
+                            "The camera could not be closed: {reason}.", reason=first_line(error)
+                        )
 
     def _watch(self) -> None:
         began, previous = self._clock(), None
@@ -91,7 +95,9 @@ class CameraSource:
             picture = self._film.next()
             if picture is None:
                 self._end = (
-                    LazyText("The camera gives no more pictures.") if self._film.live else LazyText("The video has ended.")
+                    LazyText("The camera gives no more pictures.")
+                    if self._film.live
+                    else LazyText("The video has ended.")
                 )
                 return
             if not self._film.live:
@@ -113,7 +119,9 @@ def read_film(film: Film, detector: Detector) -> SampledAngles:
     try:
         while (picture := film.next()) is not None:
             if picture.time > LONGEST_VIDEO:
-                raise BadInputFile("The video is longer than {minutes:g} minutes; cut it.", minutes=LONGEST_VIDEO / 60.0)
+                raise BadInputFile(
+                    "The video is longer than {minutes:g} minutes; cut it.", minutes=LONGEST_VIDEO / 60.0
+                )
             angles = _angles_in(picture, detector, previous)
             previous = angles if angles is not None else previous
             times.append(picture.time)
@@ -122,7 +130,9 @@ def read_film(film: Film, detector: Detector) -> SampledAngles:
         film.close()
         detector.close()
     if previous is None:
-        raise BadInputFile("No person is seen in the video: shoulders, elbows and wrists must be in the picture.")
+        raise BadInputFile(
+            "No person is seen in the video: shoulders, elbows and wrists must be in the picture."
+        )
     return SampledAngles(np.array(times), np.array(table))
 
 

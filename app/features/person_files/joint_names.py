@@ -23,13 +23,21 @@ class Convention(NamedTuple):
 
 
 CONVENTIONS: Final = {
-    "Mixamo, MotionBuilder, Rokoko, Perception Neuron": Convention("upleg", "shoulder", "arm", "forearm", "hand"),
+    "Mixamo, MotionBuilder, Rokoko, Perception Neuron": Convention(
+        "upleg", "shoulder", "arm", "forearm", "hand"
+    ),
     "Xsens MVN, Bandai Namco": Convention("upperleg", "shoulder", "upperarm", "forearm lowerarm", "hand"),
-    "Xsens MVN BVH, SMPL, Second Life Bento, Kinect": Convention("hip", "collar", "shoulder", "elbow", "wrist"),
+    "Xsens MVN BVH, SMPL, Second Life Bento, Kinect": Convention(
+        "hip", "collar", "shoulder", "elbow", "wrist"
+    ),
     "OptiTrack Motive": Convention("thigh", "shoulder", "uarm", "farm", "hand"),
     "Poser, Daz, Second Life": Convention("thigh", "collar", "shldr", "forearm", "hand"),
-    "Daz Genesis 9, Reallusion, Blender Rigify": Convention("thigh", "shoulder clavicle", "upperarm", "forearm", "hand"),
-    "Unreal, VRM, MakeHuman": Convention("thigh upperleg", "clavicle shoulder", "upperarm", "lowerarm", "hand wrist"),
+    "Daz Genesis 9, Reallusion, Blender Rigify": Convention(
+        "thigh", "shoulder clavicle", "upperarm", "forearm", "hand"
+    ),
+    "Unreal, VRM, MakeHuman": Convention(
+        "thigh upperleg", "clavicle shoulder", "upperarm", "lowerarm", "hand wrist"
+    ),
     "3ds Max Biped": Convention("thigh", "clavicle", "upperarm", "forearm", "hand"),
     "Character Studio": Convention("hip", "collar", "uparm", "lowarm", "hand"),
     "CMU, Acclaim, Vicon": Convention("femur hipjoint", "clavicle", "humerus", "radius", "wrist hand"),
@@ -58,7 +66,10 @@ UPPER_ARMS: Final = (_all("upper_arm") - SHOULDERS - {"arm"}, frozenset({"arm"})
 """Names of upper arms alone, the most certain first: "arm" may also name the whole arm."""
 
 ELBOWS_BELOW_SHOULDERS: Final = frozenset(
-    name for one in CONVENTIONS.values() if SHOULDERS & set(one.upper_arm.split()) for name in one.forearm.split()
+    name
+    for one in CONVENTIONS.values()
+    if SHOULDERS & set(one.upper_arm.split())
+    for name in one.forearm.split()
 )
 """Names of elbows in conventions that call an upper arm a shoulder."""
 
@@ -67,7 +78,23 @@ _PARTS: Final = frozenset().union(THIGHS, ELBOWS, WRISTS, COLLARS, SHOULDERS, *U
 _SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "right", "r": "right"}
 
 _DECORATION: Final = frozenset(
-    {"bip", "biped", "bone", "b", "def", "org", "mch", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel", "bend"}
+    {
+        "bip",
+        "biped",
+        "bone",
+        "b",
+        "def",
+        "org",
+        "mch",
+        "j",
+        "jnt",
+        "joint",
+        "mixamorig",
+        "rig",
+        "character",
+        "skel",
+        "bend",
+    }
 )
 """Words without meaning for a joint's part."""
 

@@ -41,7 +41,9 @@ class UploadedPerson(SessionPart):
 class SourceChooser(PagePanel):
     """Keeps the session's guest in step with the chosen source. `bvh`, `camera`: of the server, or None."""
 
-    def __init__(self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
+    def __init__(
+        self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None
+    ) -> None:
         self._session, self._bvh, self._camera = page.session, bvh, camera
         self._shown: Source | None = None
         gui, session = page.client.gui, page.session
@@ -93,7 +95,10 @@ class SourceChooser(PagePanel):
             camera = self._camera
             if camera is None:
                 self._say(
-                    tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))
+                    tr(
+                        "No camera: start the server with --camera 0 (or --video FILE), and {remedy}.",
+                        remedy=tr(MODEL_REMEDY),
+                    )
                 )
             self._session.hand.set_source(None if camera is None else PersonTarget(camera))
         elif (source == "clips" and before is not None) or (source is None and before in ("file", "camera")):

@@ -20,4 +20,6 @@ def _read_robot(path: Path, hand: str) -> str:
     return register(path, hand)
 
 
-ROBOT_FILES: Final = Feature("robot_files", texts=Path(__file__).parent, commands=_commands, robot_reader=_read_robot)
+ROBOT_FILES: Final = Feature(
+    "robot_files", texts=Path(__file__).parent, commands=_commands, robot_reader=_read_robot
+)

@@ -62,7 +62,12 @@ class FileRobot(GivenRobot):
         # A completely dark arm gets the colour of its side, too.
         darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
         for one, light in zip(shapes, lights.tolist(), strict=True):
-            yield one.joint, "dark" if light < darkest else "body", np.asarray(one.mesh.vertices), np.asarray(one.mesh.faces)
+            yield (
+                one.joint,
+                "dark" if light < darkest else "body",
+                np.asarray(one.mesh.vertices),
+                np.asarray(one.mesh.faces),
+            )
 
     def check_files(self) -> None:
         path, file = self.file.path, self.file

@@ -62,7 +62,9 @@ def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[UrdfJoint]:
     links = [link.name for link in tree.links]
     if hand not in links:
         known = ", ".join(map(short, links[:MOST_NAMES])) + ("" if len(links) <= MOST_NAMES else ", …")
-        raise BadInputFile(f"{name}: has no link {short(hand)} that could be the hand; its links are {known}.")
+        raise BadInputFile(
+            f"{name}: has no link {short(hand)} that could be the hand; its links are {known}."
+        )
     above = {joint.child: joint for joint in tree.joints}
     way: list[UrdfJoint] = []
     link = hand
@@ -125,7 +127,9 @@ def _joints_from_root(tree: UrdfTree, name: str) -> list[UrdfJoint]:
                 joint=short(mimics[0]),
             )
         raise BadInputFile(
-            "{name}: has {count} revolute joints in a chain; Duet takes arms of 5 to 7.", name=name, count=len(chain)
+            "{name}: has {count} revolute joints in a chain; Duet takes arms of 5 to 7.",
+            name=name,
+            count=len(chain),
         )
     return chain
 
@@ -137,9 +141,15 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
             # The format takes 0 for a missing bound, which is hardly ever meant.
             missing = [key for key, bound in (("lower", low), ("upper", high)) if bound is None]
             if len(missing) == 1:
-                raise BadInputFile(f"{name}: the limit of its joint {called} has no {missing[0]}; give lower and upper [rad].")
+                raise BadInputFile(
+                    f"{name}: the limit of its joint {called} has no {missing[0]}; give lower and upper [rad]."
+                )
             if low is None or high is None or not -np.inf < low < high < np.inf:
-                raise BadInputFile("{name}: its joint {joint} has no limits between which it can move.", name=name, joint=called)
+                raise BadInputFile(
+                    "{name}: its joint {joint} has no limits between which it can move.",
+                    name=name,
+                    joint=called,
+                )
             if max(-low, high) > FARTHEST:
                 raise BadInputFile(
                     f"{name}: its joint {called} turns from {low:g} to {high:g} rad, many times round; limits in a URDF are in "
@@ -154,7 +164,9 @@ def _check_joints(joints: list[UrdfJoint], name: str) -> None:
                 least=SLOWEST,
             )
         if not float(np.linalg.norm(joint.axis)) > 1e-6:
-            raise BadInputFile("{name}: the axis of its joint {joint} is not a direction.", name=name, joint=called)
+            raise BadInputFile(
+                "{name}: the axis of its joint {joint} is not a direction.", name=name, joint=called
+            )
 
 
 def _movable(children: dict[str, list[UrdfJoint]], link: str) -> list[UrdfJoint]:

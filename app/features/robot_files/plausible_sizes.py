@@ -127,13 +127,15 @@ def _cause(solid: Solid, length: float) -> str:
     if size > length and sides[0] <= FLAT * size:
         return f"its mesh {called} is probably a plate of the world, which is no part of an arm: remove it"
     if size < length and scaled:
-        return (
-            f'its mesh {called} is probably in metres already: leave out scale="{" ".join(f"{part:g}" for part in form.scale)}"'
-        )
+        return f'its mesh {called} is probably in metres already: leave out scale="{" ".join(f"{part:g}" for part in form.scale)}"'
     return f"its mesh {called} is probably not in metres: give it a{'nother' * scaled} scale"
 
 
 def _unit(size: float, length: float) -> str | None:
     share = size / length
-    usual = [(abs(np.log(share * factor / USUAL)), unit) for unit, factor in UNITS if SMALLEST < share * factor < LARGEST / 2.0]
+    usual = [
+        (abs(np.log(share * factor / USUAL)), unit)
+        for unit, factor in UNITS
+        if SMALLEST < share * factor < LARGEST / 2.0
+    ]
     return min(usual)[1] if share > 1.0 and usual else None

@@ -69,7 +69,9 @@ def robot_file(path: Path, hand: str = "") -> RobotFile:
         digest.update(b"hand " + hand.encode())
     stem = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-")[:24] or "robot"
     guesses = _guesses(tree, chain, *hand_frame(model))
-    return RobotFile(f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes, f"{path.name}: {guesses}")
+    return RobotFile(
+        f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes, f"{path.name}: {guesses}"
+    )
 
 
 def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
@@ -81,7 +83,9 @@ def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
         how = f' (by "{part}" in its name; --hand-left or --hand-right LINK names another one)'
     else:
         how = " (the farthest link on the last joint; --hand-left or --hand-right LINK names another one)"
-    said = f"the arm has the {len(chain.joints)} joints {_listed(chain.joints)}, its hand is {short(link)}{how}."
+    said = (
+        f"the arm has the {len(chain.joints)} joints {_listed(chain.joints)}, its hand is {short(link)}{how}."
+    )
     if chain.still:
         said += f" Held still: {_listed(chain.still)}."
     slow = [j.name for j in tree.joints if j.name in chain.joints and top_speed(j) != j.velocity]

@@ -42,7 +42,11 @@ ROLL: Final = 0.8
 
 def frame_names(tree: UrdfTree) -> dict[str, str]:
     """Link → name of its frame in the model: its own, unless the model uses that."""
-    taken = {"universe", *(f"arm_joint_{i}" for i in range(1, MOST + 1)), *(f"fixed joint {joint.name}" for joint in tree.joints)}
+    taken = {
+        "universe",
+        *(f"arm_joint_{i}" for i in range(1, MOST + 1)),
+        *(f"fixed joint {joint.name}" for joint in tree.joints),
+    }
     names: dict[str, str] = {}
     for link in tree.links:
         called = link.name
@@ -74,11 +78,15 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
         if turns:
             ElementTree.SubElement(part, "axis", xyz=joint.direction)
             low, high = _stops(joint)
-            ElementTree.SubElement(part, "limit", lower=repr(low), upper=repr(high), velocity=repr(top_speed(joint)), effort="1")
+            ElementTree.SubElement(
+                part, "limit", lower=repr(low), upper=repr(high), velocity=repr(top_speed(joint)), effort="1"
+            )
     try:
         model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
-        raise BadInputFile("{name}: is not a URDF file ({reason}).", name=name, reason=first_line(error)) from None
+        raise BadInputFile(
+            "{name}: is not a URDF file ({reason}).", name=name, reason=first_line(error)
+        ) from None
     _check_placements(model, tree, chain, name)
     data = model.createData()
     axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:]
@@ -137,10 +145,19 @@ def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], 
                     f"{name}: two readers of URDF place its link {short(link)} differently; give its joints another way."
                 )
     stops = np.array(
-        [_stops(joint) for joint in sorted((j for j in tree.joints if j.name in chain), key=lambda j: chain.index(j.name))]
+        [
+            _stops(joint)
+            for joint in sorted(
+                (j for j in tree.joints if j.name in chain), key=lambda j: chain.index(j.name)
+            )
+        ]
     )
-    if model.nq != len(chain) or not np.array_equal(stops.T, (model.lowerPositionLimit, model.upperPositionLimit)):
-        raise BadInputFile(f"{name}: two readers of URDF find different joints in it; give its joints another way.")
+    if model.nq != len(chain) or not np.array_equal(
+        stops.T, (model.lowerPositionLimit, model.upperPositionLimit)
+    ):
+        raise BadInputFile(
+            f"{name}: two readers of URDF find different joints in it; give its joints another way."
+        )
 
 
 def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
@@ -171,7 +188,9 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
     postures = random.uniform(-1.5, 1.5, (64, model.nq))
     last = model.njoints - 1
     axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:].T
-    shoulder = next((j for j in range(2, last - 2) if np.linalg.norm(np.cross(axes[0], axes[j - 1])) > 0.5), 2)
+    shoulder = next(
+        (j for j in range(2, last - 2) if np.linalg.norm(np.cross(axes[0], axes[j - 1])) > 0.5), 2
+    )
     for q in postures:
         axes = pin.computeJointJacobians(model, data, q)[3:].T
         points = [data.oMi[j].translation.copy() for j in range(model.njoints)]
@@ -194,7 +213,9 @@ def hand_frame(model: pin.Model) -> tuple[str, str]:
     """Name of the hand's frame, and the part of it that identified it; "" for the frame farthest from the
     last joint."""
     last = model.njoints - 1
-    frames = [frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY]
+    frames = [
+        frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY
+    ]
     for part in HANDS:
         for frame in frames:
             if part in frame.name.lower():

@@ -72,7 +72,9 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
                         count=MOST_TRIANGLES,
                     )
                 mesh.apply_transform(pose)
-                colour = own if kind == "collisions" or shape.colour is None else 255.0 * np.array(shape.colour)
+                colour = (
+                    own if kind == "collisions" or shape.colour is None else 255.0 * np.array(shape.colour)
+                )
                 yield Solid(link.name, frame.parentJoint, shape.form, mesh, colour, pose)
 
 
@@ -98,7 +100,9 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
             shapes[solid.joint].append(solid)
     points = [np.vstack([s.mesh.vertices for s in found]) if found else np.zeros((0, 3)) for found in shapes]
     if sum(map(len, points[1:])) == 0:
-        raise BadInputFile("{name}: no link has a shape; capsules are fitted around them.", name=arm.file.path)
+        raise BadInputFile(
+            "{name}: no link has a shape; capsules are fitted around them.", name=arm.file.path
+        )
     base = [points[0]]
     if arm.column:
         base.append(column_rim(arm.column))
@@ -111,7 +115,9 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
     for joint in range(2, model.njoints):
         if len(points[joint]):
             called = "hand" if joint == last else f"link {joint}"
-            found.append(Capsule(called, joint, *(_own_capsule(shapes[joint]) or enclosing_capsule(points[joint]))))
+            found.append(
+                Capsule(called, joint, *(_own_capsule(shapes[joint]) or enclosing_capsule(points[joint])))
+            )
     return tuple(found)
 
 

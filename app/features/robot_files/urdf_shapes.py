@@ -69,7 +69,9 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
             raise ValueError("no triangles in it")
     except Exception as error:
         # trimesh's readers raise nearly every kind of exception.
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=first_line(error)) from None
+        raise BadInputFile(
+            "{name}: cannot be read ({reason}).", name=path, reason=first_line(error)
+        ) from None
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -155,19 +155,24 @@ def _root(text: bytes, name: str) -> Element:
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise BadInputFile("{name}: is not a URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)) from None
+        raise BadInputFile(
+            "{name}: is not a URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)
+        ) from None
     space = re.match(r"\{.*\}", robot.tag)
     for part in robot.iter():
         # A default namespace on <robot> changes nothing.
         part.tag = part.tag.removeprefix(space[0]) if space else part.tag
     if robot.tag != "robot":
         raise BadInputFile(
-            "{name}: is not a URDF file: it begins with <{tag}>, a URDF with <robot>.", name=name, tag=str(robot.tag)[:40]
+            "{name}: is not a URDF file: it begins with <{tag}>, a URDF with <robot>.",
+            name=name,
+            tag=str(robot.tag)[:40],
         )
     unexpanded = re.compile(r"\$[{(]")
     if any("xacro" in part.tag or any(map(unexpanded.search, part.attrib.values())) for part in robot.iter()):
         raise BadInputFile(
-            "{name}: is xacro, from which a URDF is made: run `xacro {name} > robot.urdf` and give that file.", name=name
+            "{name}: is xacro, from which a URDF is made: run `xacro {name} > robot.urdf` and give that file.",
+            name=name,
         )
     if robot.find("link") is None:
         raise BadInputFile("{name}: is not a URDF file with a robot: it has no links.", name=name)
@@ -183,7 +188,9 @@ class _UrdfReader:
     def robot(self, robot: Element) -> UrdfTree:
         self._version = robot.get("version", VERSIONS[0]).strip()
         if self._version not in VERSIONS:
-            raise self._fault(f"is URDF of version {short(self._version)!r}; Duet reads the versions {', '.join(VERSIONS)}")
+            raise self._fault(
+                f"is URDF of version {short(self._version)!r}; Duet reads the versions {', '.join(VERSIONS)}"
+            )
         for material in robot.findall("material"):
             called, colour = self._called(material, "material"), self._colour(material, "robot")
             if called in self._colours:
@@ -192,9 +199,14 @@ class _UrdfReader:
                 self._colours[called] = colour
         links = tuple(map(self._link, robot.findall("link")))
         joints = tuple(map(self._joint, robot.findall("joint")))
-        for kind, names in (("links", [link.name for link in links]), ("joints", [joint.name for joint in joints])):
+        for kind, names in (
+            ("links", [link.name for link in links]),
+            ("joints", [joint.name for joint in joints]),
+        ):
             if twice := next((one for one in names if names.count(one) > 1), None):
-                raise self._fault(f"{names.count(twice)} {kind} have the name {short(twice)}; give each its own")
+                raise self._fault(
+                    f"{names.count(twice)} {kind} have the name {short(twice)}; give each its own"
+                )
         return UrdfTree(self._version, links, joints, self._tree_root(links, joints))
 
     def _tree_root(self, links: Sequence[Link], joints: Sequence[UrdfJoint]) -> str:
@@ -202,14 +214,18 @@ class _UrdfReader:
         for joint in joints:
             for end in (joint.parent, joint.child):
                 if end not in names:
-                    raise self._fault(f"its joint {short(joint.name)} is at the link {short(end)}, which is not in the file")
+                    raise self._fault(
+                        f"its joint {short(joint.name)} is at the link {short(end)}, which is not in the file"
+                    )
         on = [joint.child for joint in joints]
         if len(set(on)) != len(on):
             raise BadInputFile("{name}: a link hangs on two joints; an arm is one chain.", name=self._name)
         roots = [link.name for link in links if link.name not in set(on)]
         if len(roots) != 1:
             raise BadInputFile(
-                "{name}: has {count} links without a parent; an arm has one, its base.", name=self._name, count=len(roots)
+                "{name}: has {count} links without a parent; an arm has one, its base.",
+                name=self._name,
+                count=len(roots),
             )
         children: dict[str, list[str]] = {}
         for joint in joints:
@@ -220,7 +236,9 @@ class _UrdfReader:
             waiting += found
             seen.update(found)
         if lost := sorted(names - seen):
-            raise self._fault(f"its link {short(lost[0])} hangs in a circle of joints; an arm is one chain from its base")
+            raise self._fault(
+                f"its link {short(lost[0])} hangs in a circle of joints; an arm is one chain from its base"
+            )
         return roots[0]
 
     def _link(self, link: Element) -> Link:
@@ -237,12 +255,16 @@ class _UrdfReader:
         forms = [] if geometry is None else list(geometry)
         if len(forms) != 1:
             plural = "s" if len(forms) > 1 else ""
-            raise self._fault(f"{place}: it has {len(forms) or 'no'} shape{plural} in its <geometry>; give one")
+            raise self._fault(
+                f"{place}: it has {len(forms) or 'no'} shape{plural} in its <geometry>; give one"
+            )
         material = self._only(part, "material", place)
         colour = None
         if material is not None:
             colour = self._colour(material, place) or self._colours.get(material.get("name", ""))
-        return Shape(self._form(forms[0], place), self._pose(self._only(part, "origin", place), place), colour)
+        return Shape(
+            self._form(forms[0], place), self._pose(self._only(part, "origin", place), place), colour
+        )
 
     def _form(self, form: Element, place: str) -> ShapeForm:
         if form.tag not in SHAPES:
@@ -255,7 +277,9 @@ class _UrdfReader:
             scale = self._numbers(form, "scale", (1, 3), place, (1.0, 1.0, 1.0))
             scale = scale * 3 if len(scale) == 1 else scale
             if scale.count(0.0) > 1:
-                raise self._fault(f"{place}: its mesh has the scale {_shown(scale)}, which leaves a line or a point of it")
+                raise self._fault(
+                    f"{place}: its mesh has the scale {_shown(scale)}, which leaves a line or a point of it"
+                )
             return MeshFile(filename, scale)
         if form.tag == "box":
             size = self._numbers(form, "size", (3,), place)
@@ -264,7 +288,9 @@ class _UrdfReader:
             return Box(size)
         radius, *rest = (self._numbers(form, key, (1,), place)[0] for key in SHAPES[form.tag])
         if not radius > 0.0 or any(length < 0.0 for length in rest):
-            raise self._fault(f"{place}: its {form.tag} measures {_shown((radius, *rest))} m; give positive lengths")
+            raise self._fault(
+                f"{place}: its {form.tag} measures {_shown((radius, *rest))} m; give positive lengths"
+            )
         if not rest:
             return Sphere(radius)
         return Pill(radius, rest[0]) if form.tag == "capsule" else Cylinder(radius, rest[0])
@@ -321,13 +347,17 @@ class _UrdfReader:
                     f"{place}: its <origin> has quat_xyzw, which URDF has from version 1.1 on; give the robot the version 1.1, or write rpy"
                 )
             if "rpy" in origin.attrib:
-                raise self._fault(f"{place}: its <origin> has a turn as rpy and another one as quat_xyzw; leave one out")
+                raise self._fault(
+                    f"{place}: its <origin> has a turn as rpy and another one as quat_xyzw; leave one out"
+                )
             x, y, z, w = self._numbers(origin, "quat_xyzw", (4,), place)
             if not np.linalg.norm((x, y, z, w)) > 1e-6:
                 raise self._fault(f"{place}: its quat_xyzw is {_shown((x, y, z, w))}, which is not a turn")
             pose = transformations.quaternion_matrix((w, x, y, z))
         else:
-            pose = transformations.compose_matrix(angles=self._numbers(origin, "rpy", (3,), place, (0.0, 0.0, 0.0)))
+            pose = transformations.compose_matrix(
+                angles=self._numbers(origin, "rpy", (3,), place, (0.0, 0.0, 0.0))
+            )
         pose[:3, 3] = self._numbers(origin, "xyz", (3,), place, (0.0, 0.0, 0.0))
         return pose
 
@@ -357,7 +387,12 @@ class _UrdfReader:
                 )
 
     def _numbers(
-        self, part: Element, key: str, counts: Sequence[int], place: str, usual: tuple[float, ...] | None = None
+        self,
+        part: Element,
+        key: str,
+        counts: Sequence[int],
+        place: str,
+        usual: tuple[float, ...] | None = None,
     ) -> tuple[float, ...]:
         """Finite numbers of an attribute. `counts`: allowed lengths. `usual`: default."""
         text = part.get(key)

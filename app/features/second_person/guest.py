@@ -29,7 +29,9 @@ from app.text.templates import macros
 from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
 
-CLOSED: Final = N_("This invitation is not open: your host is away, or has ended it. As soon as it opens, this page goes on.")
+CLOSED: Final = N_(
+    "This invitation is not open: your host is away, or has ended it. As soon as it opens, this page goes on."
+)
 AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on.")
 TAKEN: Final = N_("Another guest holds this arm. As soon as they leave, it is yours.")
 ENDED: Final = N_("Your host has ended this invitation.")
@@ -59,7 +61,15 @@ class Guest:
                 return
             session, self._host = host.session, host
             place_of(host).guest = self
-            self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip, overlays=(CardLever,))
+            self._view = View(
+                client,
+                session,
+                lambda: [client],
+                look=look,
+                folds=False,
+                tip=guest_tip,
+                overlays=(CardLever,),
+            )
             yield
             self._view.show(freeze(session, perf_counter()))
             yield
@@ -84,7 +94,9 @@ class Guest:
     def follow(self, host: Visitor | None) -> None:
         """Stay with the host, wait, or rebuild the page. `host`: None while absent."""
         mine = None if self._host is None else self._host.session
-        if self._host is not None and (place_of(self._host).guest is not self or place_of(self._host).word != self.word):
+        if self._host is not None and (
+            place_of(self._host).guest is not self or place_of(self._host).word != self.word
+        ):
             # The same tab has connected again, or the host has ended the invitation.
             self._say(TAKEN if place_of(self._host).word == self.word else ENDED)
             self.leave()

@@ -30,7 +30,9 @@ class InviteBox(PagePanel):
         self._place, self._keep = session.parts.of(SecondPlace), page.keep
         self._address = address_known_to(page.client)
         self._shown = ("", False, True)
-        self._folder = gui.add_folder(tr("Two people, one arm each"), order=page.controls.below_clock, expand_by_default=False)
+        self._folder = gui.add_folder(
+            tr("Two people, one arm each"), order=page.controls.below_clock, expand_by_default=False
+        )
         with self._folder:
             self._link = gui.add_html("")
             self._invite = gui.add_button(tr("Invite a second person"), icon=viser.Icon.USER_PLUS)
@@ -61,10 +63,16 @@ class InviteBox(PagePanel):
         elif here:
             text = tr("The second person is here, and holds the other arm.")
         elif self._address.private:
-            text = tr_html("Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to let others in.")
+            text = tr_html(
+                "Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to let others in."
+            )
         else:
-            text = tr("Send the link, or have the code read by a camera. The first who comes holds the other arm.")
-        return macros("features/second_person/invite.html").place(link, text, qr_svg(link, tr("QR code of the link")))
+            text = tr(
+                "Send the link, or have the code read by a camera. The first who comes holds the other arm."
+            )
+        return macros("features/second_person/invite.html").place(
+            link, text, qr_svg(link, tr("QR code of the link"))
+        )
 
 
 def invite_box(page: PanelContext) -> InviteBox | None:

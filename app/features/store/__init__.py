@@ -22,7 +22,11 @@ def _store(options: "ServeOptions") -> "Parking":
     from app.features.store.session_store import SessionStore
 
     mine = options.of(_options())
-    file = None if mine.file is None else RecordWriter(mine.file, mine.seconds, mine.most_bytes, owned=not mine.locked)
+    file = (
+        None
+        if mine.file is None
+        else RecordWriter(mine.file, mine.seconds, mine.most_bytes, owned=not mine.locked)
+    )
     return SessionStore(mine.seconds, file=file)
 
 

@@ -71,7 +71,13 @@ class RecordWriter:
     """
 
     def __init__(
-        self, path: Path, keep: float, most_bytes: int, *, owned: bool = True, clock: Callable[[], float] = time.time
+        self,
+        path: Path,
+        keep: float,
+        most_bytes: int,
+        *,
+        owned: bool = True,
+        clock: Callable[[], float] = time.time,
     ) -> None:
         self.path, self.problem, self.aside = path, "", ("", 0.0)
         self._retention, self._most_bytes, self._owned, self._clock = keep, most_bytes, owned, clock
@@ -202,7 +208,9 @@ class RecordWriter:
             waiting, self.waiting = self.waiting, {}
         try:
             self._open()
-            news = {tab: new for tab, record in waiting.items() if (new := self._news(tab, record)) is not None}
+            news = {
+                tab: new for tab, record in waiting.items() if (new := self._news(tab, record)) is not None
+            }
             if news:
                 self._opened.write(change for change, _ in news.values())
         except Exception:
@@ -227,7 +235,11 @@ class RecordWriter:
         try:
             whole, parts = split_record(record)
             head = record_to_bytes(whole)
-            new = {name: record_to_bytes(piece) for name, piece in parts.items() if before.parts.get(name) is not piece}
+            new = {
+                name: record_to_bytes(piece)
+                for name, piece in parts.items()
+                if before.parts.get(name) is not piece
+            }
         except Exception as error:
             self._errors.exception("a visitor's record cannot be written", error)
             return None
@@ -238,7 +250,9 @@ class RecordWriter:
 
     def _clean(self) -> None:
         now = self._clock()
-        self._written = {tab: one for tab, one in self._written.items() if abs(now - one.saved) < 2.0 * CLEANING}
+        self._written = {
+            tab: one for tab, one in self._written.items() if abs(now - one.saved) < 2.0 * CLEANING
+        }
         if self.file is not None:
             for tab in self.file.clean(now, self._retention):
                 self._written.pop(tab, None)

@@ -45,7 +45,12 @@ _PASSING: Final = (
 """Errors of the disk or of another process, not of the content."""
 
 
-_WRITING: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_WRITE)
+_WRITING: Final = (
+    sqlite3.SQLITE_BUSY,
+    sqlite3.SQLITE_LOCKED,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR_WRITE,
+)
 """Errors of a connection that may still read; the last one of a quota."""
 
 
@@ -193,7 +198,9 @@ class StoreFile:
                     "INSERT INTO tabs VALUES (?, ?, ?) ON CONFLICT (tab) DO UPDATE SET saved = excluded.saved, head = excluded.head",
                     (tab, saved, head),
                 )
-                self.connection.executemany("DELETE FROM parts WHERE tab = ? AND name = ?", ((tab, name) for name in gone))
+                self.connection.executemany(
+                    "DELETE FROM parts WHERE tab = ? AND name = ?", ((tab, name) for name in gone)
+                )
                 rows = ((tab, name, content) for name, content in parts.items())
                 self.connection.executemany("INSERT OR REPLACE INTO parts VALUES (?, ?, ?)", rows)
             execute("COMMIT")
@@ -206,7 +213,11 @@ class StoreFile:
         """Time [s since 1970], head and parts, or None."""
         execute = self.connection.execute
         found = execute("SELECT saved, head FROM tabs WHERE tab = ?", (tab,)).fetchone()
-        return None if found is None else (*found, dict(execute("SELECT name, content FROM parts WHERE tab = ?", (tab,))))
+        return (
+            None
+            if found is None
+            else (*found, dict(execute("SELECT name, content FROM parts WHERE tab = ?", (tab,))))
+        )
 
     def names(self, tab: str) -> list[str]:
         return [name for (name,) in self.connection.execute("SELECT name FROM parts WHERE tab = ?", (tab,))]
@@ -218,7 +229,9 @@ class StoreFile:
         """
         execute, before = self.connection.execute, now - keep
         execute("UPDATE tabs SET saved = ? WHERE saved > ?", (now, now))
-        gone = {tab for (tab,) in execute("DELETE FROM tabs WHERE saved < ? RETURNING tab", (before,)).fetchall()}
+        gone = {
+            tab for (tab,) in execute("DELETE FROM tabs WHERE saved < ? RETURNING tab", (before,)).fetchall()
+        }
         while self._used > self._most_bytes:
             oldest = execute(
                 "DELETE FROM tabs WHERE tab = (SELECT tab FROM tabs ORDER BY saved LIMIT 1) RETURNING tab"

@@ -51,7 +51,9 @@ class StoreOptions(FeatureOptions):
 
     def check(self) -> None:
         if not 0.0 < self.keep <= LONGEST_KEEP:
-            raise BadSetting(f"--keep = {self.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
+            raise BadSetting(
+                f"--keep = {self.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory."
+            )
         if not self.store_size >= SMALLEST_STORE:
             raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
 

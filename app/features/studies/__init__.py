@@ -30,4 +30,6 @@ def _charts() -> Charts:
     return CHARTS
 
 
-STUDIES: Final = Feature("studies", texts=Path(__file__).parent, commands=_commands, panels=_panels, charts=_charts)
+STUDIES: Final = Feature(
+    "studies", texts=Path(__file__).parent, commands=_commands, panels=_panels, charts=_charts
+)

@@ -54,9 +54,14 @@ class BackgroundParts(Generic[Part, Result]):
             self.forget()
             self._of = of
             self._jobs = [
-                self._background.submit(self, f"{part}", self._compute, of, part, wake=self._wake) for part in self._parts
+                self._background.submit(self, f"{part}", self._compute, of, part, wake=self._wake)
+                for part in self._parts
             ]
-        return {part: job.result for part, job in zip(self._parts, self._jobs, strict=True) if job.result is not None}
+        return {
+            part: job.result
+            for part, job in zip(self._parts, self._jobs, strict=True)
+            if job.result is not None
+        }
 
     @property
     def size(self) -> float:
@@ -135,7 +140,9 @@ class BackgroundStudies(SessionPart):
             self.trade_off = BackgroundParts(jobs, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
             self.safety_curves = BackgroundParts(jobs, wake, knobs(), knob_curve, _any_law)
         self.knob_search = KnobSearch(jobs, wake, lambda: session.settings, session.change)
-        self.counterexample = CounterexampleSearch(jobs, wake, lambda: session.settings, session.player.watch_file)
+        self.counterexample = CounterexampleSearch(
+            jobs, wake, lambda: session.settings, session.player.watch_file
+        )
         self.microscope = Microscope(jobs, wake, inputs)
 
     def law_changed(self) -> None:

@@ -30,13 +30,17 @@ def safety(frame: Frame, height: int) -> Markup:
     part = frame.part(BackgroundStudies)
     if part is None or part.safety_curves is None:
         return _tip(tr("Laws are not compared while a custom law runs."))
-    return safety_html(part.safety_curves.results(frame.settings.run), part.safety_curves.size, frame.settings.run, height)
+    return safety_html(
+        part.safety_curves.results(frame.settings.run), part.safety_curves.size, frame.settings.run, height
+    )
 
 
 def single_steps(frame: Frame, height: int) -> Markup:
     seen = magnified(frame)
     return (
-        _tip(tr("Single steps are shown of the live run.")) if seen is None else microscope_html(seen, frame.settings.run, height)
+        _tip(tr("Single steps are shown of the live run."))
+        if seen is None
+        else microscope_html(seen, frame.settings.run, height)
     )
 
 

@@ -113,7 +113,9 @@ class ComparePanel(PagePanel):
         self._match.show(visible=visible)
         self._what_if.content = _in_panel(self._asked(questions) if asks else "")
         smoothness = questions.smoothness
-        self._smoothness.content = _in_panel(_tip(tr(questions.message)) if smoothness is None else smoothness_html(smoothness))
+        self._smoothness.content = _in_panel(
+            _tip(tr(questions.message)) if smoothness is None else smoothness_html(smoothness)
+        )
         self._matched.content = _in_panel(self._found(search))
         offered = (0,) if attack.worst is None else (0, 1)
         self._break.show(0 if attack.busy else -1, offered, visible=visible)
@@ -131,7 +133,8 @@ class ComparePanel(PagePanel):
 def flash_html(places: tuple[tuple[str, str], ...]) -> Markup:
     """CSS that makes controls, or their closed tab, flash. `places`: see `Controls.places`."""
     rows = ",".join(
-        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
+        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]'
+        for control, tab in places
     )
     return element("style", "", Markup(f"{rows}{{animation:var(--duet-flash)}}")) if rows else Markup()
 
@@ -150,7 +153,11 @@ def _what_if_block(questions: Studies) -> Markup:
         return what_if_html(questions.what_if)
     measuring = questions.smoothness is not None and not questions.smoothness.finished
     busy = questions.busy and not measuring
-    waiting = tr("Computing …") if busy else tr_html("Now move the flashing slider d<sub>m</sub> in the tab “Law”, or n, v or K.")
+    waiting = (
+        tr("Computing …")
+        if busy
+        else tr_html("Now move the flashing slider d<sub>m</sub> in the tab “Law”, or n, v or K.")
+    )
     return _tip(waiting + Markup(" ") + tr(questions.message))
 
 
@@ -162,9 +169,15 @@ def attack_html(search: CounterexampleSearch) -> Markup:
     counts = {"runs": search.runs, "mm": decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"}
     if not search.broken:
         return lowered(
-            tr("{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.", **counts)
+            tr(
+                "{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.",
+                **counts,
+            )
         )
-    words = tr("{runs} runs: in the worst, d_law falls {mm} mm below d_m with w ≤ v, a regular J_d and full authority.", **counts)
+    words = tr(
+        "{runs} runs: in the worst, d_law falls {mm} mm below d_m with w ≤ v, a regular J_d and full authority.",
+        **counts,
+    )
     if not promises:
         verdict = tr("This law makes no promise.")
     elif loss.strict > BROKEN:
@@ -177,7 +190,9 @@ def attack_html(search: CounterexampleSearch) -> Markup:
 def what_if_html(answer: WhatIf) -> Markup:
     joints = answer.settings.experiment.error_unit == "rad²"
     error = (
-        (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°")) if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
+        (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°"))
+        if joints
+        else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
     )
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
@@ -187,15 +202,22 @@ def what_if_html(answer: WhatIf) -> Markup:
         (tr("largest step of q̇"), lambda s: decimal(f"{s.dq_step_max:.3f} rad/s")),
     )
     numbers = [(name, of(answer.before), of(answer.summary)) for name, of in rows]
-    return macros("features/studies/compare.html").what_if(f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}")
+    return macros("features/studies/compare.html").what_if(
+        f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}"
+    )
 
 
 def smoothness_html(found: Smoothness) -> Markup:
     runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
     steps = zip(*(measured.largest for _, measured in runs), strict=True)
-    rows = [(decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
+    rows = [
+        (decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)])
+        for dt, largest in zip(found.law.dts, steps, strict=True)
+    ]
     words = [f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs]
-    return macros("features/studies/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
+    return macros("features/studies/compare.html").smoothness(
+        [name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}"
+    )
 
 
 def _words(measured: StepStudy) -> str:
@@ -208,7 +230,10 @@ def _words(measured: StepStudy) -> str:
         case "smooth":
             return tr("Smooth: half the time step, half the largest step.")
         case "jump":
-            return tr("A jump of {jump} rad/s: it stays, however small the time step.", jump=decimal(f"{finest:.2g}"))
+            return tr(
+                "A jump of {jump} rad/s: it stays, however small the time step.",
+                jump=decimal(f"{finest:.2g}"),
+            )
         case _:
             parts = measured.dts[0] / measured.dts[-1]
             return tr(

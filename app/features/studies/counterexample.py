@@ -120,7 +120,9 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
     except ValueError:
         numbers = np.array([np.nan])
     if len(numbers) != count or not np.isfinite(numbers).all() or np.abs(numbers).max() > FARTHEST:
-        raise BadSetting("attack: needs {count} numbers, start posture and way; copy the link again.", count=count)
+        raise BadSetting(
+            "attack: needs {count} numbers, start posture and way; copy the link again.", count=count
+        )
     start = numbers[: len(low)]
     if (start < low).any() or (start > high).any():
         raise BadSetting("attack: the start posture is outside the joints' limits; copy the link again.")
@@ -199,7 +201,11 @@ def check(settings: RunSettings) -> None:
     """Raise `BadSetting` if these settings leave nothing to search for."""
     if settings.experiment.obstacle == "nothing":
         scenes = ", ".join(name for name, one in EXPERIMENTS.items() if one.obstacle != "nothing")
-        raise BadSetting("Nothing is in the way in the scene {scene}; choose from {scenes}.", scene=settings.scene, scenes=scenes)
+        raise BadSetting(
+            "Nothing is in the way in the scene {scene}; choose from {scenes}.",
+            scene=settings.scene,
+            scenes=scenes,
+        )
     if settings.hardware != HardwareSettings():
         keys = ", ".join(specs(HardwareSettings))
         raise BadSetting("The promise is made for an ideal robot; leave out {keys}.", keys=keys)
@@ -275,7 +281,9 @@ class _Search:
         attack = Attack(replace(self._settings, hand_speed=speed), start, points)
         loss = _loss(attack.settings, attack.table())
         self._runs += 1
-        self._missing = {condition: max(lost, loss.missing[condition]) for condition, lost in self._missing.items()}
+        self._missing = {
+            condition: max(lost, loss.missing[condition]) for condition, lost in self._missing.items()
+        }
         found = Found(attack, loss, self._missing, self._runs)
         if self._worst is None or found.badness > self._worst.badness:
             self._worst = found
@@ -289,7 +297,9 @@ class _Search:
         best, size = dice.uniform(low, high), 0.6
         least = self._apart(best)
         for _ in range(CLIMB):
-            tried = (best + dice.normal(0.0, size, len(best)) * (dice.random(len(best)) < 0.4)).clip(low, high)
+            tried = (best + dice.normal(0.0, size, len(best)) * (dice.random(len(best)) < 0.4)).clip(
+                low, high
+            )
             apart = self._apart(tried)
             if apart < least:
                 best, least, size = tried, apart, min(1.3 * size, 1.0)
@@ -329,8 +339,14 @@ class _Search:
         kinematics, room = self._world.kinematics, self._world.room
         kinematics.update(start)
         arm = next((arm for arm in room.arms if arm is not self._roles.guided), self._roles.guided)
-        joints = (kinematics.joint_point(arm.elbow), kinematics.joint_point(arm.wrist), kinematics.hand_pose(arm).translation)
-        return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(-0.3, 0.3, (LEGS, self._size))
+        joints = (
+            kinematics.joint_point(arm.elbow),
+            kinematics.joint_point(arm.wrist),
+            kinematics.hand_pose(arm).translation,
+        )
+        return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(
+            -0.3, 0.3, (LEGS, self._size)
+        )
 
     def _speed(self) -> float:
         """Input speed [m/s]: half of them are at most v."""

@@ -61,7 +61,9 @@ class KnobSearch:
             reference = frozen if ghost == "frozen" else run
             chosen = run if ghost == "frozen" else replace(run, law=replace(run.law, law=ghost))
             self._asked, self.message = settings, ""
-            self._jobs.submit("knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen))
+            self._jobs.submit(
+                "knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen)
+            )
 
     def advance(self) -> None:
         self._jobs.collect()
@@ -82,7 +84,8 @@ class KnobSearch:
             self.message = LazyText("The settings have changed meanwhile; ask again.")
         elif spec is None:
             self.message = LazyText(
-                "{law} has no setting for its distance: it comes as near as {reached} mm, the other law {wanted} mm.", **parts
+                "{law} has no setting for its distance: it comes as near as {reached} mm, the other law {wanted} mm.",
+                **parts,
             )
         elif match.value is None:
             self.message = LazyText(

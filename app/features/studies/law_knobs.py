@@ -61,7 +61,9 @@ class KnobMatch:
     reached: float
 
 
-def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]) -> KnobMatch:
+def match_knob(
+    recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]
+) -> KnobMatch:
     """Find the value of a law's knob at which its smallest distance equals another law's on the same inputs.
 
     Tries values over the whole range, then bisects.
@@ -81,7 +83,9 @@ def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapp
     wanted, knob = nearest(reference), LAWS[law].distance_knob
     if knob is None:
         return KnobMatch(law, "", None, wanted, nearest(chosen))
-    value, reached = sought(lambda value: nearest({**chosen, **knob.settings(value)}), knob_range(knob), wanted)
+    value, reached = sought(
+        lambda value: nearest({**chosen, **knob.settings(value)}), knob_range(knob), wanted
+    )
     return KnobMatch(law, knob.key, value, wanted, reached)
 
 
@@ -90,7 +94,9 @@ def knob_range(knob: Knob) -> tuple[float, float]:
     return spec.low, spec.high
 
 
-def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted: float) -> tuple[float | None, float]:
+def sought(
+    distance: Callable[[float], float], ends: tuple[float, float], wanted: float
+) -> tuple[float | None, float]:
     """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m]."""
     low, high = ends
     found = {

@@ -98,14 +98,18 @@ class Microscope:
         self.span = float(times[0]), float(times[-1]), time
         rows = rows_around(times, time, dt)
         table = history.table(len(times) - rows.start, len(times) - rows.stop)
-        joint = int(np.abs(np.diff(avoiding_rates(simulation, table), axis=0)).max(axis=0, initial=0.0).argmax())
+        joint = int(
+            np.abs(np.diff(avoiding_rates(simulation, table), axis=0)).max(axis=0, initial=0.0).argmax()
+        )
         whole = bool(times[-1] >= time + (AROUND + 1) * dt)
         if self._asked is None or self._asked[:3] != (history, time, dt):
             self._finer = None
         # Asked again when the run has passed the end of the view.
         if self._asked != (asked := (history, time, dt, whole)) and self._jobs.computes:
             self._asked = asked
-            if (recorded := self._inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
+            if (
+                recorded := self._inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)
+            ) is not None:
                 self._jobs.submit("microscope", self._take, finer_rows, recorded, time, dt)
         of = self.quantity
         steps = Steps(dt, table[:, COLUMN["t"]], _signal(simulation, table, of, joint))
@@ -113,7 +117,9 @@ class Microscope:
         if finer is None or len(finer) < 2:
             return Magnified(time, of, joint, steps, None)
         half = float(finer[1, COLUMN["t"]] - finer[0, COLUMN["t"]])
-        return Magnified(time, of, joint, steps, Steps(half, finer[:, COLUMN["t"]], _signal(simulation, finer, of, joint)))
+        return Magnified(
+            time, of, joint, steps, Steps(half, finer[:, COLUMN["t"]], _signal(simulation, finer, of, joint))
+        )
 
     def _take(self, rows: Array) -> None:
         self._finer = rows

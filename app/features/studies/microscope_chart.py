@@ -24,7 +24,9 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
     ticks = ticks_of(low, high)
     edge = max(0.08 * (high - low), LEAST)
     span = (low - edge, high + edge)
-    x_ticks = tuple((x * reach, f"{x * reach:+g}".replace("-", "−") if x else "0") for x in (-1.0, -0.5, 0.0, 0.5, 1.0))
+    x_ticks = tuple(
+        (x * reach, f"{x * reach:+g}".replace("-", "−") if x else "0") for x in (-1.0, -0.5, 0.0, 0.5, 1.0)
+    )
     chart = Chart(ChartAxes((-1.04 * reach, 1.04 * reach), span, x_ticks, ticks))
     for steps, css_class, width in zip(runs[::-1], (kind, "ghost"), (1.2, 1.0), strict=False):
         xs = 1000.0 * (steps.times - seen.time)

@@ -54,7 +54,9 @@ def hunt(command: Hunt) -> int:
     if command.runs < 1 or command.seed < 0 or command.workers < 0:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to 600.")
+        raise BadSetting(
+            f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to 600."
+        )
     if not os.path.isdir(command.out):
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
     calls = [(command.seed, index, command.seconds) for index in range(command.runs)]
@@ -74,10 +76,15 @@ def hunt(command: Hunt) -> int:
     fallen = [found.excesses for found in promised if len(found.excesses) > 1]
     print(f"{len(verdicts)} runs, {len(broken)} broken. The law promises d ≥ d_law ≥ d_m in {len(promised)}.")
     print(f"d_law is below d_m at some time in {sum(found.margin < 0.0 for found in promised)} of these.")
-    print(f"It falls there by more than {1e3 * EXCESS:g} mm with every condition met in {len(fallen)}", end="")
+    print(
+        f"It falls there by more than {1e3 * EXCESS:g} mm with every condition met in {len(fallen)}", end=""
+    )
     if fallen:
         at_dt, at_last = (1e3 * max(excesses[i] for excesses in fallen) for i in (0, -1))
-        print(f", by {at_dt:.3g} mm at most; by {at_last:.3g} mm at the smallest of its time steps, an eighth or less", end="")
+        print(
+            f", by {at_dt:.3g} mm at most; by {at_last:.3g} mm at the smallest of its time steps, an eighth or less",
+            end="",
+        )
     print(".")
     if interrupted:
         print("Interrupted; the runs that were not made are not counted.", file=sys.stderr)
@@ -147,7 +154,9 @@ def falsify(command: Falsify) -> int:
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
     check(settings)
     if not 0.0 < command.seconds <= LONGEST:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}.")
+        raise BadSetting(
+            f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}."
+        )
     if min(command.starts, command.skip, command.workers) < 0:
         raise BadSetting("falsify needs starts and skip from 0, and workers from 1, or 0 for one a core.")
     if command.out is not None:
@@ -156,7 +165,9 @@ def falsify(command: Falsify) -> int:
         check_writable(command.out, "out")
     begin, workers = monotonic(), command.workers or cores()
     most = command.starts or max(1, round(FASTEST * command.seconds)) * workers
-    calls = ((settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most))
+    calls = (
+        (settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most)
+    )
     found: dict[int, Found] = {}
     interrupted = False
     try:
@@ -205,7 +216,9 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
         strict = worst.loss.strict
         print(f"All of this held: {held}.")
         if strict <= BROKEN:
-            print(f"What was missing: {Condition.PAIRS.value}. {1000.0 * strict:.2f} mm were lost while it held, too.")
+            print(
+                f"What was missing: {Condition.PAIRS.value}. {1000.0 * strict:.2f} mm were lost while it held, too."
+            )
     else:
         said = "No run broke the promise." if law.entry.promises else "d_law fell below d_m in no run."
         print(f"{said} All of this held: {held}.")

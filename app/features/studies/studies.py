@@ -135,7 +135,14 @@ class Studies:
         for place, substeps in enumerate(SUBSTEPS):
             for who, (recorded, run) in known.items():
                 kind = f"smoothness {who} {substeps}"
-                self._jobs.submit(kind, partial(self._take_measure, who, place), largest_velocity_step, recorded, run, substeps)
+                self._jobs.submit(
+                    kind,
+                    partial(self._take_measure, who, place),
+                    largest_velocity_step,
+                    recorded,
+                    run,
+                    substeps,
+                )
 
     def _take_measure(self, who: Who, place: int, step: float) -> None:
         if self.smoothness is not None:

@@ -37,7 +37,9 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
         row = sorted((p for p in points if p.order == order), key=lambda p: p.nominal_velocity)
         for before, after in pairwise(row):
             ends = sorted((before, after), key=lambda p: p.d_min)
-            chart.line(np.array([p.d_min for p in ends]), np.array([p.e2_max**0.5 for p in ends]), "faint", 1.2)
+            chart.line(
+                np.array([p.d_min for p in ends]), np.array([p.e2_max**0.5 for p in ends]), "faint", 1.2
+            )
         if row:
             last = row[-1]
             chart.mark(last.d_min, last.e2_max**0.5, "name faint", f"n = {order:g}")
@@ -61,7 +63,9 @@ def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float,
     field = np.array([[table[n, v] for v in TRADE_OFF_VELOCITIES] for n in TRADE_OFF_ORDERS])
     log_n, log_v = (math.log(max(value, 1e-6)) for value in (run.law.order, run.law.nominal_velocity))
     # Beyond the map's edge, use the values at the edge.
-    columns = [[np.interp(log_v, np.log(TRADE_OFF_VELOCITIES), row) for row in field[:, :, i]] for i in range(2)]
+    columns = [
+        [np.interp(log_v, np.log(TRADE_OFF_VELOCITIES), row) for row in field[:, :, i]] for i in range(2)
+    ]
     d, e = (float(np.interp(log_n, np.log(TRADE_OFF_ORDERS), column)) for column in columns)
     return d, e
 
@@ -72,7 +76,9 @@ FAR: Final = 0.3
 _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 
 
-def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int) -> Markup:
+def safety_html(
+    curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int
+) -> Markup:
     """Chart of the laws, with a legend.
 
     Args:
@@ -82,7 +88,9 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
     inside = [p.e2_max for points in curves.values() for p in points if 0.0 <= p.d_min <= 0.8 * FAR]
     span = next((s for s in _SPANS if s >= max(inside, default=0.1)), _SPANS[-1])
     ticks = tuple((i * span / 4.0, f"{i * span / 4.0:g}") for i in range(5))
-    chart = Chart(ChartAxes((0.0, FAR), (0.0, span), tuple((d, f"{d:g}") for d in (0.0, 0.1, 0.2, 0.3)), ticks))
+    chart = Chart(
+        ChartAxes((0.0, FAR), (0.0, span), tuple((d, f"{d:g}") for d in (0.0, 0.1, 0.2, 0.3)), ticks)
+    )
     d_m = run.law.critical_distance
     chart.line(np.array([d_m, d_m + 1e-9]), np.array([0.0, span]), "dm", 1.6, "7 5")
     marked: set[str] = set()
@@ -98,7 +106,9 @@ def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run
             at = int(seen[-1 - laws.index(knob.law) % len(seen)])
             chart.mark(ds[at], e2[at], f"digit {law_class(knob.law)}", str(list(LAWS).index(knob.law) + 1))
     unit = run.experiment.error_unit
-    words = tr_html("largest e² [{unit}] over d<sub>min</sub> [m]; dashed: with w; dotted: the second knob", unit=unit)
+    words = tr_html(
+        "largest e² [{unit}] over d<sub>min</sub> [m]; dashed: with w; dotted: the second knob", unit=unit
+    )
     return macros("plots/charts.html").safety(chart.html(height - 16), list(_legend(run)), words, size)
 
 

@@ -59,7 +59,9 @@ def sweep(command: Sweep) -> int:
     grid = read_grid(settings, command.over, command.seconds)
     given = {key for key, value in values(settings).items() if value != values(RunSettings())[key]}
     if both := given & {axis.key for axis in grid.axes}:
-        raise BadSetting(f"{', '.join(sorted(both))} is swept, and has one value beside that; leave out --over or the value.")
+        raise BadSetting(
+            f"{', '.join(sorted(both))} is swept, and has one value beside that; leave out --over or the value."
+        )
     files = SweepFiles(command.out, grid, command.format)
     try:
         missing = files.missing()
@@ -71,7 +73,10 @@ def sweep(command: Sweep) -> int:
                     bar.update()
         files.finish()
     except KeyboardInterrupt:
-        print(f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.", file=sys.stderr)
+        print(
+            f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.",
+            file=sys.stderr,
+        )
         return INTERRUPTED
     print(files.table)
     if command.maps:
@@ -79,5 +84,8 @@ def sweep(command: Sweep) -> int:
         for path in drawn:
             print(path)
         if not drawn:
-            print("No maps: too many values for panels side by side; sweep fewer settings at once.", file=sys.stderr)
+            print(
+                "No maps: too many values for panels side by side; sweep fewer settings at once.",
+                file=sys.stderr,
+            )
     return 0

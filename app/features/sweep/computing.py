@@ -28,4 +28,8 @@ def computing(workers: int, scheduler: str | None) -> AbstractContextManager[Com
         raise BadSetting(
             "--workers is for this computer, and a cluster has workers of its own; leave out --workers or --scheduler."
         )
-    return nullcontext(partial(computed, workers=workers or cores())) if scheduler is None else on_dask(scheduler)
+    return (
+        nullcontext(partial(computed, workers=workers or cores()))
+        if scheduler is None
+        else on_dask(scheduler)
+    )

@@ -42,8 +42,12 @@ AHEAD: Final = 2
 LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", "daqp", "example-robot-data")
 """Distributions that affect the figures."""
 
-_SAME: Final = "install the same Duet there, with the extra `cluster` and requirements.lock, and start it again."
-_GONE: Final = "The scheduler is gone, or has dropped the runs. The rows so far are kept: give the same command again."
+_SAME: Final = (
+    "install the same Duet there, with the extra `cluster` and requirements.lock, and start it again."
+)
+_GONE: Final = (
+    "The scheduler is gone, or has dropped the runs. The rows so far are kept: give the same command again."
+)
 
 # A worker may have several threads; a run belongs to one.
 _one_at_a_time: Final = threading.Lock()
@@ -98,7 +102,9 @@ def _connected(address: str) -> Any:
         with naming_missing_library():
             from distributed import Client
     except ImportError:
-        raise BadSetting("--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'.") from None
+        raise BadSetting(
+            "--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'."
+        ) from None
     for name in ("distributed", "distributed.client", "tornado.application"):
         # Errors are reported in one line, below the progress bar.
         logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -131,7 +137,9 @@ def _check(client: Any, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=JOINING)
     except TimeoutError:
-        raise BadSetting(f"scheduler = {address}: it has no workers; start one with `dask worker {address}`.") from None
+        raise BadSetting(
+            f"scheduler = {address}: it has no workers; start one with `dask worker {address}`."
+        ) from None
     for worker, answer in client.run(environment, on_error="return").items():
         # An OSError is that of a worker that is just leaving.
         if not isinstance(answer, OSError):
@@ -143,10 +151,14 @@ def compare(place: str, here: Environment, there: Environment | Exception) -> No
         raise BadSetting(f"The {place} has no Duet, or an older one ({first_line(there)}); {_SAME}") from None
     for name, version in here.items():
         if there.get(name) != version:
-            raise BadSetting(f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}")
+            raise BadSetting(
+                f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}"
+            )
 
 
-def _computed(client: Any, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
+def _computed(
+    client: Any, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]
+) -> Iterator[tuple[int, T]]:
     from distributed import CancelledError, wait
 
     waiting, sent_along = iter(enumerate(calls)), (environment(), given_at_start())
@@ -189,7 +201,9 @@ def _result(future: Any) -> Any:
 # --- on a worker ---------------------------------------------------------------------------------------------------------------
 
 
-def called_there(wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
+def called_there(
+    wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]
+) -> T:
     with _one_at_a_time:
         compare("worker that has joined", wanted, environment())
         for robot in given[0].values():

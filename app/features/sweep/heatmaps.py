@@ -69,12 +69,18 @@ class HeatmapPlan:
         order = sorted(grid.axes, key=lambda axis: not is_scale(axis))
         self.x, *others = order
         self.y = others.pop(0) if others and is_scale(others[0]) else None
-        self.series = others.pop(0) if self.y is None and others and len(others[0].values) <= MOST_LINES else None
+        self.series = (
+            others.pop(0) if self.y is None and others and len(others[0].values) <= MOST_LINES else None
+        )
         self.beside = others
         self.panels = list(product(*(range(len(axis.values)) for axis in others)))
-        table = np.array([rows[index] for index in range(grid.size)], float).reshape(*grid.shape, len(FIGURES))
+        table = np.array([rows[index] for index in range(grid.size)], float).reshape(
+            *grid.shape, len(FIGURES)
+        )
         self._figures = {name: table[..., i] for i, name in enumerate(FIGURES)}
-        self.critical = np.array([values(grid.at(point))["dm"] for point in grid.points()]).reshape(grid.shape)
+        self.critical = np.array([values(grid.at(point))["dm"] for point in grid.points()]).reshape(
+            grid.shape
+        )
 
     def figure(self, name: str) -> Array:
         """A figure in the shown unit, of the grid's shape; nan where it is not finite."""
@@ -95,7 +101,9 @@ class HeatmapPlan:
         return np.atleast_2d(ordered[panel])
 
     def title(self, panel: tuple[int, ...]) -> str:
-        return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))
+        return ", ".join(
+            f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True)
+        )
 
     def spec(self, axis: Axis) -> Spec:
         return self.specs[axis.key]
@@ -139,7 +147,9 @@ def heatmap_figure(plan: HeatmapPlan, name: str) -> Any:
 
     columns = min(len(plan.panels), 3)
     lines = -(-len(plan.panels) // columns)
-    figure = Figure(figsize=((1.2 if plan.y else 2.2) + 4.4 * columns, 0.9 + 3.6 * lines), layout="constrained")
+    figure = Figure(
+        figsize=((1.2 if plan.y else 2.2) + 4.4 * columns, 0.9 + 3.6 * lines), layout="constrained"
+    )
     axes = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
     flat = list(axes.flat)
     for spare in flat[len(plan.panels) :]:
@@ -176,7 +186,9 @@ def _draw_heat(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> No
     gap = plan.figure("d_min") / 1000.0 - plan.critical
     crossed, mesh = False, None
     for panel, ax in zip(plan.panels, used, strict=True):
-        mesh = ax.pcolormesh(_edges(x), _edges(y), plan.part(whole, panel), norm=norm, cmap=colours, rasterized=True)
+        mesh = ax.pcolormesh(
+            _edges(x), _edges(y), plan.part(whole, panel), norm=norm, cmap=colours, rasterized=True
+        )
         margin = plan.part(gap, panel)
         if min(margin.shape) > 1 and (margin < 0.0).any() and (margin > 0.0).any():
             crossed = True
@@ -184,7 +196,9 @@ def _draw_heat(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> No
             line.set(path_effects=[withStroke(linewidth=4.0, foreground="black")])
     figure.colorbar(mesh, ax=used, label=plan.named(name))
     if crossed:
-        key = Line2D([], [], color="white", linewidth=1.8, path_effects=[withStroke(linewidth=4.0, foreground="black")])
+        key = Line2D(
+            [], [], color="white", linewidth=1.8, path_effects=[withStroke(linewidth=4.0, foreground="black")]
+        )
         used[0].legend([key], [r"$d_\mathrm{min} = d_m$"], loc="best", fontsize=9, facecolor=_LIGHT.line)
     else:
         known = gap[np.isfinite(gap)]
@@ -242,7 +256,9 @@ def _draw_lines(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> N
         ax.grid(color=_LIGHT.edge, linewidth=0.6)
     if plan.series or name == "d_min":
         title = plan.symbol(plan.series) if plan.series else None
-        figure.legend(*used[0].get_legend_handles_labels(), loc="outside right upper", fontsize=9, title=title)
+        figure.legend(
+            *used[0].get_legend_handles_labels(), loc="outside right upper", fontsize=9, title=title
+        )
     known = whole[np.isfinite(whole) & (whole > 0.0)]
     if name == "ddq_max" and known.size and known.max() > 30.0 * known.min():
         if (whole == 0.0).any():

@@ -109,7 +109,10 @@ class SweepFiles:
         table = [(*self._points[index], *figures) for index, figures in sorted(self.rows.items())]
         columns = dict(zip(sweep_columns(self.grid), map(list, zip(*table, strict=True)), strict=True))
         with written(path, "out") as new:
-            pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
+            pq.write_table(
+                pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}),
+                new,
+            )
 
     def _read(self, path: Path) -> dict[int, SweepFigures]:
         head, cells = _read_parquet(path) if path.suffix == ".parquet" else _read_csv(path)
@@ -120,18 +123,27 @@ class SweepFiles:
         for row in cells:
             try:
                 figures = zip(FIGURES, row[width:], strict=True)
-                numbers = tuple(int(text) if name == "pair_switches" else float(text) for name, text in figures)
+                numbers = tuple(
+                    int(text) if name == "pair_switches" else float(text) for name, text in figures
+                )
                 kept[indices[tuple(row[:width])]] = numbers
             except (ValueError, KeyError):
-                raise BadInputFile(f"{path}: the row {','.join(row)[:80]!r} is not of this sweep; remove the file.") from None
+                raise BadInputFile(
+                    f"{path}: the row {','.join(row)[:80]!r} is not of this sweep; remove the file."
+                ) from None
         return kept
 
     def _check_head(self, path: Path, head: tuple[str, ...]) -> None:
         mine = head_of(self.grid)
         if head == mine:
             return
-        theirs, ours = dict(line.split(" = ", 1) for line in head if " = " in line), dict(line.split(" = ", 1) for line in mine)
-        key = next((key for key in (*ours, *theirs) if theirs.get(key) != ours.get(key)), "the order of the settings")
+        theirs, ours = (
+            dict(line.split(" = ", 1) for line in head if " = " in line),
+            dict(line.split(" = ", 1) for line in mine),
+        )
+        key = next(
+            (key for key in (*ours, *theirs) if theirs.get(key) != ours.get(key)), "the order of the settings"
+        )
         raise BadSetting(
             f"out = {self.folder}: {path.name} is of another sweep ({key} is {_short(theirs.get(key))} there, "
             f"{_short(ours.get(key))} here); give another --out, or remove the file."
@@ -184,4 +196,6 @@ def _readable(path: Path) -> Iterator[None]:
     except OSError as error:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror or error}).") from None
     except ValueError:
-        raise BadInputFile(f"{path}: is not a table that a sweep has written; remove it, or give another --out.") from None
+        raise BadInputFile(
+            f"{path}: is not a table that a sweep has written; remove it, or give another --out."
+        ) from None

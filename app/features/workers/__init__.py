@@ -20,7 +20,10 @@ def _options() -> "type[WorkerOptions]":
 
 
 def _start(
-    options: "ServeOptions", listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+    options: "ServeOptions",
+    listener: socket.socket,
+    features: Sequence[Feature],
+    announce: Callable[[int], None],
 ) -> bool:
     from app.features.workers.start import serve_with_workers
 

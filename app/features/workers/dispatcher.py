@@ -34,7 +34,8 @@ MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
 """Most connections without a whole head: in all, from one address, and of one tab; the oldest is dropped."""
 
 _WORD: Final = {
-    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", JOIN)
+    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)")
+    for key in ("resume", JOIN)
 }
 _REQUEST: Final = re.compile(rb"[A-Z-]+ [^ ]+ HTTP/1\.1\r?")
 _END: Final = re.compile(rb"\n\r?\n")

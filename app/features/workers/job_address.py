@@ -18,7 +18,9 @@ def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
     """It ends when its standard input is closed; see `app.features.workers.shared_jobs.main`."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
-    process = subprocess.Popen(own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0)
+    process = subprocess.Popen(
+        own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0
+    )
     assert process.stdin is not None
     process.stdin.write(f"{address.path} {address.secret.hex()}\n".encode())
     process.stdin.flush()

@@ -74,7 +74,9 @@ class JobClient(Jobs):
                 job.state, job.message = "failed", BUSY
                 return
             try:
-                asked = pickle.dumps(_Ask(job.ticket, id(job.owner), job.kind, job.function, job.arguments, job.urgent))
+                asked = pickle.dumps(
+                    _Ask(job.ticket, id(job.owner), job.kind, job.function, job.arguments, job.urgent)
+                )
             except Exception:
                 log.exception("a job cannot be sent")
                 job.state, job.message = "failed", FAILED
@@ -133,7 +135,9 @@ class JobClient(Jobs):
                 self._closed.wait(0.05)
                 continue
             self._connection = connection
-            threading.Thread(target=self._read, args=(connection,), name="duet-job-results", daemon=True).start()
+            threading.Thread(
+                target=self._read, args=(connection,), name="duet-job-results", daemon=True
+            ).start()
             return connection
         self._end()
         return None
@@ -216,7 +220,9 @@ class JobServer:
             for owner in owners:
                 self.pool.cancel(owner)
 
-    def _submit(self, owner: tuple[object, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock) -> None:
+    def _submit(
+        self, owner: tuple[object, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock
+    ) -> None:
         jobs: list[Job] = []
 
         def report() -> None:
@@ -225,9 +231,13 @@ class JobServer:
                 return
             job = jobs[0]
             with lock, suppress(*LOST):
-                connection.send(_Answer(ask.ticket, job.state, job.result if job.state == "done" else None, job.message))
+                connection.send(
+                    _Answer(ask.ticket, job.state, job.result if job.state == "done" else None, job.message)
+                )
 
-        jobs.append(self.pool.submit(owner, ask.kind, ask.function, *ask.arguments, urgent=ask.urgent, wake=report))
+        jobs.append(
+            self.pool.submit(owner, ask.kind, ask.function, *ask.arguments, urgent=ask.urgent, wake=report)
+        )
         report()
 
 

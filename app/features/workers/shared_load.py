@@ -16,7 +16,11 @@ class LoadOfAll:
     """Adds other processes to this one's `/healthz`."""
 
     def __init__(self, app: App) -> None:
-        self._workload, self._of_this, self._elsewhere = app.context.workload, app.server.app_state, list[ServerLoad]()
+        self._workload, self._of_this, self._elsewhere = (
+            app.context.workload,
+            app.server.app_state,
+            list[ServerLoad](),
+        )
         app.server.app_state = lambda: {**self._of_this(), **self.everywhere._asdict()}
 
     def note(self, reports: Sequence[tuple[int, ...]]) -> None:

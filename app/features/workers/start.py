@@ -16,7 +16,10 @@ from scenes.given_robots import given_at_start
 
 
 def serve_with_workers(
-    options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+    options: ServeOptions,
+    listener: socket.socket,
+    features: Sequence[Feature],
+    announce: Callable[[int], None],
 ) -> bool:
     """Serve until Ctrl+C; return False at once if the page must be served in this process.
 

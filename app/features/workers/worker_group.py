@@ -164,7 +164,11 @@ class WorkerGroup:
                 worker.report = report
                 if draws:
                     worker.silent = 0
-                worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
+                worker.send(
+                    messages.LoadElsewhere(
+                        tuple(one.report for one in self.workers if one is not worker and one.report)
+                    )
+                )
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
             case messages.Announced(word):
@@ -237,7 +241,10 @@ class WorkerGroup:
 
     def _inform(self, index: int) -> None:
         if index and self._decided is not None:
-            for content in (self._decided, *(content for place, content in self._exploring.values() if place == index)):
+            for content in (
+                self._decided,
+                *(content for place, content in self._exploring.values() if place == index),
+            ):
                 self.workers[index].send(content)
 
     def _ready(self, worker: WorkerProcess) -> None:
@@ -272,7 +279,9 @@ class WorkerGroup:
         worker.ready = worker.has_served = False
         code = worker.process.returncode
         if not self.places.done():
-            self.places.set_exception(DuetError(f"The page cannot be served: its process has ended with code {code}."))
+            self.places.set_exception(
+                DuetError(f"The page cannot be served: its process has ended with code {code}.")
+            )
         if self.places.exception() is not None:
             return
         if worker not in self.workers:
@@ -291,7 +300,9 @@ class WorkerGroup:
             return
         self._short[index] = self._short.get(index, 0) + 1 if monotonic() - worker.began < SHORT_LIFE else 0
         short = self._short[index]
-        self._loop.call_later(RESTART_DELAYS[min(short, len(RESTART_DELAYS)) - 1] if short else 0.0, self._begin, index)
+        self._loop.call_later(
+            RESTART_DELAYS[min(short, len(RESTART_DELAYS)) - 1] if short else 0.0, self._begin, index
+        )
         log.warning("worker %d has ended with code %s; another one takes its place", index + 1, code)
 
     def renew(self) -> None:

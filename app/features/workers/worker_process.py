@@ -45,7 +45,9 @@ class WorkerProcess:
             numbers = theirs.fileno(), other.fileno()
             # In its own process group: Ctrl+C in the terminal is for the dispatcher.
             command = own_command("app.features.workers.serve_worker", *map(str, numbers))
-            self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
+            self.process = subprocess.Popen(
+                command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0
+            )
             theirs.close()
             other.close()
             opened.pop_all()

@@ -8,7 +8,14 @@ import viser
 
 from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip, WallGrip
 from app.page.handles.holder import Holder
-from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, WallHandle, swing_elbow
+from app.page.handles.transform_handles import (
+    BallHandle,
+    ElbowHandle,
+    HandHandle,
+    TransformHandle,
+    WallHandle,
+    swing_elbow,
+)
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame

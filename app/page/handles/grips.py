@@ -24,7 +24,9 @@ class Grip:
     """Nodes, of which one is pulled at a time."""
 
     def __init__(
-        self, nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle], holder: Holder
+        self,
+        nodes: Iterable[viser.FrameHandle | viser.GlbHandle | viser.IcosphereHandle | viser.BoxHandle],
+        holder: Holder,
     ) -> None:
         self._holder = holder
         self._nodes = {node.name: node for node in nodes}

@@ -39,7 +39,9 @@ class TransformHandle:
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            holder.post(Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz)))
+            holder.post(
+                Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz))
+            )
 
     def drag(self, action: Drag) -> None:
         """Ignores pulls at other handles, and any after a reset until the pointer is released."""
@@ -61,7 +63,9 @@ class TransformHandle:
     def show(self, visible: bool) -> None:
         """Update place and size, unless dragged: another size would end the drag."""
         if not self.dragged:
-            self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
+            self._handle.scale = self._size * (
+                AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0
+            )
             self._handle.position, rotation = self._seat()
             self._handle.wxyz = quaternion(rotation)
         self._handle.visible = visible

@@ -80,7 +80,11 @@ class ContactCard:
             return
         self._shown, self._next = state, frame.after(PERIOD)
         if frame.sample.pair < 0:
-            words, note, numbers = solo_words(frame.settings.run), solo_note(frame.settings.run), solo_numbers(frame.sample)
+            words, note, numbers = (
+                solo_words(frame.settings.run),
+                solo_note(frame.settings.run),
+                solo_numbers(frame.sample),
+            )
         else:
             now = frame.contact
             terms = budget_terms(frame.simulation, frame.sample, now)
@@ -93,7 +97,12 @@ class ContactCard:
             words, note, numbers = without_law(words, numbers)
         if frame.replayed:
             words["past"] = tr("a moment\x04then") if frame.of_live else tr("replay")
-        parts: dict[str, object] = {"words": words, "note": note, "symbols": symbol_sentences(frame), "now": numbers}
+        parts: dict[str, object] = {
+            "words": words,
+            "note": note,
+            "symbols": symbol_sentences(frame),
+            "now": numbers,
+        }
         changed = [name for name, part in parts.items() if part != self._sent.get(name)]
         self._sent = parts
         for name in changed:
@@ -104,7 +113,11 @@ class ContactCard:
 
 def part_text(part: object) -> str:
     """Words or note as JSON; numbers without keys, as they are sent at every moment."""
-    return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
+    return (
+        ",".join("" if number is None else str(number) for number in part)
+        if isinstance(part, list)
+        else _json(part)
+    )
 
 
 def _legend() -> list[tuple[str, str]]:
@@ -144,7 +157,10 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         **({} if kept is None else {"mm": quantity.page_unit, "symbol": quantity.symbol}),
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
         if kept is None
-        else [tr(text, symbol=quantity.symbol) for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))],
+        else [
+            tr(text, symbol=quantity.symbol)
+            for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))
+        ],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
         "legend": _legend() if kept is None else _first_task_legend(simulation.room.wall is not None),
@@ -220,7 +236,10 @@ def solo_words(run: RunSettings) -> CardWords:
 def solo_note(run: RunSettings) -> Note:
     """Class and words of the line below a single arm."""
     k = run.gain * run.overdrive * run.dt
-    return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {decimal(f'{k:.3g}')}: {error_step(run)}"
+    return (
+        "alarm" if k >= 2.0 else "halt" if k == 0.0 else "",
+        f"K dt = {decimal(f'{k:.3g}')}: {error_step(run)}",
+    )
 
 
 def solo_numbers(sample: Sample) -> CardNumbers:

@@ -124,7 +124,11 @@ class Controls:
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(instead, key_help), class_="duet"))
         self._panel = gui.add_html("")
-        further = {N_("All settings"): ShowAll(), N_("Fewer settings"): ShowAll(False), N_("First view"): FirstView()}
+        further = {
+            N_("All settings"): ShowAll(),
+            N_("Fewer settings"): ShowAll(False),
+            N_("First view"): FirstView(),
+        }
         self._further = ChoiceButtons(gui, "", further, "", session.post)
         self.show(freeze(session, 0.0))
 
@@ -142,7 +146,10 @@ class Controls:
             self._session.post,
         )
         self.below_transport = self._clock.order + 0.5
-        speeds = {{0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed]: SetSetting("speed", speed) for speed in SPEEDS}
+        speeds = {
+            {0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed]: SetSetting("speed", speed)
+            for speed in SPEEDS
+        }
         self._speed = ChoiceButtons(gui, "speed", speeds, "Slower and faster: [ and ].", self._session.post)
 
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Any:
@@ -167,7 +174,9 @@ class Controls:
         else:
             k = spec.page_scale
             low, high = spec.low * k, spec.high * k
-            handle = gui.add_slider(label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order)
+            handle = gui.add_slider(
+                label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order
+            )
         words, more = spoken(), tr(MORE)
 
         def take(raw: Any) -> None:
@@ -194,7 +203,9 @@ class Controls:
     def _mark_panel(self, opens: str | None = None) -> None:
         """`opens`: id of a drop-down to open."""
         kinds, panel = self._panel_kinds
-        self._panel.content = element("i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {}))
+        self._panel.content = element(
+            "i", class_=kinds, data_panel=panel, **({"data_opens": opens} if opens else {})
+        )
 
     def _offer_all_laws(self, action: MoreLaws) -> None:
         del action
@@ -229,7 +240,9 @@ class Controls:
             return
         self._settings = settings
         present = values(settings)
-        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self.small)
+        self._speed.show(
+            SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self.small
+        )
         self._law.show(present["law"], self.small)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
@@ -238,7 +251,10 @@ class Controls:
             # A visitor's newest entry wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
-            if key in IN_UNIT and (label := in_unit(self._specs[key], settings.run.quantity).title(tr)) != handle.label:
+            if (
+                key in IN_UNIT
+                and (label := in_unit(self._specs[key], settings.run.quantity).title(tr)) != handle.label
+            ):
                 handle.label = label
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
         self._note.content = element("div", note, class_="duet duet-tip")

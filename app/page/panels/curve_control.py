@@ -59,9 +59,13 @@ class CurveControl:
         self._board.show(("law", "curve"), self._drawing, self.drawn)
         if visible and not self._trouble and _one_form(self.box.value) != law.curve:
             self.box.value = law.curve
-        words = self._trouble or ("" if self.drawn else N_("The last curve goes on until you draw another one."))
+        words = self._trouble or (
+            "" if self.drawn else N_("The last curve goes on until you draw another one.")
+        )
         self.note.visible = visible and bool(words)
-        self.note.content = element("div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status")
+        self.note.content = element(
+            "div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status"
+        )
 
 
 def _one_form(text: str) -> str:

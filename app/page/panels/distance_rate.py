@@ -79,7 +79,10 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
     if second is None and (now.approach != 0.0 or not simulation.settings.one_row):
         terms.append(Term("w", _in("w", "w"), tr("approach"), -now.approach))
     if isinstance(simulation.law, LawOfFile):
-        return [*terms, Term("v", "J<sub>d</sub>q̇", tr("your law"), wanted - sum(term.value for term in terms))]
+        return [
+            *terms,
+            Term("v", "J<sub>d</sub>q̇", tr("your law"), wanted - sum(term.value for term in terms)),
+        ]
     u = _in("u", "u") if second is None else f"({_in('u', 'u')}<sub>1</sub>+{_in('u', 'u')}<sub>2</sub>)"
     budget = law.entry.budget
     share = {"share": LAW_TEXTS[law.law].share, "switch": "λ"}.get(budget, "")
@@ -170,7 +173,9 @@ def error_step(run: RunSettings) -> str:
     if k == 0.0:
         return tr("nothing brings e back: the hand drifts")
     if k < 1.0:
-        return tr("{e} shrinks by {share} % a step", e=e, share=decimal(f"{100.0 * k:.{0 if k >= 0.1 else 1}f}"))
+        return tr(
+            "{e} shrinks by {share} % a step", e=e, share=decimal(f"{100.0 * k:.{0 if k >= 0.1 else 1}f}")
+        )
     if k < 2.0:
         return tr("{e} changes its sign at every step, and shrinks", e=e)
     return tr("{e} grows until the joints are at their top speed", e=e)
@@ -211,7 +216,10 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     # At λ = 0 the law moves nothing, and a short lever costs nothing.
     weak = least_lever(sample) < FIRM_LEVER and sample.activation >= ACTS
-    lever = ("halt" if weak else "", tr("joints move this point: s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
+    lever = (
+        "halt" if weak else "",
+        tr("joints move this point: s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)),
+    )
     # Next to a person's lever, s would be mistaken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
 
@@ -241,7 +249,12 @@ def least_lever(sample: Sample) -> float:
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
     """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
-    if sample.pair < 0 or not simulation.room.meets_bodies or sample.authority != Authority.LEVERAGE or sample.lever >= NO_LEVER:
+    if (
+        sample.pair < 0
+        or not simulation.room.meets_bodies
+        or sample.authority != Authority.LEVERAGE
+        or sample.lever >= NO_LEVER
+    ):
         return False
     body, _ = bodies_of_pair(simulation, sample.pair)
     return simulation.room.geometry.geometryObjects[body].parentJoint == 0

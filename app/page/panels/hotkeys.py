@@ -70,27 +70,76 @@ class Hotkey(Generic[AnyAction]):
 
 _TABLE: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
-    Hotkey("step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
+    Hotkey(
+        "step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD
+    ),
     Hotkey("slower", ChangeSpeed(-1), "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
     Hotkey("faster", ChangeSpeed(1), "]", "faster", "3", relayed="]", icon=viser.Icon.PLAYER_TRACK_NEXT),
     Hotkey("reset", Reset(), "R", "restart the run", "R", icon=viser.Icon.REFRESH),
     # viser moves its camera by W, A, S and D.
-    Hotkey("autopilot", Toggle("autopilot"), "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT),
-    Hotkey("left", Nudge(right=-1), "←", "hand or ball 2 cm to the left", "4", relayed="ArrowLeft", icon=viser.Icon.ARROW_LEFT),
     Hotkey(
-        "right", Nudge(right=1), "→", "hand or ball 2 cm to the right", "5", relayed="ArrowRight", icon=viser.Icon.ARROW_RIGHT
+        "autopilot", Toggle("autopilot"), "A", "autopilot on or off", "8", relayed="a", icon=viser.Icon.ROBOT
+    ),
+    Hotkey(
+        "left",
+        Nudge(right=-1),
+        "←",
+        "hand or ball 2 cm to the left",
+        "4",
+        relayed="ArrowLeft",
+        icon=viser.Icon.ARROW_LEFT,
+    ),
+    Hotkey(
+        "right",
+        Nudge(right=1),
+        "→",
+        "hand or ball 2 cm to the right",
+        "5",
+        relayed="ArrowRight",
+        icon=viser.Icon.ARROW_RIGHT,
     ),
     Hotkey("up", Nudge(up=1), "↑", "hand or ball 2 cm up", "6", relayed="ArrowUp", icon=viser.Icon.ARROW_UP),
-    Hotkey("down", Nudge(up=-1), "↓", "hand or ball 2 cm down", "7", relayed="ArrowDown", icon=viser.Icon.ARROW_DOWN),
-    Hotkey("away", Nudge(away=1), "Page ↑", "hand or ball 2 cm away from you", "pageup", icon=viser.Icon.ARROW_BAR_TO_UP),
-    Hotkey("near", Nudge(away=-1), "Page ↓", "hand or ball 2 cm towards you", "pagedown", icon=viser.Icon.ARROW_BAR_TO_DOWN),
+    Hotkey(
+        "down",
+        Nudge(up=-1),
+        "↓",
+        "hand or ball 2 cm down",
+        "7",
+        relayed="ArrowDown",
+        icon=viser.Icon.ARROW_DOWN,
+    ),
+    Hotkey(
+        "away",
+        Nudge(away=1),
+        "Page ↑",
+        "hand or ball 2 cm away from you",
+        "pageup",
+        icon=viser.Icon.ARROW_BAR_TO_UP,
+    ),
+    Hotkey(
+        "near",
+        Nudge(away=-1),
+        "Page ↓",
+        "hand or ball 2 cm towards you",
+        "pagedown",
+        icon=viser.Icon.ARROW_BAR_TO_DOWN,
+    ),
     Hotkey("elbow_up", SwingElbow(1), "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
-    Hotkey("elbow_down", SwingElbow(-1), "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
+    Hotkey(
+        "elbow_down", SwingElbow(-1), "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE
+    ),
     Hotkey("gizmo", Toggle("gizmo"), "M", "arrows along the axes, or none", "M", icon=viser.Icon.ARROWS_MOVE),
-    Hotkey("describe", Describe(), "I", "what is to be seen, in a sentence", "I", icon=viser.Icon.TEXT_CAPTION),
+    Hotkey(
+        "describe", Describe(), "I", "what is to be seen, in a sentence", "I", icon=viser.Icon.TEXT_CAPTION
+    ),
     Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey(
-        "contact", Toggle("contact"), "O", "λ in the scene on or off: line, skin and tint", "O", icon=viser.Icon.CIRCLE_DASHED
+        "contact",
+        Toggle("contact"),
+        "O",
+        "λ in the scene on or off: line, skin and tint",
+        "O",
+        icon=viser.Icon.CIRCLE_DASHED,
     ),
     Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
@@ -100,13 +149,22 @@ _TABLE: Final[tuple[Hotkey[Action], ...]] = (
 def hotkeys() -> tuple[Hotkey[Action], ...]:
     """The table, and a digit for each of the first nine experiments."""
     digits = (
-        Hotkey[Action](one.name, Digit(i), str(i), one.short, cast(HotkeyKey, str(i)), icon=getattr(viser.Icon, f"NUMBER_{i}"))
+        Hotkey[Action](
+            one.name,
+            Digit(i),
+            str(i),
+            one.short,
+            cast(HotkeyKey, str(i)),
+            icon=getattr(viser.Icon, f"NUMBER_{i}"),
+        )
         for i, one in zip(range(1, 10), EXPERIMENTS.values(), strict=False)
     )
     return (*_TABLE, *digits)
 
 
-def keys_of(table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]) -> tuple[Hotkey[AnyAction], ...]:
+def keys_of(
+    table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]
+) -> tuple[Hotkey[AnyAction], ...]:
     taken = {hotkey.key for hotkey in instead}
     return tuple(hotkey for hotkey in table if hotkey.key not in taken)
 

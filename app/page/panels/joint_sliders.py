@@ -36,13 +36,20 @@ class JointSliders:
         for slider in self._sliders:
             slider.remove()
         arm, model = simulation.guided, simulation.room.model
-        low, high = np.degrees(model.lowerPositionLimit[arm.joints]), np.degrees(model.upperPositionLimit[arm.joints])
+        low, high = (
+            np.degrees(model.lowerPositionLimit[arm.joints]),
+            np.degrees(model.upperPositionLimit[arm.joints]),
+        )
         present = np.degrees(simulation.positions[arm.joints])
         self._sliders = []
-        for i, (label, a, b, q) in enumerate(zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True)):
+        for i, (label, a, b, q) in enumerate(
+            zip(arm.labels, low.tolist(), high.tolist(), present.tolist(), strict=True)
+        ):
             with self._container:
                 hint = tr("joint {number}", number=i + 1)
-                slider = self._gui.add_slider(tr(label), math.floor(a), math.ceil(b), 0.5, round(2.0 * q) / 2.0, hint=hint)
+                slider = self._gui.add_slider(
+                    tr(label), math.floor(a), math.ceil(b), 0.5, round(2.0 * q) / 2.0, hint=hint
+                )
             self._sliders.append(on_entry(slider, partial(self._move, i)))
 
     def _move(self, joint: int, degrees: float) -> None:
@@ -61,6 +68,8 @@ class JointSliders:
             self._make(simulation)
         if isinstance(frame.live.held, JointTarget):
             return
-        for slider, angle in zip(self._sliders, np.degrees(simulation.positions[simulation.guided.joints]).tolist(), strict=True):
+        for slider, angle in zip(
+            self._sliders, np.degrees(simulation.positions[simulation.guided.joints]).tolist(), strict=True
+        ):
             if abs(slider.value - angle) > 0.5:
                 slider.value = float(round(2.0 * angle) / 2.0)

@@ -9,5 +9,7 @@ from app.text.templates import element
 def name_mistake(client: viser.ClientHandle) -> None:
     """Show that the key is wrong, and let the tab forget it."""
     client.gui.add_html(element("i", class_="duet-key-wrong"), order=1000.0)
-    text = tr("This is not the teacher's key, so you are here as a student. The person who started Duet has the right link.")
+    text = tr(
+        "This is not the teacher's key, so you are here as a student. The person who started Duet has the right link."
+    )
     client.add_notification(tr("Wrong teacher key"), text, color="orange", auto_close_seconds=12.0)

@@ -50,7 +50,9 @@ class LawTicks(PagePanel):
 
         with self._view.plots_tab:
             self._list = on_entry(
-                page.client.gui.add_dropdown(tr("also draw"), self._entries((), ()), hint=tr(HINT), order=90.0, visible=False),
+                page.client.gui.add_dropdown(
+                    tr("also draw"), self._entries((), ()), hint=tr(HINT), order=90.0, visible=False
+                ),
                 take,
             )
 

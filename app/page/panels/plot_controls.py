@@ -43,7 +43,9 @@ class DetailsChooser(PagePanel):
                 session.post,
                 order=0.5,
             )
-            self._opener = ChoiceButtons(client.gui, "", {N_("More plots"): MorePlots()}, spec.help, session.post, order=0.5)
+            self._opener = ChoiceButtons(
+                client.gui, "", {N_("More plots"): MorePlots()}, spec.help, session.post, order=0.5
+            )
 
     def _open(self, action: MorePlots) -> None:
         del action
@@ -55,7 +57,9 @@ class DetailsChooser(PagePanel):
         # A chosen plot stays marked.
         self._opened = self._opened or marked != self._choices.index("none")
         folded = self._controls.small and not self._opened
-        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not (folded or self._session.parts.lead))
+        self._buttons.show(
+            marked, tuple(map(self._choices.index, possible)), not (folded or self._session.parts.lead)
+        )
         self._opener.show(visible=folded and not self._session.parts.lead)
 
 

@@ -122,7 +122,9 @@ class Plots:
         state = traced.history, traced.history.count, traced.settings, ghost is not None, self._curves
         moment = simulation.history, simulation.history.count
         numbers = self.buffer.bins.numbers
-        self.span = (begin_of(numbers[0]), float(self.buffer.bins.ends(numbers)[-1])) if len(numbers) > 1 else None
+        self.span = (
+            (begin_of(numbers[0]), float(self.buffer.bins.ends(numbers)[-1])) if len(numbers) > 1 else None
+        )
         for name in due:
             drawn: tuple[object, ...] = (*state, moment) if is_chart(name) else state
             if name in further_charts():
@@ -145,7 +147,15 @@ class Plots:
                 self._handle(name).visible = visible
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
-        arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._curves
+        arranged = (
+            simulation.settings,
+            simulation.law,
+            ghost is not None,
+            details,
+            self.only,
+            self.run_names,
+            self._curves,
+        )
         if arranged == self._arranged:
             return
         self._arranged = arranged
@@ -182,7 +192,10 @@ class Plots:
                 return
             time_plot = time_plot_of(name, simulation)
             # Without a fixed span the axis follows the data.
-            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": time_plot.top, "mode": 1, "pad": 0.1}}
+            soft: dict[str, Any] = {
+                "min": {"pad": 0.1},
+                "max": {"soft": time_plot.top, "mode": 1, "pad": 0.1},
+            }
             if time_plot.positive:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
             nothing = np.full(2, np.nan)
@@ -190,7 +203,10 @@ class Plots:
                 data=(np.array([0.0, 1.0]), *(nothing for _ in time_plot.lines)),
                 series=self._series(time_plot),
                 height=self._height,
-                scales={"x": uplot.Scale(time=False, auto=True), "y": uplot.Scale(range=time_plot.span or soft)},
+                scales={
+                    "x": uplot.Scale(time=False, auto=True),
+                    "y": uplot.Scale(range=time_plot.span or soft),
+                },
                 axes=self._axes(),
                 legend=uplot.Legend(show=False),
                 cursor={"drag": {"x": False, "y": False}, "sync": {"key": "t"}},
@@ -223,9 +239,17 @@ class Plots:
             begin = float(self.buffer.bins.ends(numbers)[0]) if len(numbers) else 0.0
             return np.array([begin, begin + 1.0]), [np.full(2, np.nan) for _ in time_plot.lines]
         found: dict[int, Array] = {}
-        for run, bins in (("own", self.buffer.bins), ("ghost", self._ghost_buffer.bins), ("what_if", self._curves)):
+        for run, bins in (
+            ("own", self.buffer.bins),
+            ("ghost", self._ghost_buffer.bins),
+            ("what_if", self._curves),
+        ):
             places = [i for i, line in enumerate(time_plot.lines) if line.run == run]
-            if not places or (run == "ghost" and not with_ghost) or (run == "what_if" and self._what_if is None):
+            if (
+                not places
+                or (run == "ghost" and not with_ghost)
+                or (run == "what_if" and self._what_if is None)
+            ):
                 continue
             columns = [COLUMNS[time_plot.lines[i].column] for i in places]
             # Before it begins, the other run was the visitor's own.
@@ -265,7 +289,14 @@ class Plots:
     def _line(self, line: PlotLine) -> uplot.Series:
         width = line.width * scale(self._page.profile)
         colour = colour_of(line, PALETTES[self._page.theme])
-        return uplot.Series(label=line.column, stroke=colour, width=width, points={"show": False}, dash=line.dash, auto=line.held)
+        return uplot.Series(
+            label=line.column,
+            stroke=colour,
+            width=width,
+            points={"show": False},
+            dash=line.dash,
+            auto=line.held,
+        )
 
     def _axes(self) -> tuple[uplot.Axis, ...]:
         k = scale(self._page.profile)
@@ -296,5 +327,7 @@ class Plots:
         others = [] if ghost is None else ["ghost"]
         if self._what_if is not None:
             others.append("what_if")
-        lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self.run_names)]
+        lines = [
+            (symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self.run_names)
+        ]
         return caption(tr_html(plot.title), plot.unit, lines, spare, first)

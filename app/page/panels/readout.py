@@ -62,11 +62,17 @@ class Readout:
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
         pills += Markup() if frame.replayed else late_law_html(law)
         self._status.content = element("div", "", pills, class_="duet duet-status", role="status")
-        pills = promise_html(simulation, sample, law.file is not None) + error_html(simulation, sample, frame.ghost)
+        pills = promise_html(simulation, sample, law.file is not None) + error_html(
+            simulation, sample, frame.ghost
+        )
         numbers = element("div", "", pills, class_="duet-status") if pills else tiles_html(simulation, sample)
         self._numbers.content = "" if asking else element("div", "", numbers, class_="duet")
         if law.file is not None:
-            file = tr(made_with(law.file, law.sha256)) if frame.replayed else f"{law.file}, SHA-256 {law.sha256[:SHOWN_DIGITS]}…"
+            file = (
+                tr(made_with(law.file, law.sha256))
+                if frame.replayed
+                else f"{law.file}, SHA-256 {law.sha256[:SHOWN_DIGITS]}…"
+            )
             equation = macros("text/equation.html").of_file(file)
         else:
             equation = equation_html(frame.settings.run)
@@ -96,12 +102,24 @@ def late_law_html(law: LateLawStatus) -> Markup:
         return Markup()
     if law.problem:
         why = tr(law.problem)
-        pill = "alarm", tr("the arm stands still: {why}", why=why) if own else tr("the ghost stands still: {why}", why=why)
+        pill = (
+            "alarm",
+            tr("the arm stands still: {why}", why=why)
+            if own
+            else tr("the ghost stands still: {why}", why=why),
+        )
     elif law.waits:
         pill = "halt", tr("waiting for {file}", file=file)
     elif law.slow is not None:
         needs, allowed = (decimal(f"{1e3 * seconds:.2g}") for seconds in law.slow)
-        pill = "halt", tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
+        pill = (
+            "halt",
+            tr(
+                "slowed: your law needs {needs} ms a call; real time allows {allowed} ms",
+                needs=needs,
+                allowed=allowed,
+            ),
+        )
     elif law.away:
         pill = "past", tr("{file} is gone; its last version keeps running", file=file)
     else:
@@ -175,7 +193,10 @@ def tip_text(session: Shown, operated: bool = True) -> str:
         led = run.experiment.moves == "arm" and run.experiment.obstacle == "arm"
         return f"{who} {watched}" if led else watched
     simulation = session.simulation
-    if min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5 or simulation.keeper is None:
+    if (
+        min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5
+        or simulation.keeper is None
+    ):
         return tip
     return f"{tip} {tr('Five joints keep the hand’s place, not its turn: two are left for everything else, not four.')}"
 
@@ -183,7 +204,11 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
     """Pills of the clock and all problems; while `asking`, the clock alone."""
     run, law = simulation.settings, simulation.settings.law
-    pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
+    pills = (
+        [("halt", tr("paused"))]
+        if pace.paused
+        else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
+    )
     if pace.slowed:
         pills.append(("halt", tr("slowed: the server is busy")))
     if asking:
@@ -202,7 +227,12 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
     # Along the row of the law, as on the card and in the promise.
-    if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not run.adds_w:
+    if (
+        law.entry.retreats
+        and not run.both_avoid
+        and sample.law_approach > law.nominal_velocity
+        and not run.adds_w
+    ):
         faster = tr("the ball is faster than v") if ball else tr("the hand is faster than v")
         pills.append(("alarm", faster if other is None else tr("the wall is faster than v")))
     if sample.distance < 0.0 and other is not None:

@@ -72,7 +72,11 @@ class ReplayBar(PagePanel):
         self._replay = ChoiceButtons(
             gui,
             "replay",
-            {"Watch": OperateReplay("watch"), "Play": OperateReplay("play"), "Back to live": OperateReplay("leave")},
+            {
+                "Watch": OperateReplay("watch"),
+                "Play": OperateReplay("play"),
+                "Back to live": OperateReplay("leave"),
+            },
             "The live run waits while you look back. Space: play or pause. Full stop: one step.",
             session.post,
         )
@@ -135,7 +139,9 @@ class ReplayBar(PagePanel):
         self._offer_rest(replay is not None)
         self._scrubber.show(frame.now, None if replay is None else (replay.begin, replay.end, replay.time))
         text = self._words()
-        self._state.content = self._mark + element("div", text, class_="duet duet-state", role="status") if text else self._mark
+        self._state.content = (
+            self._mark + element("div", text, class_="duet duet-state", role="status") if text else self._mark
+        )
 
     def _words(self) -> str:
         if self._player.replay is None:

@@ -61,7 +61,9 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
     said = "; ".join(parts)
     if sample.pair < 0 or asking:
         return f"{said}."
-    return f"{said}; λ = {decimal(f'{sample.activation:.2f}')}: {_who_gives_way(simulation, sample.activation)}."
+    return (
+        f"{said}; λ = {decimal(f'{sample.activation:.2f}')}: {_who_gives_way(simulation, sample.activation)}."
+    )
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:

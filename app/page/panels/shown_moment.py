@@ -52,7 +52,9 @@ class Scrubber:
         self._seek, self._step, self._period = seek, step, period
         self._clock = self._next = 0.0
         hint = tr("Any moment of what is kept, on the clock of the run.")
-        self._slider = gui.add_slider(tr("moment [s]"), 0.0, 1.0, step, 0.0, visible=False, hint=hint, order=order)
+        self._slider = gui.add_slider(
+            tr("moment [s]"), 0.0, 1.0, step, 0.0, visible=False, hint=hint, order=order
+        )
         on_entry(self._slider, lambda time: session.post(kind(time)))
         handlers.add(kind, self._go_to)
 

@@ -45,7 +45,9 @@ def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
     return json.loads(capsys.readouterr().out)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str, features: Sequence[Feature] = FEATURES) -> str:
+def refused(
+    capsys: pytest.CaptureFixture[str], *arguments: str, features: Sequence[Feature] = FEATURES
+) -> str:
     assert command_line(list(arguments), features) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -72,7 +74,11 @@ def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     # It agrees with the rows.
     settings, header, rows = read(out)
     assert header == HEADER and len(rows) == 800
-    assert settings["dm"] == "0.2" and settings["pairs"] == "single" and set(specs(RunSettings)) - set(LATER) <= set(settings)
+    assert (
+        settings["dm"] == "0.2"
+        and settings["pairs"] == "single"
+        and set(specs(RunSettings)) - set(LATER) <= set(settings)
+    )
     d = np.array([float(row["d"]) for row in rows])
     assert summary["d_min"] == d.min() and rows[int(d.argmin())]["pair"] == summary["d_min_pair"]
     assert summary["share_below"] == (d < 0.2).mean() and summary["e2_end"] == float(rows[-1]["e2"])
@@ -92,9 +98,14 @@ def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     data, hand = room.model.createData(), room.arm("right").hand
     pin.framesForwardKinematics(room.model, data, room.start)
     start = data.oMf[hand].copy()
-    goal = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation, start.translation + np.array([0.05, -0.10, 0.05]))
+    goal = pin.SE3(
+        pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation, start.translation + np.array([0.05, -0.10, 0.05])
+    )
     q = pin.Quaternion(goal.rotation)
-    lines = [",".join(map(str, (t, *p, q.w, q.x, q.y, q.z))) for t, p in ((0, start.translation), (1.5, goal.translation))]
+    lines = [
+        ",".join(map(str, (t, *p, q.w, q.x, q.y, q.z)))
+        for t, p in ((0, start.translation), (1.5, goal.translation))
+    ]
     inputs, out = tmp_path / "in.csv", tmp_path / "out.csv"
     inputs.write_text("\n".join(("# a person", "t,x,y,z,qw,qx,qy,qz", *lines, "")), encoding="utf-8")
     run(capsys, "--seconds", "4", "--inputs", str(inputs), "--csv", str(out))
@@ -115,7 +126,15 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
     assert set(given) | set(flags) == set(specs(RunSettings))
     out = tmp_path / "out.csv"
     options = [part for key, text in given.items() for part in (f"--{key}", text)]
-    run(capsys, "--seconds", "0.5", *options, *(f"--{key.replace('_', '-')}" for key in flags), "--csv", str(out))
+    run(
+        capsys,
+        "--seconds",
+        "0.5",
+        *options,
+        *(f"--{key.replace('_', '-')}" for key in flags),
+        "--csv",
+        str(out),
+    )
     settings, _, rows = read(out)
     assert len(rows) == 50
     for key, text in (given | flags).items():
@@ -160,12 +179,18 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("arguments", ERRORS)
-def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
+def test_one_line_says_what_is_wrong(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str
+) -> None:
     assert_said(capsys, tmp_path, arguments, ERRORS[arguments], ())
 
 
 def assert_said(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str, parts: str, features: Sequence[Feature] = FEATURES
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    arguments: str,
+    parts: str,
+    features: Sequence[Feature] = FEATURES,
 ) -> None:
     """Run a command that is refused, and find the parts in its line; {} is a folder with some files."""
     for name, content in (
@@ -195,10 +220,14 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     assert (command.host, command.sessions, command.key) == ("127.0.0.1", "auto", None)
     assert command.port == (9000 if "9000" in arguments else "auto")
     assert command.open is ("--no-open" not in arguments)
-    assert values(settings_of_options(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
+    assert values(settings_of_options(command.settings, Settings()))["rig"] == (
+        "table" if "table" in arguments else "torso"
+    )
 
 
-def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_serve_opens_the_page_and_ends_with_ctrl_c(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     opened: list[str] = []
 
     def wait(app: App) -> None:
@@ -219,7 +248,9 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     for given in (["--key", "white-chalk-dust"], []):
         assert command_line(["serve", "--port", "0", *given], ()) == INTERRUPTED
         given_link, said = opened[-2], capsys.readouterr().out
-        assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
+        assert (
+            given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
+        )
         assert "/?key=KEY\n" in said
     monkeypatch.delenv("DUET_KEY")
     port = int(link.split(":")[2].split("/")[0])
@@ -247,7 +278,9 @@ TIP = EXPERIMENT_TEXTS[HOLD](RunSettings(), True).tip
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_without_options_it_prints_the_address_what_to_try_and_how_to_end(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_options_it_prints_the_address_what_to_try_and_how_to_end(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert command_line([], ()) == INTERRUPTED
     out, err = capsys.readouterr()
     address, *others = out.splitlines()
@@ -298,7 +331,9 @@ def test_a_start_that_lets_others_in_says_how_many(capsys: pytest.CaptureFixture
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_what_a_feature_says_at_the_start_stands_below_the_address(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_feature_says_at_the_start_stands_below_the_address(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     feature = Feature("made_up", options=lambda: MadeUpClass)
     assert command_line(["--sessions", "3", "--for-all"], (feature,)) == INTERRUPTED
     said = capsys.readouterr().out.splitlines()
@@ -308,7 +343,9 @@ def test_what_a_feature_says_at_the_start_stands_below_the_address(capsys: pytes
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_a_taken_port_is_said_in_a_line_of_its_own(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_taken_port_is_said_in_a_line_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         taken = other.getsockname()[1]
         monkeypatch.setattr("app.cli.serve.USUAL_PORT", taken)
@@ -320,7 +357,18 @@ def test_a_taken_port_is_said_in_a_line_of_its_own(monkeypatch: pytest.MonkeyPat
 
 SERVE = ["--host", "--port", "--no-open", "--key", "--scene", "--law", "--help-all"]
 SERVE_ALL = [*SERVE[:-1], "--sessions", "--allow-origin", "--theme", "--dm"]
-RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
+RUN = [
+    "--seconds",
+    "--inputs",
+    "--csv",
+    "--seed",
+    "--law",
+    "--pairs",
+    "--rig",
+    "--dm",
+    "--dt",
+    "0.03 to 0.3 m",
+]
 HELP = {
     "serve --help": SERVE,
     "serve --help-all": SERVE_ALL,
@@ -361,7 +409,10 @@ def test_help(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     with pytest.raises(SystemExit) as end:
         main(command.split())
     said = capsys.readouterr()
-    assert [part for part in HELP[command] if part not in said.out] == [] and (end.value.code, said.err) == (0, "")
+    assert [part for part in HELP[command] if part not in said.out] == [] and (end.value.code, said.err) == (
+        0,
+        "",
+    )
 
 
 def test_the_command_line_loads_no_heavy_library() -> None:
@@ -386,7 +437,9 @@ def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_ali
         elif spec.read is not None:
             text = "0.1:1,0.2:0"
         else:
-            other = not present if isinstance(present, bool) else spec.low if present != spec.low else spec.high
+            other = (
+                not present if isinstance(present, bool) else spec.low if present != spec.low else spec.high
+            )
             text = f"{other:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text

@@ -54,10 +54,14 @@ def groups(text: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("features", [FEATURES, ()], ids=["all features", "core alone"])
-def test_every_command_has_one_line_in_one_group(capsys: pytest.CaptureFixture[str], features: Sequence[Feature]) -> None:
+def test_every_command_has_one_line_in_one_group(
+    capsys: pytest.CaptureFixture[str], features: Sequence[Feature]
+) -> None:
     commands = commands_with(features)
     found = groups(said(capsys, features, "--help"))
-    assert list(found) == [one for one in GROUPS if any(command.group == one for command in commands.values())]
+    assert list(found) == [
+        one for one in GROUPS if any(command.group == one for command in commands.values())
+    ]
     named = {line.split()[0]: (group, line) for group, lines in found.items() for line in lines}
     assert sum(map(len, found.values())) == len(named) == len(commands)
     for name, command in commands.items():
@@ -66,7 +70,9 @@ def test_every_command_has_one_line_in_one_group(capsys: pytest.CaptureFixture[s
 
 def test_all_three_groups_are_named_in_their_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert GROUPS == ("show", "teach", "compute")
-    assert [group for group, lines in groups(said(capsys, [MADE_UP], "--help")).items() if lines] == list(GROUPS)
+    assert [group for group, lines in groups(said(capsys, [MADE_UP], "--help")).items() if lines] == list(
+        GROUPS
+    )
 
 
 def test_a_feature_that_is_taken_out_takes_its_line_with_it(capsys: pytest.CaptureFixture[str]) -> None:
@@ -87,7 +93,9 @@ def test_the_help_is_the_same_in_every_terminal(
     assert max(map(len, text.splitlines())) <= 80 and "\x1b" not in text
 
 
-def test_the_line_of_a_command_is_a_sentence_that_its_own_help_repeats(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_line_of_a_command_is_a_sentence_that_its_own_help_repeats(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     for name, command in commands_with(FEATURES).items():
         assert summary(command).endswith("."), name
         with pytest.raises(SystemExit, match="0"):
@@ -144,10 +152,16 @@ def test_the_help_of_serve_shows_some_ten_options_and_says_how_the_rest_is_seen(
 def test_what_the_brief_help_shows_reads_as_in_the_full_one(capsys: pytest.CaptureFixture[str]) -> None:
     brief, every = (help_of(capsys, FEATURES, "serve", option) for option in ("--help", "--help-all"))
     *shown, _, last = brief.splitlines()
-    assert len(shown) > 30 and [line for line in shown if line not in every.splitlines()] == [] and last not in every
+    assert (
+        len(shown) > 30
+        and [line for line in shown if line not in every.splitlines()] == []
+        and last not in every
+    )
 
 
-def test_all_options_can_be_given_though_the_brief_help_hides_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_options_can_be_given_though_the_brief_help_hides_them(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     # Refused by the setting itself, so the option was read.
     assert command_line(["serve", "--dt", "9"], ()) == 2
     assert "dt = '9' is out of range" in capsys.readouterr().err
@@ -176,7 +190,9 @@ def test_an_option_that_does_not_exist_cannot_be_in_the_brief_help() -> None:
 
 
 @pytest.mark.parametrize("arguments", ["--help-all", "--dm 0.2 --help-all", "serve --dm 9 -h --help-all"])
-def test_without_a_command_it_is_the_help_of_serve(capsys: pytest.CaptureFixture[str], arguments: str) -> None:
+def test_without_a_command_it_is_the_help_of_serve(
+    capsys: pytest.CaptureFixture[str], arguments: str
+) -> None:
     assert {"--port", "--dm", "--sessions"} <= set(options_of(help_of(capsys, (), *arguments.split())))
 
 
@@ -211,5 +227,9 @@ def test_an_unknown_command_or_option_is_named(
     with pytest.raises(SystemExit, match="2"):
         command_line(arguments.split(), features)
     out, err = capsys.readouterr()
-    expected = {"halve": "Available subcommands: serve, run", "halve --help": "halve", "serve --halve": "--halve"}
+    expected = {
+        "halve": "Available subcommands: serve, run",
+        "halve --help": "halve",
+        "serve --halve": "--halve",
+    }
     assert out == "" and expected.get(arguments, "--bounds {distance,scale,null_space}") in err

@@ -40,6 +40,8 @@ def slim(tmp_path: Path) -> dict[str, str]:
 @pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
 def test_a_command_says_what_is_missing_and_ends(arguments: tuple[str, ...], slim: dict[str, str]) -> None:
     command = [sys.executable, "-m", "app", *arguments]
-    done = subprocess.run(command, cwd=ROOT, env=slim, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(
+        command, cwd=ROOT, env=slim, capture_output=True, text=True, timeout=120, check=False
+    )
     assert done.stderr == f"lwr-duet: {remedy('libgomp.so.1', 'pinocchio')}\n"
     assert (done.returncode, done.stdout) == (2, "")

@@ -44,7 +44,9 @@ def test_a_run_begins_there(capsys: pytest.CaptureFixture[str], tmp_path: Path) 
     tables = []
     for start in (str(file), "between"):
         out = tmp_path / "out.csv"
-        assert main(["run", "--seconds", "0.3", "--avoid", "guided", "--start", start, "--csv", str(out)]) == 0
+        assert (
+            main(["run", "--seconds", "0.3", "--avoid", "guided", "--start", start, "--csv", str(out)]) == 0
+        )
         capsys.readouterr()
         lines = out.read_text().splitlines()
         tables.append([line for line in lines if not line.startswith("#")])
@@ -78,7 +80,9 @@ def test_the_ball_has_a_start_too(capsys: pytest.CaptureFixture[str], tmp_path: 
         (f"{NAMES[9:]}\n{COMMAS}", "has no column left_q1"),
     ],
 )
-def test_what_is_no_posture(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, named: str) -> None:
+def test_what_is_no_posture(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, named: str
+) -> None:
     file = tmp_path / "start.txt"
     file.write_text(text)
     assert main(["run", "--seconds", "0.1", "--start", str(file)]) == 2
@@ -89,7 +93,11 @@ def test_what_is_no_posture(capsys: pytest.CaptureFixture[str], tmp_path: Path, 
 
 def test_files_that_are_none(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "bytes").write_bytes(bytes(range(128, 256)))
-    for path, named in ((tmp_path / "no", "no such file"), (tmp_path, "a folder"), (tmp_path / "bytes", "not a text file")):
+    for path, named in (
+        (tmp_path / "no", "no such file"),
+        (tmp_path, "a folder"),
+        (tmp_path / "bytes", "not a text file"),
+    ):
         assert main(["run", "--start", str(path)]) == 2
         assert named in capsys.readouterr().err
     assert main(["run", "--start", "betwen"]) == 2
@@ -107,7 +115,10 @@ def test_options_name_robots() -> None:
     [
         (["--robot", "r2d2"], "robot = 'r2d2' is not possible; choose from lwr, panda, ur5"),
         (["--robot-left", "r2d2"], "robot = 'r2d2_lwr' is not possible"),
-        (["--hand-right", "l6"], "hand-right = 'l6': the hand of the arm lwr is known; name a link of a URDF file"),
+        (
+            ["--hand-right", "l6"],
+            "hand-right = 'l6': the hand of the arm lwr is known; name a link of a URDF file",
+        ),
         (["--base-left=1,2"], "base-left = '1,2' is not a place for a base"),
         (["--base-left=0,0,0.7,0", "--base-right=0,0,0.7,0"], "find no start on the rig"),
     ],

@@ -56,7 +56,8 @@ def program(tmp_path: Path) -> list[str]:
     script = tmp_path / "bin" / "lwr-duet"
     script.parent.mkdir()
     script.write_text(
-        "import sys\nfrom app.__main__ import entry\nif __name__ == '__main__':\n    sys.exit(entry())\n", encoding="utf-8"
+        "import sys\nfrom app.__main__ import entry\nif __name__ == '__main__':\n    sys.exit(entry())\n",
+        encoding="utf-8",
     )
     return [sys.executable, str(script)]
 
@@ -74,12 +75,17 @@ ENVIRONMENT = {key: value for key, value in os.environ.items() if key not in ("P
 def served(command: list[str], folder: Path) -> Iterator[str]:
     with (
         (folder.parent / "said").open("w+") as said,
-        subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=said, text=True) as server,
+        subprocess.Popen(
+            command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=said, text=True
+        ) as server,
     ):
         try:
             assert server.stdout is not None
             words = server.stdout.readline().split()
-            assert words[:3] == ["Duet", "is", "at"], (words, (folder.parent / "said").read_text(encoding="utf-8"))
+            assert words[:3] == ["Duet", "is", "at"], (
+                words,
+                (folder.parent / "said").read_text(encoding="utf-8"),
+            )
             yield words[3]
             server.send_signal(signal.SIGTERM)
             assert server.wait(60.0) == TERMINATED
@@ -88,9 +94,14 @@ def served(command: list[str], folder: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.thorough)])
-def test_serve_shows_the_arms_and_computes_beside_them(strange: Path, program: list[str], workers: str) -> None:
+def test_serve_shows_the_arms_and_computes_beside_them(
+    strange: Path, program: list[str], workers: str
+) -> None:
     options = ["serve", "--no-open", "--port", "0", "--store", "memory", "--workers", workers]
-    with served([*program, *options], strange) as url, BlockingClient(url, query="whatif=1&seed=3") as visitor:
+    with (
+        served([*program, *options], strange) as url,
+        BlockingClient(url, query="whatif=1&seed=3") as visitor,
+    ):
         visitor.wait_for(is_whole)
         # "What if" is a job for the processes that compute.
         until(lambda: imported(strange) or computing(strange))
@@ -101,7 +112,10 @@ def computing(folder: Path) -> bool:
     """Whether a worker of `multiprocessing` runs whose current folder this is, and has loaded the robots' library."""
     for process in Path("/proc").glob("[0-9]*"):
         try:
-            if os.readlink(process / "cwd") == str(folder) and b"spawn_main" in (process / "cmdline").read_bytes():
+            if (
+                os.readlink(process / "cwd") == str(folder)
+                and b"spawn_main" in (process / "cmdline").read_bytes()
+            ):
                 return "pinocchio" in (process / "maps").read_text(encoding="utf-8")
         except OSError:
             continue
@@ -116,12 +130,22 @@ COMMANDS = {
 }
 
 
-@pytest.mark.parametrize("name", ["run", *(pytest.param(name, marks=pytest.mark.thorough) for name in COMMANDS if name != "run")])
+@pytest.mark.parametrize(
+    "name", ["run", *(pytest.param(name, marks=pytest.mark.thorough) for name in COMMANDS if name != "run")]
+)
 def test_a_command_imports_none_of_them(strange: Path, program: list[str], name: str) -> None:
     if name == "law-test":
-        subprocess.run([*program, "new-law", "my_law.py"], cwd=strange, env=ENVIRONMENT, timeout=PATIENCE, check=True)
+        subprocess.run(
+            [*program, "new-law", "my_law.py"], cwd=strange, env=ENVIRONMENT, timeout=PATIENCE, check=True
+        )
     done = subprocess.run(
-        [*program, *COMMANDS[name]], cwd=strange, env=ENVIRONMENT, capture_output=True, text=True, timeout=PATIENCE, check=False
+        [*program, *COMMANDS[name]],
+        cwd=strange,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
     )
     assert imported(strange) == ""
     if name == "law-test":
@@ -161,7 +185,13 @@ def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Pa
     (tmp_path / "app.py").write_text("def double(x):\n    return 2 * x\n", encoding="utf-8")
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, "study.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=PATIENCE, check=False
+        [sys.executable, "study.py"],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
     )
     assert done.stdout == "[(0, 2), (1, 4)]\n", done.stderr[-3000:]
 
@@ -176,7 +206,12 @@ def starts_python(source: str) -> bool:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             if (node.value.id, node.attr) == ("sys", "executable"):
                 return True
-            if node.value.id == "multiprocessing" and node.attr in ("get_context", "Process", "Pool", "Manager"):
+            if node.value.id == "multiprocessing" and node.attr in (
+                "get_context",
+                "Process",
+                "Pool",
+                "Manager",
+            ):
                 return True
     return False
 
@@ -184,7 +219,9 @@ def starts_python(source: str) -> bool:
 def test_no_other_file_starts_python() -> None:
     assert starts_python("import sys, subprocess\nsubprocess.run([sys.executable, '-m', 'app'])")
     assert starts_python("import multiprocessing\nmultiprocessing.get_context('spawn')")
-    files = {path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")}
+    files = {
+        path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")
+    }
     found = {name for name, path in files.items() if starts_python(path.read_text(encoding="utf-8"))}
     # It only asks which folders Python is in.
     assert found == {*STARTERS, "app/features/marks/fence.py"} & files.keys()

@@ -39,7 +39,12 @@ def right(lesson: Lesson, index: int) -> int:
 
 
 def replies(lesson: Lesson) -> list[str]:
-    return [choice.reply[:20] for step in lesson.steps if step.question is not None for choice in step.question.choices]
+    return [
+        choice.reply[:20]
+        for step in lesson.steps
+        if step.question is not None
+        for choice in step.question.choices
+    ]
 
 
 @pytest.mark.thorough
@@ -49,7 +54,11 @@ def test_ten_questions_with_a_belief_each_in_every_language_and_every_path_goes_
     for language in LANGUAGES:
         lesson = BOOK.in_language(language).lessons[0]
         assert not re.search(r"\d", lesson.goal), "in a playlist its lessons have other numbers"
-        assert lesson.language == language and len(lesson.steps) == 10 and all(step.concept for step in lesson.steps)
+        assert (
+            lesson.language == language
+            and len(lesson.steps) == 10
+            and all(step.concept for step in lesson.steps)
+        )
         beliefs |= {step.belief.partition("\n")[0] for step in lesson.steps}
     assert len(beliefs) == 10 * len(LANGUAGES)
     for lesson in (FIRST, LAST_TEST):
@@ -82,7 +91,10 @@ def test_what_no_number_of_a_run_decides_holds_on_the_model() -> None:
         free = np.eye(7) - np.outer(row, row) / (row @ row)
         velocities = row * wanted / (row @ row) + free @ np.linalg.pinv(J) @ second
         assert row @ velocities == pytest.approx(wanted)
-        assert np.linalg.matrix_rank(np.linalg.pinv(J) @ second - free @ np.linalg.pinv(J) @ second - row * 0.0) <= 1
+        assert (
+            np.linalg.matrix_rank(np.linalg.pinv(J) @ second - free @ np.linalg.pinv(J) @ second - row * 0.0)
+            <= 1
+        )
     # One of seven velocities is cut to a half: the hand turns aside, and the distance may shrink where it should grow.
     random = np.random.default_rng(1)
     turned, signs = list[float](), set[bool]()
@@ -107,7 +119,11 @@ def test_the_first_time_nothing_says_what_is_right_and_the_last_time_takes_the_f
     walk.go("beliefs")
     for index in range(10):
         assert walk.phases == (Phase.PREDICT,) and walk.choose(wrong if index % 2 else right(FIRST, index))
-        assert walk.view().verdict is None and walk.view().can_next and not any(text in shown(walk) for text in replies(FIRST))
+        assert (
+            walk.view().verdict is None
+            and walk.view().can_next
+            and not any(text in shown(walk) for text in replies(FIRST))
+        )
         assert walk.next()
     assert walk.lesson.id == "redundancy"
     student = json.loads(walk.to_json())
@@ -115,7 +131,13 @@ def test_the_first_time_nothing_says_what_is_right_and_the_last_time_takes_the_f
     walk.go("beliefs" + LAST, 1)
     assert not walk.next() and walk.choose(right(FIRST, 1)) and walk.next()
     verdict = walk.view().verdict
-    assert verdict is not None and verdict.right and verdict.reply and "That is right" in shown(walk) and "0.98°" in shown(walk)
+    assert (
+        verdict is not None
+        and verdict.right
+        and verdict.reply
+        and "That is right" in shown(walk)
+        and "0.98°" in shown(walk)
+    )
     walk.reset()
     assert walk.done.choice == right(FIRST, 1), "an answer stays once the right one was told"
     walk.go("beliefs", 1)
@@ -133,7 +155,9 @@ def test_what_is_taken_away_before_the_last_test_does_not_say_it_either() -> Non
     report = lab_bytes(done_in(BOOK.lessons, walk.done_in, {}), "en").decode()
     taken = (report, handout_html(FIRST), moodle_xml(FIRST).decode())
     assert all("seven joints holds its hand still" in text for text in taken)
-    assert [text for text in replies(FIRST) for page in taken if text in page] == [] and "Before and after" not in report
+    assert [
+        text for text in replies(FIRST) for page in taken if text in page
+    ] == [] and "Before and after" not in report
     assert "cancel" in handout_html(FIRST, "") and "cancel" in moodle_xml(LAST_TEST).decode()
 
 
@@ -163,11 +187,18 @@ def test_the_gain_is_hakes_and_the_matrix_has_every_student() -> None:
     (one,) = gains(pairs_of((0, 0, 1, 2, 2), (2, 1, 2, 2, 0)), BOOK.lessons)
     assert one.moved == ((0, 1, 1), (0, 0, 1), (1, 0, 1)) and one.belief == "Delay only slows."
     # Two of five before, three after: one third of what was possible.
-    assert (one.gain.students, one.gain.before, one.gain.after) == (5, 2, 3) and one.gain.normalised == pytest.approx(1 / 3)
+    assert (one.gain.students, one.gain.before, one.gain.after) == (
+        5,
+        2,
+        3,
+    ) and one.gain.normalised == pytest.approx(1 / 3)
     assert one.gain.cells == ("5", "40 %", "60 %", "0.33")
     (all_right,) = gains(pairs_of((2, 2), (2, 0)), BOOK.lessons)
     assert all_right.gain.normalised is None and all_right.gain.cells[3] == "–"
-    assert whole([one, all_right]).normalised == pytest.approx(0.0) and gains(pairs_of((9,), (0,)), BOOK.lessons) == []
+    assert (
+        whole([one, all_right]).normalised == pytest.approx(0.0)
+        and gains(pairs_of((9,), (0,)), BOOK.lessons) == []
+    )
     assert gains({("drift", "x"): ((0, 0),)}, BOOK.lessons) == []
 
 
@@ -181,5 +212,13 @@ def test_a_students_own_report_has_both_answers_once_the_last_test_is_done() -> 
     assert len(own_pairs(BOOK.lessons, walk.done_in)) == 2
     page = lab_bytes(done_in(BOOK.lessons, walk.done_in, {}, "beliefs" + LAST), "en").decode()
     text = " ".join(HtmlReader(page).text.split())
-    assert "Before and after" in text and "1 → 3" in text and "1 → 1" in text and "⟨g⟩ = 0.50" in text and "not validated" in text
-    assert "The null space is the rest of the joints." in text and "duet-report" not in page, "nothing for marks"
+    assert (
+        "Before and after" in text
+        and "1 → 3" in text
+        and "1 → 1" in text
+        and "⟨g⟩ = 0.50" in text
+        and "not validated" in text
+    )
+    assert "The null space is the rest of the joints." in text and "duet-report" not in page, (
+        "nothing for marks"
+    )

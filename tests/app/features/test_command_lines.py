@@ -20,7 +20,9 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("arguments", ERRORS)
-def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
+def test_one_line_says_what_is_wrong(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str
+) -> None:
     assert_said(capsys, tmp_path, arguments, ERRORS[arguments])
 
 
@@ -29,4 +31,6 @@ def test_help(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
     with pytest.raises(SystemExit, match="0"):
         main(["bench", "--help"])
     said = capsys.readouterr().out
-    assert [part for part in ("--out", "--compare", "--seconds", "--steps", "--robot") if part not in said] == []
+    assert [
+        part for part in ("--out", "--compare", "--seconds", "--steps", "--robot") if part not in said
+    ] == []

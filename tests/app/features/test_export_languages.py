@@ -30,7 +30,13 @@ SYMBOLS = frozenset({"mathrm", "λρ²"})
 @pytest.mark.parametrize(
     ("scene", "details"),
     [
-        *(("hold", "curve"), ("hold", "laws"), ("hold", "pairs"), ("hold", "stability"), ("master_slave", "follow")),
+        *(
+            ("hold", "curve"),
+            ("hold", "laws"),
+            ("hold", "pairs"),
+            ("hold", "stability"),
+            ("master_slave", "follow"),
+        ),
         *(("imitation", "follow"), ("imitation", "stability"), ("solo", "joints")),
     ],
 )
@@ -41,7 +47,9 @@ def test_pictures(scene: str, details: Details) -> None:
         figure = pictures.picture_figure(recorded, 1.0, details, ())
     found = [text.get_text() for text in figure.findobj(Text) if isinstance(text, Text)]
     assert any("⟦" in text for text in found)
-    assert {text: left for text in found if (left := [w for w in untranslated(text) if w not in SYMBOLS])} == {}
+    assert {
+        text: left for text in found if (left := [w for w in untranslated(text) if w not in SYMBOLS])
+    } == {}
 
 
 def test_pictures_are_drawn_in_a_worker_in_the_language_that_it_is_given() -> None:
@@ -69,7 +77,11 @@ def test_the_page_that_plays() -> None:
     assert len(said) > 6 and [left for text in said if (left := untranslated(text))] == []
     set_language("de")
     page = assembled(filmed, Curves(recorded, table).panels("none"), recorded.settings, False)
-    assert '<html lang="de" data-words="de">' in page and 'aria-label="Abspielen"' in page and "Halten (Abb. 5)" in page
+    assert (
+        '<html lang="de" data-words="de">' in page
+        and 'aria-label="Abspielen"' in page
+        and "Halten (Abb. 5)" in page
+    )
 
 
 def test_the_report() -> None:
@@ -78,7 +90,12 @@ def test_the_report() -> None:
     lesson, index, done = much_done("1")
     step = replace(lesson.steps[index], title="2")
     view = step_entry(Done(replace(lesson, title="3"), index, done)).view
-    said = {"texts": (("predict", "4"),), "choices": ("5",) * 9, "verdict": AnswerVerdict(False, "6", "6", ()), "outcome": ("7",)}
+    said = {
+        "texts": (("predict", "4"),),
+        "choices": ("5",) * 9,
+        "verdict": AnswerVerdict(False, "6", "6", ()),
+        "outcome": ("7",),
+    }
     drawing = DrawnCurves(done.drawing, (), DrawingVerdict(False, "8"))
     view = replace(view, step=step, drawing=drawing, **said)
     page = report_html("9", [ReportEntry(view, _settings(run))], Settings(run=run), about=tr("Name"))

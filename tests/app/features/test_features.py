@@ -16,7 +16,11 @@ COMPOSING = {"app/__main__.py", "app/lwr_duet/__init__.py"}
 def test_every_folder_is_a_place_in_the_tuple_and_says_what_it_is() -> None:
     names = [feature.name for feature in FEATURES]
     assert sorted(names) == sorted(path.parent.name for path in FOLDER.glob("*/__init__.py"))
-    assert [name for name in names if not (FOLDER / name / "README.md").read_text(encoding="utf-8").startswith("# ")] == []
+    assert [
+        name
+        for name in names
+        if not (FOLDER / name / "README.md").read_text(encoding="utf-8").startswith("# ")
+    ] == []
 
 
 def test_no_file_of_the_core_imports_a_feature() -> None:
@@ -43,6 +47,8 @@ def test_no_test_of_the_core_imports_a_feature() -> None:
 
 def test_what_a_folder_holds_it_alone_holds() -> None:
     """Scripts, style sheets and templates of a feature are not among those of the core."""
-    core = {path.name for kind in ("js", "css", "html") for path in (ROOT / "app" / "page").rglob(f"*.{kind}")}
+    core = {
+        path.name for kind in ("js", "css", "html") for path in (ROOT / "app" / "page").rglob(f"*.{kind}")
+    }
     own = {path.name for kind in ("js", "css", "html") for path in FOLDER.rglob(f"*.{kind}")}
     assert own and not own & core

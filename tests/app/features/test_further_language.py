@@ -61,7 +61,9 @@ def test_a_further_language_is_one_entry_its_catalogue_and_its_lessons(tmp_path:
     shutil.copytree(ROOT / "app", app)
     settings = (app / "settings.py").read_text(encoding="utf-8")
     assert settings.count(LAST_LANGUAGE) == 1
-    (app / "settings.py").write_text(settings.replace(LAST_LANGUAGE, f'{LAST_LANGUAGE}, "eo": "Esperanto"'), encoding="utf-8")
+    (app / "settings.py").write_text(
+        settings.replace(LAST_LANGUAGE, f'{LAST_LANGUAGE}, "eo": "Esperanto"'), encoding="utf-8"
+    )
     (app / "i18n" / "eo.toml").write_text(CATALOGUE, encoding="utf-8")
     lesson = (app / "features" / "lessons" / "files" / "01-redundancy.de.md").read_text(encoding="utf-8")
     translated = lesson.replace("# Redundanz und Nullraum", "# Redundo", 1)

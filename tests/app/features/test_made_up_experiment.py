@@ -65,7 +65,9 @@ class MadeUp(BallInTheWay):
         return np.zeros((0, 3))
 
 
-ENTRY = Experiment(NAME, LABEL, SHORT, f"{NAME}:MadeUp", "ball", "ball", "nothing", ("robot", "task", "point"))
+ENTRY = Experiment(
+    NAME, LABEL, SHORT, f"{NAME}:MadeUp", "ball", "ball", "nothing", ("robot", "task", "point")
+)
 TEXTS = ExperimentTexts(TIP, WATCHED)
 
 
@@ -86,8 +88,15 @@ def pushed() -> tuple[Simulation, Settings]:
     return simulation, Settings(simulation.settings)
 
 
-def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "--scene", NAME, "--point", "arm", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
+def test_the_command_line_runs_it_and_writes_its_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        main(
+            ["run", "--scene", NAME, "--point", "arm", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]
+        )
+        == 0
+    )
     about, _, rows = read(tmp_path / "run.csv")
     assert about["scene"] == NAME and "e2 [m²]" in about["units"]
     twin = run(RunSettings(scene=NAME, point="arm"), 0.5)
@@ -106,7 +115,11 @@ def test_a_link_opens_it_with_its_settings() -> None:
 
 def test_the_settings_that_it_reads_matter_and_those_of_others_do_not() -> None:
     of = Settings(RunSettings(scene=NAME))
-    usual = {key for key in specs(RunSettings) if matters(key, replace(of, run=replace(of.run, scene="ball", ball="cross")))}
+    usual = {
+        key
+        for key in specs(RunSettings)
+        if matters(key, replace(of, run=replace(of.run, scene="ball", ball="cross")))
+    }
     assert {key for key in specs(RunSettings) if matters(key, of)} == usual - {"ball"}
     assert not {"rig", "guided", "avoid", "path", "kx", "clip", "following", "start", "coupled"} & usual
 
@@ -131,7 +144,11 @@ def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
     assert possible_details(RunSettings(scene=NAME)) == possible_details(alike)
     assert possible_plots(RunSettings(scene=NAME)) == possible_plots(alike)
     assert cells(RunSettings(scene=NAME), "lambda") == ("distance", "error", "lambda")
-    assert {name for name, one in SCRIPTS.items() if one.fits(NAME)} == {"ball_to", "ball_push", "ball_circle"}
+    assert {name for name, one in SCRIPTS.items() if one.fits(NAME)} == {
+        "ball_to",
+        "ball_push",
+        "ball_circle",
+    }
 
 
 def test_a_visitor_walks_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive) -> None:
@@ -146,12 +163,16 @@ def test_a_visitor_walks_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive)
     one.visitor.wait_for(lambda _: not any(of_page(key) for key in ("ball", "guided", "path", "clip")))
     one.visitor.wait_for(lambda v: TIP in shown(v))
     others = {HAND, ELBOW, "/path/line", "/person/body"}
-    one.visitor.wait_for(lambda v: {"/ball", "/gizmo/ball"} <= set(v.mirror.nodes) and not others & set(v.mirror.nodes))
+    one.visitor.wait_for(
+        lambda v: {"/ball", "/gizmo/ball"} <= set(v.mirror.nodes) and not others & set(v.mirror.nodes)
+    )
     goal = one.ask(lambda s: s.simulation.positions[s.simulation.room.ball] + np.array([0.0, 0.0, 0.06]))
     one.visitor.move_gizmo("/gizmo/ball", phase="start")
     one.visitor.move_gizmo("/gizmo/ball", tuple(goal.tolist()))
     one.wait(lambda s: isinstance(s.held, BallTarget))
-    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes["/ball"]["position"]) - goal) < 0.02)
+    one.visitor.wait_for(
+        lambda v: np.linalg.norm(np.array(v.mirror.nodes["/ball"]["position"]) - goal) < 0.02
+    )
     one.visitor.move_gizmo("/gizmo/ball", phase="end")
     one.wait(lambda s: s.held is None)
     one.visitor.set_value(page_label("scene"), specs()["scene"].options()["hold"])
@@ -230,7 +251,9 @@ def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> N
         "scenes/experiments.py",
         "app/features/figures/figure_list.py",
     }
-    assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {"scenes/experiments.py"}
+    assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {
+        "scenes/experiments.py"
+    }
     # Two scenes with each other.
     assert {file for file, text in sources() if compared.search(text)} == {
         "scenes/inputs_file.py",

@@ -69,7 +69,14 @@ class MadeUp(RowLaw):
 
 
 ENTRY = LawEntry(
-    NAME, LABEL, SHORT, f"{NAME}:MadeUp", ("dm", "v", "kr"), "share", knobs=(Knob("kr", (1.0, 5.0)),), in_null_space=True
+    NAME,
+    LABEL,
+    SHORT,
+    f"{NAME}:MadeUp",
+    ("dm", "v", "kr"),
+    "share",
+    knobs=(Knob("kr", (1.0, 5.0)),),
+    in_null_space=True,
 )
 TEXTS = LawTexts(
     (r"\dot q = {lam}\,\dot q_n",),
@@ -101,15 +108,21 @@ def of(**others: Any) -> RunSettings:
 def near(law: LawSettings | None = None) -> Simulation:
     """An experiment in which the arm keeps clear, moved by its own person until λ > 0."""
     settings = RunSettings(law=law or LawSettings(law=NAME, critical_distance=0.3))
-    return moved(settings, lambda simulation: simulation.sample().activation > 0.05 and simulation.time >= 1.0)
+    return moved(
+        settings, lambda simulation: simulation.sample().activation > 0.05 and simulation.time >= 1.0
+    )
 
 
 def text(page: str) -> str:
     return html.unescape(re.sub(r"<[^>]+>", " ", str(page)))
 
 
-def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "--law", NAME, "--kr", "3", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
+def test_the_command_line_runs_it_and_writes_its_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert (
+        main(["run", "--law", NAME, "--kr", "3", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
+    )
     about, _, rows = read(tmp_path / "run.csv")
     assert about["law"] == NAME
     twin = run(of(restoring_gain=3.0), 0.5)
@@ -125,14 +138,20 @@ def test_the_help_names_it_and_a_made_up_experiment() -> None:
         f"EXPERIMENTS['{NAME}'] = replace(EXPERIMENTS['ball'], name='{NAME}')\n"
         "from app.__main__ import run_command; run_command(['run', '--help'])"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
+    said = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120
+    )
     choices = re.sub(r"[\s│]", "", said.stdout)
     assert f"unprotected,{NAME}}}" in choices and f"first_task,{NAME}}}" in choices
 
 
 def test_a_link_opens_it_with_its_settings_and_its_ghost() -> None:
     settings, problems = from_query({"law": NAME, "ghost": NAME, "kr": "7"}, Settings())
-    assert not problems and settings.run.law == LawSettings(law=NAME, restoring_gain=7.0) and settings.page.ghost == NAME
+    assert (
+        not problems
+        and settings.run.law == LawSettings(law=NAME, restoring_gain=7.0)
+        and settings.page.ghost == NAME
+    )
     assert from_query(to_query(settings), Settings())[0] == settings
     assert to_query(settings)["law"] == NAME
 
@@ -146,7 +165,9 @@ def test_the_page_shows_its_sliders_in_the_tab_of_the_law(house: OpenHouse, arri
     one = arrive(house(), f"law={NAME}&ghost={NAME}")
     of_page = lambda key: one.visitor.mirror.labelled(page_label(key))  # noqa: E731
     one.visitor.wait_for(lambda _: all(of_page(key)["visible"] for key in ("dm", "v", "kr", "pairs")))
-    one.visitor.wait_for(lambda _: not any(of_page(key)["visible"] for key in ("n", "d0", "eta", "gamma", "ff", "one_sided")))
+    one.visitor.wait_for(
+        lambda _: not any(of_page(key)["visible"] for key in ("n", "d0", "eta", "gamma", "ff", "one_sided"))
+    )
     law, ghost = of_page("law"), of_page("ghost")
     assert law["value"] == LABEL == law["options"][-1] and ghost["value"] == SHORT == ghost["options"][-2]
     assert {of_page(key)["container_uuid"] for key in ("dm", "v", "kr")} == {law["container_uuid"]}
@@ -163,7 +184,9 @@ def test_the_card_calls_its_activation_by_name_and_says_what_becomes_of_the_gap(
     frame = replace(freeze(session, 0.0), simulation=simulation, sample=simulation.sample())
     terms = contact_card.budget_terms(simulation, frame.sample, frame.contact)
     words = contact_card.contact_words(frame, terms)
-    assert words["share"] == "μ" and [text(term.symbol).replace(" ", "") for term in terms if term.kind == "u"] == ["(1−μ)u"]
+    assert words["share"] == "μ" and [
+        text(term.symbol).replace(" ", "") for term in terms if term.kind == "u"
+    ] == ["(1−μ)u"]
     assert contact_card.contact_note(simulation, frame.sample, frame.contact, []) == ("", SAID)
     assert contact_card.contact_numbers(frame, frame.contact, terms, 0)[2] is None
     assert sum(term.value for term in terms) == pytest.approx(frame.contact.change, abs=0.011)
@@ -195,14 +218,20 @@ def test_the_plots_of_all_laws_have_its_line_its_number_and_a_colour() -> None:
 
 def test_the_knob_of_it_can_be_set() -> None:
     _, recorded = recorded_run(RunSettings(), 1.0, 99.0, {})
-    match = match_knob(recorded, {**values(LawSettings()), "k": 2.0}, {**values(LawSettings(law=NAME)), "k": 2.0})
+    match = match_knob(
+        recorded, {**values(LawSettings()), "k": 2.0}, {**values(LawSettings(law=NAME)), "k": 2.0}
+    )
     assert (match.law, match.key) == (NAME, "kr")
 
 
 def test_the_figures_draw_it() -> None:
     drawn = laws_compared.variants()
-    assert drawn[LABEL] == {"law": NAME} and len(drawn) == len(LAWS) + sum(law.has_barrier for law in LAWS.values())
-    curves = [equal_safety.KnobCurve(knob, np.zeros(1), np.ones((1, 1)), np.ones((1, 1)), []) for knob in knobs()]
+    assert drawn[LABEL] == {"law": NAME} and len(drawn) == len(LAWS) + sum(
+        law.has_barrier for law in LAWS.values()
+    )
+    curves = [
+        equal_safety.KnobCurve(knob, np.zeros(1), np.ones((1, 1)), np.ones((1, 1)), []) for knob in knobs()
+    ]
     assert curves[-1].label == f"{SHORT}, over k_r"
     figure = laws_compared.sheet(2.0)
     whole, zoomed = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)

@@ -66,7 +66,9 @@ ALL_TEMPLATES = sorted(
 )
 """Below `app/`."""
 
-ELSEWHERE = tuple(f"features/{path.parent.name}/" for path in (ROOT / "tests/app/features").glob("*/test_*_templates.py"))
+ELSEWHERE = tuple(
+    f"features/{path.parent.name}/" for path in (ROOT / "tests/app/features").glob("*/test_*_templates.py")
+)
 """Folders of features that try their templates themselves."""
 
 TEMPLATES = [name for name in ALL_TEMPLATES if not name.startswith(ELSEWHERE)]
@@ -76,11 +78,20 @@ TEMPLATES = [name for name in ALL_TEMPLATES if not name.startswith(ELSEWHERE)]
 def nasty_lesson() -> Lesson:
     """A lesson with a question, a drawing or a challenge, in which every text is as bad as can be."""
     lesson = next(one for one in BOOK.lessons if any(step.drawing for step in one.steps))
-    return replace(lesson, title=NASTY, goal=NASTY, promise=NASTY, learned=NASTY, steps=tuple(map(nasty_step, lesson.steps)))
+    return replace(
+        lesson,
+        title=NASTY,
+        goal=NASTY,
+        promise=NASTY,
+        learned=NASTY,
+        steps=tuple(map(nasty_step, lesson.steps)),
+    )
 
 
 def nasty_step(step: Step) -> Step:
-    texts: dict[str, Any] = dict.fromkeys(("title", "goal", "do", "observe", "explain"), NASTY) | {"hints": (NASTY,) * 2}
+    texts: dict[str, Any] = dict.fromkeys(("title", "goal", "do", "observe", "explain"), NASTY) | {
+        "hints": (NASTY,) * 2
+    }
     if step.question is not None:
         choices = tuple(Choice(NASTY, NASTY, choice.why) for choice in step.question.choices)
         texts["question"] = replace(step.question, text=NASTY, choices=choices)
@@ -96,7 +107,12 @@ def views() -> Iterator[StepView]:
     attempt = Attempt(False, (Judgement("a", False, said, 1.0), Judgement("b", True, said, 1.0)), said)
     for i, step in enumerate(lesson.steps):
         done = StepProgress(
-            choice=None if step.question is None else 0, because=NASTY, hints=2, attempts=2, last=attempt, passed=True
+            choice=None if step.question is None else 0,
+            because=NASTY,
+            hints=2,
+            attempts=2,
+            last=attempt,
+            passed=True,
         )
         if step.challenge is not None:
             done.tries = tuple(Try(0.1 * k, 0.1, k == 1) for k in range(4))
@@ -108,7 +124,9 @@ def views() -> Iterator[StepView]:
                 phases=(*Phase,),
                 verdict=verdict,
                 outcome=(NASTY,),
-                texts=tuple((name, NASTY) for name in ("goal", "predict", "do", "observe", "explain", "challenge")),
+                texts=tuple(
+                    (name, NASTY) for name in ("goal", "predict", "do", "observe", "explain", "challenge")
+                ),
                 lesson_finished=True,
             )
 
@@ -118,12 +136,17 @@ def panel() -> Iterator[str]:
         for computing, operated in ((False, False), (False, True), (True, True)):
             yield from blocks_html(view, ((NASTY, NASTY),), computing, operated).values()
         contrast = Contrast(NASTY, (), PLAIN, PLAIN, ("a", "b"))
-        yield from blocks_html(replace(view, contrast=contrast, why_outcome=(NASTY,)), (), False, False).values()
+        yield from blocks_html(
+            replace(view, contrast=contrast, why_outcome=(NASTY,)), (), False, False
+        ).values()
 
 
 def report() -> str:
     curves = DrawnCurves((0.5,) * COLUMNS, (), DrawingVerdict(False, NASTY))
-    done = [replace(view, done=replace(view.done, words=NASTY), drawing=view.drawing and curves) for view in views()]
+    done = [
+        replace(view, done=replace(view.done, words=NASTY), drawing=view.drawing and curves)
+        for view in views()
+    ]
     entries = [ReportEntry(view, NASTY, "<svg/>") for view in done]
     return report_html(NASTY, entries, Settings(), about=NASTY) + report_html(NASTY, [], None)
 
@@ -133,7 +156,10 @@ def player() -> str:
     page = assembled(Filmed(b"", (), (0.0, 0.05)), (), RunSettings(), False, own)
     # viser's page around it has scripts of its own.
     return re.sub(
-        r"<(script|style).*?</\1>", "", page[page.index('<section id="duet-plots"') : page.rindex("</body>")], flags=re.S
+        r"<(script|style).*?</\1>",
+        "",
+        page[page.index('<section id="duet-plots"') : page.rindex("</body>")],
+        flags=re.S,
     )
 
 
@@ -154,7 +180,9 @@ def charts() -> Iterator[str]:
 def drawing() -> Iterator[str]:
     step = next(step for step in nasty_lesson().steps if step.drawing is not None)
     assert step.drawing is not None
-    yield board_html((NASTY, NASTY), replace(step.drawing, x=replace(step.drawing.x, symbol=NASTY, unit=NASTY)), ())
+    yield board_html(
+        (NASTY, NASTY), replace(step.drawing, x=replace(step.drawing.x, symbol=NASTY, unit=NASTY)), ()
+    )
 
 
 def laws() -> Iterator[str]:
@@ -166,7 +194,9 @@ def laws() -> Iterator[str]:
 
 def league() -> str:
     entrants = [Entrant(DEFAULT_LAW), Entrant(NASTY, b"")]
-    outcomes = [Played(NASTY, entrants[1].sha256, event, Outcome(None, None, (), None, NASTY)) for event in events()]
+    outcomes = [
+        Played(NASTY, entrants[1].sha256, event, Outcome(None, None, (), None, NASTY)) for event in events()
+    ]
     tables = league_tables(entrants, outcomes, QUICK)
     return league_page(entrants, outcomes, tables, QUICK, {"Duet": NASTY})
 
@@ -175,12 +205,19 @@ def feedback() -> str:
     curve = TrialCurve("d", 1.0, 0.1, {NASTY: [0.1, None, 0.2]})
     remarks = [Remark(NASTY, None, NASTY), Remark(NASTY, False, NASTY, 0.0, 1.0, NASTY, curve)]
     student = Student(NASTY, NASTY)
-    files = (GradedFile(NASTY, "law", student, remarks=remarks), GradedFile(NASTY, "report", student, reason=NASTY))
+    files = (
+        GradedFile(NASTY, "law", student, remarks=remarks),
+        GradedFile(NASTY, "report", student, reason=NASTY),
+    )
     return feedback_page(StudentMarks(student, files))
 
 
 def before_and_after() -> Iterator[str]:
-    asked = [replace(step, belief=NASTY, asked="first") for step in nasty_lesson().steps if step.question is not None]
+    asked = [
+        replace(step, belief=NASTY, asked="first")
+        for step in nasty_lesson().steps
+        if step.question is not None
+    ]
     lesson = replace(nasty_lesson(), steps=tuple(asked))
     found = gains({(lesson.id, step.id): ((0, 1), (1, 1)) for step in asked}, [lesson])
     for alone in (False, True):
@@ -193,7 +230,9 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
         *(("score", ([(margin, NASTY)] * 2, 2, 0)) for margin in (0.001, -0.001)),
         *(("record", (margin, NASTY)) for margin in (0.001, -0.001)),
     ],
-    "features/lessons/panel/lesson_list.html": [("lessons", ([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}))],
+    "features/lessons/panel/lesson_list.html": [
+        ("lessons", ([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}))
+    ],
     "features/lessons/panel/search_plot.html": [
         ("plot", (NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]))
     ],
@@ -215,7 +254,9 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "features/custom_law/law_editor.html": [("place", (NASTY,))],
     "features/formula_law/formula.html": [("place", ((NASTY, NASTY),))],
-    "features/lessons/panel/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
+    "features/lessons/panel/notes.html": [
+        ("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))
+    ],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],
     "text/equation.html": [("of_file", (NASTY,))],
 }
@@ -240,7 +281,12 @@ SURFACES: Surfaces = {
         (handout_html(nasty_lesson()), handout_html(nasty_lesson(), f"# {NASTY}\n\n{NASTY}"))
     ),
     **dict.fromkeys(
-        ("features/lab_report/page.html", "features/lab_report/report.html", "features/lab_report/report_entry.html"), report
+        (
+            "features/lab_report/page.html",
+            "features/lab_report/report.html",
+            "features/lab_report/report_entry.html",
+        ),
+        report,
     ),
     "features/exports/player.html": player,
     "features/league/league.html": league,
@@ -250,7 +296,9 @@ SURFACES: Surfaces = {
     "page/panels/pills.html": lambda: iter(
         (late_law_html(LateLawStatus(NASTY)), late_law_html(LateLawStatus("a.py", problem=NASTY)))
     ),
-    "page/panels/style.html": lambda: re.sub("</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 5, [], [])),
+    "page/panels/style.html": lambda: re.sub(
+        "</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 5, [], [])
+    ),
     "page/panels/title_bar.svg": lambda: page_of_template(
         "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
     ),
@@ -300,10 +348,13 @@ def test_a_value_that_is_not_given_is_an_error() -> None:
 
 
 def test_only_the_breaks_of_a_template_are_left_out() -> None:
-    assert macros("features/lessons/panel/lesson.html").mark("✓", "a\n b") == '<p class="mark"><span>✓</span> <b>a\n b</b></p>'
-    assert tr_html("this run: {what}", what="<b>") == "this run: &lt;b&gt;" and tr("this run: {what}", what="<b>") != tr_html(
-        "this run: {what}", what="<b>"
+    assert (
+        macros("features/lessons/panel/lesson.html").mark("✓", "a\n b")
+        == '<p class="mark"><span>✓</span> <b>a\n b</b></p>'
     )
+    assert tr_html("this run: {what}", what="<b>") == "this run: &lt;b&gt;" and tr(
+        "this run: {what}", what="<b>"
+    ) != tr_html("this run: {what}", what="<b>")
     assert lowered("d_m < d_0") == "d<sub>m</sub> &lt; d<sub>0</sub>"
     assert lowered("beside `J_d < 2`, J_d") == "beside <code>J_d &lt; 2</code>, J<sub>d</sub>"
     assert element("i", "<", class_='"') == '<i class="&#34;">&lt;</i>'
@@ -341,9 +392,16 @@ def joined_by_hand(source: str) -> list[str]:
             inner = [one for given in node.args for one in ast.walk(given)]
             if any(isinstance(one, ast.Call) and ast.unparse(one.func) == "element" for one in inner):
                 found.append(ast.unparse(node))
-        elif isinstance(node, (ast.JoinedStr, ast.Constant)) and id(node) not in translated | parts | documented:
+        elif (
+            isinstance(node, (ast.JoinedStr, ast.Constant))
+            and id(node) not in translated | parts | documented
+        ):
             values = node.values if isinstance(node, ast.JoinedStr) else [node]
-            words = "{}".join(str(one.value) for one in values if isinstance(one, ast.Constant) and isinstance(one.value, str))
+            words = "{}".join(
+                str(one.value)
+                for one in values
+                if isinstance(one, ast.Constant) and isinstance(one.value, str)
+            )
             if len(TAG.findall(words)) > 1:
                 found.append(ast.unparse(node))
     return found
@@ -362,5 +420,11 @@ def test_no_file_joins_tags_by_hand_but_in_a_short_list() -> None:
 def test_positive_control_tags_that_are_joined_by_hand_are_found() -> None:
     for source in ('"<p><b>x</b></p>"', 'f"<p>{x}<b>{y}</b></p>"', 'element("p", "", element("b", "x"))'):
         assert joined_by_hand(f"y = {source}") != []
-    for source in ('"<b>x</b>"', 'f"<p>{x}</p>"', 'element("p", "x")', 'tr("<b>d<sub>m</sub></b>")', '"a < b"'):
+    for source in (
+        '"<b>x</b>"',
+        'f"<p>{x}</p>"',
+        'element("p", "x")',
+        'tr("<b>d<sub>m</sub></b>")',
+        '"a < b"',
+    ):
         assert joined_by_hand(f"y = {source}") == []

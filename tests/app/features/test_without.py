@@ -58,7 +58,11 @@ def _has_tests(folder: Path) -> bool:
     return folder.is_dir() and folder.name != "features" and any(folder.rglob("test_*.py"))
 
 
-QUICK = ("controllers", "scenes", *sorted(f"app/{path.name}" for path in (ROOT / "tests" / "app").iterdir() if _has_tests(path)))
+QUICK = (
+    "controllers",
+    "scenes",
+    *sorted(f"app/{path.name}" for path in (ROOT / "tests" / "app").iterdir() if _has_tests(path)),
+)
 """Folders with tests of the core, tried one by one."""
 
 
@@ -92,7 +96,11 @@ def left_without(target: Path, gone: set[str]) -> None:
 def copy_tree(target: Path) -> None:
     """Copy all files that are under version control, or would be."""
     listed = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout.splitlines()
     for name in filter(lambda name: (ROOT / name).exists(), listed):
         (target / name).parent.mkdir(parents=True, exist_ok=True)
@@ -114,8 +122,12 @@ def take_out(target: Path, gone: set[str]) -> None:
 
 def do(folder: Path, *command: str) -> str:
     """Run a command in the copy, and return what it says; it must not fail, and nothing comes from this tree."""
-    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"PYTHONPATH": str(folder)}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {
+        "PYTHONPATH": str(folder)
+    }
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
     assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
     return done.stdout
 
@@ -130,7 +142,9 @@ def test_what_is_left_works(name: str, tmp_path: Path) -> None:
     said = do(tmp_path, sys.executable, "-m", "app", "--help")
     for feature in FEATURES:
         commands = {} if feature.commands is None else feature.commands()
-        assert all((f" {command} " in said) == (feature.name not in gone) for command in commands), feature.name
+        assert all((f" {command} " in said) == (feature.name not in gone) for command in commands), (
+            feature.name
+        )
     assert "--port" in do(tmp_path, sys.executable, "-m", "app", "serve", "--help")
     assert '"d_min"' in do(tmp_path, sys.executable, "-m", "app", "run", "--seconds", "0.2")
     assert do(tmp_path, sys.executable, "-c", VISIT) == "it moves\n"
@@ -148,13 +162,26 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.timeout(PATIENCE)
 @pytest.mark.parametrize("tests", QUICK)
 def test_the_quick_tests_of_the_core_pass_without_any_feature(core: Path, tests: str) -> None:
-    do(core, sys.executable, "-m", "pytest", "-q", "-n", "0", "-m", "not slow and not thorough", f"tests/{tests}")
+    do(
+        core,
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        "0",
+        "-m",
+        "not slow and not thorough",
+        f"tests/{tests}",
+    )
 
 
 def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path) -> None:
     left_without(tmp_path, set(NAMES))
     path = tmp_path / "app" / "theme.py"
-    path.write_text(f"from app.features.{NAMES[0]} import feature\n{path.read_text(encoding='utf-8')}", encoding="utf-8")
+    path.write_text(
+        f"from app.features.{NAMES[0]} import feature\n{path.read_text(encoding='utf-8')}", encoding="utf-8"
+    )
     with pytest.raises(AssertionError, match=f"app.features.{NAMES[0]}"):
         do(tmp_path, sys.executable, "-c", IMPORT_ALL)
 

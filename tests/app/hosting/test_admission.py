@@ -45,7 +45,9 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     return done
 
 
-def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
+def test_other_visitors_have_a_frame_between_any_two_pieces(
+    by_hand: Made, pieces: list[tuple[str, int]]
+) -> None:
     opened = by_hand(sessions=8)
     opened.let_in()
     host = private_of(opened)
@@ -58,12 +60,20 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, piece
         assert len(host.visitors) <= before + 1
     built = [number for what, number in pieces if what == "piece"]
     # One after the other, each in several pieces.
-    assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
+    assert (
+        sorted(built) == built
+        and all(built.count(number) >= 3 for number in set(built))
+        and len(set(built)) == 3
+    )
     places = [place for place, (what, _) in enumerate(pieces) if what == "piece"]
     assert all(("frame", neighbour) in pieces[a:b] for a, b in itertools.pairwise(places))
     for visitor in newcomers:
         # A page is sent as a whole.
-        visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
+        visitor.wait_for(
+            lambda v: (
+                v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes
+            )
+        )
 
 
 @pytest.mark.usefixtures("pieces")
@@ -76,7 +86,9 @@ def test_a_page_is_built_in_its_own_language_though_others_are_drawn_meanwhile(b
     assert {"jezik", "prizor", "zakon"} <= labels and not {"Sprache", "Szene", "Gesetz"} & labels
 
 
-def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_while_there_is_time_one_page_is_built_in_a_frame(
+    by_hand: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(admission, "SLICE", 1e9)
     opened = by_hand(sessions=8)
     host = private_of(opened)
@@ -87,7 +99,9 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeyp
         assert len(host.visitors) == count and host.admission.busy == (count < 3)
 
 
-def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
+def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(
+    by_hand: Made, pieces: list[tuple[str, int]]
+) -> None:
     opened = by_hand(sessions=8)
     hasty, patient = opened.come(), opened.come()
     while not pieces:
@@ -152,7 +166,9 @@ def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytes
 
 
 @pytest.mark.thorough
-def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(house: OpenHouse, arrive: Arrive) -> None:
+def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     for draw in mesh_makers():
         draw()
     guest = arrive(house())

@@ -34,14 +34,18 @@ def test_a_page_has_every_frame_while_anything_happens_and_few_while_it_rests() 
     assert frames(attention, 20.0, 20.0) == pytest.approx(20.0 / RESTING, abs=2)
     assert frames(attention, 1.0, 40.0, dirty=True) == 32
     assert frames(attention, 1.0, 45.0, state=1) >= 31, "something has changed by itself"
-    assert frames(attention, 1.0, 50.0, paused=False) == 32, "it goes on in the very round in which the pause ends"
+    assert frames(attention, 1.0, 50.0, paused=False) == 32, (
+        "it goes on in the very round in which the pause ends"
+    )
 
 
 @pytest.mark.parametrize("paused", [True, False])
 def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(paused: bool) -> None:
     attention = Attention()
     frames(attention, 1.0, 0.0, paused=paused)
-    assert frames(attention, 20.0, 1.0, hidden=True, paused=True, dirty=True) == pytest.approx(20.0 / UNSEEN, abs=1)
+    assert frames(attention, 20.0, 1.0, hidden=True, paused=True, dirty=True) == pytest.approx(
+        20.0 / UNSEEN, abs=1
+    )
     assert frames(attention, 1.0, 21.0, paused=paused) == 32
 
 
@@ -58,7 +62,12 @@ def say(opened: ByHand, visitor: BlockingClient, kind: str) -> None:
     """The page says that it is out of sight, or back, and the server knows."""
     server = opened.house.server
     visitor.send({"type": kind})
-    until(lambda: any((page := server.page_of(number)) and page.hidden == (kind == HIDDEN) for number in server.get_clients()))
+    until(
+        lambda: any(
+            (page := server.page_of(number)) and page.hidden == (kind == HIDDEN)
+            for number in server.get_clients()
+        )
+    )
 
 
 def test_a_hidden_tab_is_neither_stepped_nor_drawn_and_goes_on_where_it_was(by_hand: Made) -> None:

@@ -33,7 +33,9 @@ STEP = 200e-6
 class Machine:
     """A machine with a clock of its own, on which sessions run: steps and drawing take what they are made to take."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, sessions: int, drawing: float, step: float = STEP) -> None:
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, sessions: int, drawing: float, step: float = STEP
+    ) -> None:
         self.now, self.drawing = 0.0, drawing
         self.workload = Workload(sessions)
         self.sessions = [Session(Settings()) for _ in range(sessions)]
@@ -71,7 +73,9 @@ class Machine:
 def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine(monkeypatch, 4, drawing=1e-3)
     assert machine.run(10.0) == pytest.approx(1.0 / FRAME, rel=0.02)
-    assert all(session.simulation.time == pytest.approx(machine.now, rel=0.02) for session in machine.sessions)
+    assert all(
+        session.simulation.time == pytest.approx(machine.now, rel=0.02) for session in machine.sessions
+    )
     assert not any(session.pace.slowed for session in machine.sessions)
     report = machine.workload.report
     assert (report.frames, report.sessions, report.places) == (32, 4, 4) and 0 < report.load < 50
@@ -94,7 +98,9 @@ def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.M
         slowed = [session.pace.slowed for session in machine.sessions]
         assert slowed == [times[-1] < 0.9] * count
         assert (machine.workload.report.load > 95) == (count >= 16)
-    assert all(b < 1.03 * a for a, b in itertools.pairwise(rates)) and rates[1] > 20.5 and rates[-1] > 15.0, rates
+    assert all(b < 1.03 * a for a, b in itertools.pairwise(rates)) and rates[1] > 20.5 and rates[-1] > 15.0, (
+        rates
+    )
     assert times == sorted(times, reverse=True) and times[0] > 0.98 and 0.15 < times[-1] < 0.6
 
 
@@ -131,7 +137,9 @@ def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("fast_machine")
-def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(by_hand: Made) -> None:
+def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(
+    by_hand: Made,
+) -> None:
     opened = by_hand(sessions=2)
     opened.let_in()
     # By the clock by which the page was built.
@@ -186,7 +194,9 @@ def test_a_machine_carries_as_many_before_its_loops_are_machine_code_as_after() 
         "from app.hosting.workload import step_seconds; from controllers.compiled import all_loaded, load_now\n"
         "assert not all_loaded(); before = step_seconds(); load_now(); assert all_loaded(); print(before / step_seconds())"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True
+    )
     assert 0.4 < float(done.stdout) < 3.0
 
 

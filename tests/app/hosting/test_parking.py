@@ -43,7 +43,9 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert parking.claim(LINK) is None and session.closed, "too late"
     session = park(LINK)
     assert parking.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
-    assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not parking.parked, "no valid tab"
+    assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not parking.parked, (
+        "no valid tab"
+    )
     sessions = []
     for number in range(MOST_SESSIONS + 2):
         now += 1.0
@@ -56,7 +58,11 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
     parking.close()
     assert not parking.parked and again.closed and all(one.closed for one in sessions)
-    assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
+    assert (
+        same_tab(LINK, {**LINK, "window": "1x1"})
+        and not same_tab({}, {})
+        and not same_tab(LINK, {"resume": TAB})
+    )
 
 
 @pytest.fixture

@@ -30,7 +30,10 @@ class Tab:
         visitor = self.visitor = BlockingClient(self.opened.url, query=self.query)
         visitor.wait_for(lambda _: set(live_sessions(self.opened)) - before, 60.0)
         (self.number,) = set(live_sessions(self.opened)) - before
-        visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)), 60.0)
+        visitor.wait_for(
+            lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/base") for n in list(v.mirror.nodes)),
+            60.0,
+        )
         return visitor
 
     @property
@@ -73,11 +76,15 @@ def held() -> tuple[int, int]:
     return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0, threading.active_count()
 
 
-def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(house: OpenHouse, tab: Callable[..., Tab]) -> None:
+def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(
+    house: OpenHouse, tab: Callable[..., Tab]
+) -> None:
     opened = house()
     one = tab(opened, "n=8")
     one.visitor.set_value(page_label("dm"), 210.0)
-    one.visitor.wait_for(lambda _: one.session.settings.run.law.critical_distance == pytest.approx(0.21), 60.0)
+    one.visitor.wait_for(
+        lambda _: one.session.settings.run.law.critical_distance == pytest.approx(0.21), 60.0
+    )
     begin = one.session.simulation.time
     one.visitor.wait_for(lambda _: one.session.simulation.time > begin + 1.0, 60.0)
     session, time = one.session, one.session.simulation.time
@@ -99,7 +106,9 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     assert not opened.context.store.parked
 
 
-def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
+def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(
+    house: OpenHouse, tab: Callable[..., Tab]
+) -> None:
     opened = house()
     one = tab(opened, "n=8")
     session = one.session
@@ -131,5 +140,8 @@ def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) 
     assert steps > 0
     opened.leave(second)
     opened.let_in(link)
-    assert [one.session for one in host.visitors.values()] == [first, session] and session.settings == settings
+    assert [one.session for one in host.visitors.values()] == [
+        first,
+        session,
+    ] and session.settings == settings
     assert session.simulation.steps < steps

@@ -55,10 +55,16 @@ def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_
     for interrupt in (lose_the_line, find_no_server, page.reload):
         wait_ready(page, "/room")
         interrupt()
-        until(page, lambda before=number: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection alone")
+        until(
+            page,
+            lambda before=number: len(now := live_sessions(opened)) == 1 and before not in now,
+            "a new connection alone",
+        )
         ((number, again),) = live_sessions(opened).items()
         assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
-        page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
+        page.wait_for_function(
+            "() => [...document.querySelectorAll('input')].some(one => one.value === '210')"
+        )
     assert not opened.context.store.parked
 
     def goes_on(session: Session) -> bool:
@@ -77,4 +83,8 @@ def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_
     page.evaluate(_HIDE, True)
     processes.until(lambda: session.paused)
     opened.server._websock_server.disconnect_all_clients()
-    processes.until(lambda: any(one != number and its is session and its.paused for one, its in live_sessions(opened).items()))
+    processes.until(
+        lambda: any(
+            one != number and its is session and its.paused for one, its in live_sessions(opened).items()
+        )
+    )

@@ -49,7 +49,9 @@ def test_a_frame_that_hangs_is_noticed_also_on_the_page_and_one_that_rests_is_no
 
     def answers(more: int) -> None:
         """Return when the page has asked and been answered so often again."""
-        page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
+        page.wait_for_function(
+            "([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more]
+        )
 
     # Once in a while a busy machine gives the server no core for so long.
     for _ in range(5):

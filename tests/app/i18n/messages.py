@@ -35,7 +35,16 @@ _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
 _SAID: Final = ("tr_html", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
 """Functions and classes that translate their arguments, beside `tr` and `N_`."""
 
-_TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "BadFormula", "MissingPackage", "_fault", "_check", "Wrong")
+_TELLING: Final = (
+    "LazyText",
+    "BadSetting",
+    "BadInputFile",
+    "BadFormula",
+    "MissingPackage",
+    "_fault",
+    "_check",
+    "Wrong",
+)
 """Functions and classes that take a text, or a template with its parts, as their first argument."""
 
 ON_THE_PAGE: Final = (
@@ -93,7 +102,16 @@ FORMULAS: Final = {
 """Labels that are symbols."""
 
 NAMES: Final = {
-    *("Duet", "CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].options().values(), *LANGUAGES.values()),
+    *(
+        "Duet",
+        "CSV",
+        "HTML",
+        "PNG",
+        "SVG",
+        "Python",
+        *specs(Settings)["robot"].options().values(),
+        *LANGUAGES.values(),
+    ),
     *(
         "Pseudo (a test)",
         "Faverjon & Tournassoud 1987",
@@ -102,7 +120,12 @@ NAMES: Final = {
         "Lee, Mansard & Park 2012",
         "Žlajpah & Nemec 2002",
     ),
-    *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016", "Mansard, Khatib & Kheddar 2009"),
+    *(
+        "Simetti & Casalino 2016",
+        "Mansard, Remazeilles & Chaumette 2009",
+        "Moe et al. 2016",
+        "Mansard, Khatib & Kheddar 2009",
+    ),
 }
 """Names, which are the same in every language."""
 
@@ -135,7 +158,9 @@ def messages() -> dict[str, Path]:
             said.setdefault(found, set()).add(_catalogue_of(path))
     # The core is below all features, and the last feature of the tuple is the lowest.
     below = (FOLDER, *(feature.texts for feature in reversed(FEATURES) if feature.texts is not None))
-    return {found: next(folder for folder in below if folder in places) for found, places in sorted(said.items())}
+    return {
+        found: next(folder for folder in below if folder in places) for found, places in sorted(said.items())
+    }
 
 
 def _catalogue_of(path: Path) -> Path:
@@ -152,7 +177,12 @@ def missing(language: Language) -> dict[str, Path]:
 
 def left_over(language: Language) -> list[tuple[Path, str]]:
     """Catalogue and text of every translation that nothing says, or that belongs into another catalogue."""
-    return [(path, text) for path in catalogues(language) for text in read_texts(path) if messages().get(text) != path.parent]
+    return [
+        (path, text)
+        for path in catalogues(language)
+        for text in read_texts(path)
+        if messages().get(text) != path.parent
+    ]
 
 
 def _has_words(found: str) -> bool:
@@ -254,7 +284,9 @@ def _of_errors() -> Iterator[tuple[Path, str]]:
 
 
 def _imported(tree: ast.Module) -> set[str]:
-    found = (node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "app.i18n.speaking")
+    found = (
+        node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module == "app.i18n.speaking"
+    )
     return {alias.name for node in found for alias in node.names}
 
 
@@ -265,8 +297,18 @@ def _name(node: ast.expr) -> str:
 def _constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
     """Yield name and value of the module's own constants that are texts, or tuples of texts."""
     for node in tree.body:
-        target = node.target if isinstance(node, ast.AnnAssign) else node.targets[0] if isinstance(node, ast.Assign) else None
-        if isinstance(target, ast.Name) and isinstance(node, (ast.AnnAssign, ast.Assign)) and node.value is not None:
+        target = (
+            node.target
+            if isinstance(node, ast.AnnAssign)
+            else node.targets[0]
+            if isinstance(node, ast.Assign)
+            else None
+        )
+        if (
+            isinstance(target, ast.Name)
+            and isinstance(node, (ast.AnnAssign, ast.Assign))
+            and node.value is not None
+        ):
             yield target.id, node.value
 
 

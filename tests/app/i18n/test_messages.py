@@ -23,13 +23,18 @@ from tests.app.recording.runs import piece
 def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
     said = refusal(lambda: changed(RunSettings(), "dm", "9"))
     assert said == "dm = '9' is out of range; give a number from 0.03 to 0.3 m."
-    assert words_of("de")(said) == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0,03 bis 0,3 m."
+    assert (
+        words_of("de")(said)
+        == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0,03 bis 0,3 m."
+    )
     assert words_of("sl")(said) == "dm = '9' je zunaj območja; mogoče je število od 0,03 do 0,3 m."
     assert words_of("en")(said) == said
 
 
 def test_a_message_keeps_what_it_is_made_of() -> None:
-    inner = BadSetting("{key} = {value} is not a number; {remedy}", key="n", value="'x'", remedy="{as it stands}")
+    inner = BadSetting(
+        "{key} = {value} is not a number; {remedy}", key="n", value="'x'", remedy="{as it stands}"
+    )
     outer = BadInputFile("{name}: {reason}", name="{odd}.npz", reason=str(inner))
     for error in (outer, pickle.loads(pickle.dumps(outer))):
         assert str(error) == "{odd}.npz: n = 'x' is not a number; {as it stands}"
@@ -37,7 +42,10 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
     assert LazyText(outer.args[0]).parts == outer.args[0].parts
     # Without parts nothing is filled in, and nothing of another kind is believed to be a text.
     assert str(BadSetting("a {b} c")) == "a {b} c" and str(DuetError()) == ""
-    assert joined(("a", "", LazyText("off")), ", ") == "a, , off" and words_of("de")(joined([LazyText("off")], " ")) == "aus"
+    assert (
+        joined(("a", "", LazyText("off")), ", ") == "a, , off"
+        and words_of("de")(joined([LazyText("off")], " ")) == "aus"
+    )
     assert joined((), ", ") == ""
     # What is put into another text is plain, also where that text is nothing else.
     assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
@@ -62,7 +70,9 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
 
 def test_the_page_knows_every_language() -> None:
     tables = translations()
-    assert {name: set(table) for name, table in tables.items()} == {key: {*ALL} for key in ("de", "sl", "pseudo")}
+    assert {name: set(table) for name, table in tables.items()} == {
+        key: {*ALL} for key in ("de", "sl", "pseudo")
+    }
     assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
     # What the scripts translate themselves.
     assert {*ICON_NAMES.values(), "more", "dismiss this message"} <= set(OURS)

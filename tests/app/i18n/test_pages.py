@@ -12,7 +12,9 @@ TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", 
 def texts(visitor: BlockingClient) -> Iterator[str]:
     for element in [*list(visitor.mirror.gui.values()), *list(visitor.mirror.commands.values())]:
         for found in map(element.get, TEXTS):
-            yield from (text for text in ([found] if isinstance(found, str) else found or ()) if isinstance(text, str))
+            yield from (
+                text for text in ([found] if isinstance(found, str) else found or ()) if isinstance(text, str)
+            )
 
 
 def assert_all_said(visitor: BlockingClient) -> None:
@@ -34,7 +36,11 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     assert_all_said(guest.visitor)
     choose(guest, ghost="frozen", whatif=True)
     for scene, plot, law in (
-        *(("solo", "joints", "smooth_priority"), ("ball", "curve", "null_space_avoidance"), ("hold", "laws", "barrier_qp")),
+        *(
+            ("solo", "joints", "smooth_priority"),
+            ("ball", "curve", "null_space_avoidance"),
+            ("hold", "laws", "barrier_qp"),
+        ),
         *(("hold", "map", "strict_switched"), ("master_slave", "follow", "potential_field")),
         *(("hold", "speeds", "strict_priority"), ("imitation", "follow", "unprotected")),
         *(("imitation", "pairs", "intermediate_value"), ("hold", "stability", "smooth_priority")),

@@ -44,7 +44,9 @@ OBJECTS = {
 
 
 def english(page: Page) -> list[str]:
-    return [text for text in page.evaluate(ENGLISH) if text.partition(": ")[2].rpartition("/")[2] not in OBJECTS]
+    return [
+        text for text in page.evaluate(ENGLISH) if text.partition(": ")[2].rpartition("/")[2] not in OBJECTS
+    ]
 
 
 def open_page(page: Page, url: str) -> None:
@@ -60,7 +62,13 @@ def open_page(page: Page, url: str) -> None:
 def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int, font: Font) -> None:
     page = page_at(width, height, font=font)
     open_page(page, f"{house().url}/?lang=pseudo&ghost=frozen&autopilot=0")
-    for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "restart the run"}.items():
+    for name, seen in {
+        "Law": "law",
+        "Arms": "task",
+        "Compare": "ghost",
+        "View": "language",
+        "Keys": "restart the run",
+    }.items():
         page.get_by_role("tab", name=pseudo(name)).click()
         page.get_by_text(pseudo(seen), exact=True).first.wait_for()
         assert lasting(page, lambda: flaws(page)) == [], name
@@ -71,7 +79,11 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
     assert lasting(page, lambda: flaws(page)) == []
     page.locator("button.lesson").first.evaluate("e => e.click()")
     page.locator(".duet-l-head").wait_for()
-    until(page, lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0, "the lesson's buttons")
+    until(
+        page,
+        lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0,
+        "the lesson's buttons",
+    )
     assert lasting(page, lambda: flaws(page)) == []
 
 

@@ -20,7 +20,17 @@ from app.plots.pair_strips import arm_colour, pair_name
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from scenes.settings import RunSettings, changed, specs
 from scenes.simulation import Simulation
-from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, errors_of, left_over, messages, missing, on_the_page
+from tests.app.i18n.messages import (
+    BODIES,
+    FORMULAS,
+    JOINTS,
+    NAMES,
+    errors_of,
+    left_over,
+    messages,
+    missing,
+    on_the_page,
+)
 
 LABEL = 14
 """Most letters of a label before a control; longer ones are cut off."""
@@ -34,11 +44,16 @@ def parts(text: str) -> Counter[str]:
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
     """A text that is missing belongs into the catalogue of the folder that is named; one that is left over belongs out of its own."""
-    texts, words = {key: text for path in catalogues(language) for key, text in read_texts(path).items()}, words_of(language)
+    texts, words = (
+        {key: text for path in catalogues(language) for key, text in read_texts(path).items()},
+        words_of(language),
+    )
     assert missing(language) == {} and left_over(language) == []
     assert words.texts == texts
     assert {key: text for key, text in texts.items() if parts(key) != parts(text)} == {}
-    assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
+    assert {
+        key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()
+    } == set()
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
     assert {label: text for label, text in labels.items() if len(text) > LABEL} == {}
     begin = [words(name)[:4] for name in (*(tab[0] for tab in TABS), "Keys")]
@@ -68,7 +83,9 @@ def test_the_welcome_promises_what_the_arm_can_keep(language: Language) -> None:
     words = words_of(language)
     bound = {"en": "as long as it can", "de": "solange er kann", "sl": "dokler more"}[language]
     # Where the orange arm alone keeps clear, the silver one does keep its hand there.
-    said = [words(key) for key in messages() if "hand in the ring" in key and not key.startswith("It keeps clear")]
+    said = [
+        words(key) for key in messages() if "hand in the ring" in key and not key.startswith("It keeps clear")
+    ]
     # The welcome of a feature says it, too.
     assert len(said) >= 2 and all(bound in text for text in said)
 
@@ -84,7 +101,9 @@ def test_the_list_knows_what_is_said() -> None:
 def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
     errors = [(path.name, first) for path in on_the_page() for first in errors_of(path)]
-    assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
+    assert [
+        f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))
+    ] == []
     assert {"settings.py", "run_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
     assert {
         "{key} = {value} is out of range; {remedy}",
@@ -105,7 +124,11 @@ def test_names_of_bodies_and_joints_are_on_the_list() -> None:
 
 def test_what_is_not_known_stays_english() -> None:
     words = Words("de", {"Law": "Gesetz", "{a} of {b}": "{a} von {c}"})
-    assert words("Law") == "Gesetz" and words("Never heard") == "Never heard" and words("Key: {key}", key="R") == "Key: R"
+    assert (
+        words("Law") == "Gesetz"
+        and words("Never heard") == "Never heard"
+        and words("Key: {key}", key="R") == "Key: R"
+    )
     # A mistake in a file costs the translation, not the page.
     assert words("{a} of {b}", a=1, b=2) == "1 of 2"
     assert words_of("sl")("a moment\x04then") == "takrat"
@@ -130,7 +153,10 @@ def test_every_thread_has_its_own_language() -> None:
 
     with ThreadPoolExecutor(3) as threads:
         assert list(threads.map(visit, ("de", "sl", "en"))) == ["angehalten", "ustavljeno", "paused"]
-    assert tr("paused") == "paused" and (arm_colour("left", "right"), arm_colour("right", "right")) == ("silver", "orange")
+    assert tr("paused") == "paused" and (arm_colour("left", "right"), arm_colour("right", "right")) == (
+        "silver",
+        "orange",
+    )
     set_language("de")
     assert (arm_colour("left", "right"), tr("paused")) == ("silbern", "angehalten")
 
@@ -143,7 +169,11 @@ def test_pseudo_keeps_what_is_no_text(text: str) -> None:
 
 def test_pseudo_is_longer_and_marked() -> None:
     assert pseudo("150") == "150" and pseudo("λ") == "λ"
-    for text in ("Distance", "Reset {what} in <b>{d}</b> mm", "Smooth: half the time step, half the largest step."):
+    for text in (
+        "Distance",
+        "Reset {what} in <b>{d}</b> mm",
+        "Smooth: half the time step, half the largest step.",
+    ):
         shown = pseudo(text)
         assert shown.startswith(FIRST) and shown.endswith(LAST)
         assert len(shown) - len(text) >= round(GROWTH * len(re.sub(r"\{[^{}]*\}|<[^>]*>", "", text)))
@@ -152,8 +182,21 @@ def test_pseudo_is_longer_and_marked() -> None:
 @pytest.mark.parametrize(
     ("accept", "language"),
     [
-        *(("", "en"), ("de", "de"), ("de-AT", "de"), ("SL", "sl"), ("*", "en"), ("de;q=1.5", "en"), ("," * 5000, "en")),
-        *(("de-AT,de;q=0.9,en;q=0.8", "de"), ("fr, it", "en"), ("fr, sl;q=0.5, en;q=0.4", "sl"), ("en;q=0.3, de;q=0.7", "de")),
+        *(
+            ("", "en"),
+            ("de", "de"),
+            ("de-AT", "de"),
+            ("SL", "sl"),
+            ("*", "en"),
+            ("de;q=1.5", "en"),
+            ("," * 5000, "en"),
+        ),
+        *(
+            ("de-AT,de;q=0.9,en;q=0.8", "de"),
+            ("fr, it", "en"),
+            ("fr, sl;q=0.5, en;q=0.4", "sl"),
+            ("en;q=0.3, de;q=0.7", "de"),
+        ),
         *(("de;q=0, sl;q=0.1", "sl"), ("fr;q=1, *;q=0.5", "en"), ("sl ; q=0.7 , de; q=0.2", "sl")),
         ("de;q=nan, sl;q=two, ;;;,=,q", "en"),
     ],
@@ -161,7 +204,10 @@ def test_pseudo_is_longer_and_marked() -> None:
 def test_what_a_browser_likes_best(accept: str, language: str) -> None:
     assert preferred(accept) == language
     # A choice by link or on the page goes before it.
-    assert language_of(Settings(), preferred(accept)) == language and language_of(changed(Settings(), "lang", "de"), "sl") == "de"
+    assert (
+        language_of(Settings(), preferred(accept)) == language
+        and language_of(changed(Settings(), "lang", "de"), "sl") == "de"
+    )
 
 
 @given(st.text("desl-*q=;,.019 \t🦆", max_size=60))

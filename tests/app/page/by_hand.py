@@ -15,7 +15,15 @@ from controllers.kinematics import Array
 from scenes.settings import values
 from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
-from tests.browser import close_software_note, point_at, take_hold, until, wait_ready, world_position, world_to_px
+from tests.browser import (
+    close_software_note,
+    point_at,
+    take_hold,
+    until,
+    wait_ready,
+    world_position,
+    world_to_px,
+)
 
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
@@ -69,9 +77,16 @@ def control(page: Page, key: str) -> Locator:
 
 def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
     """Wait until of these controls, all on the tab in view, exactly those are seen that matter now."""
-    labels, expected = {page_label(key) for key in keys}, {page_label(key) for key in keys if matters(key, session.settings)}
+    labels, expected = (
+        {page_label(key) for key in keys},
+        {page_label(key) for key in keys if matters(key, session.settings)},
+    )
     seen = page.locator("label:visible")
-    until(page, lambda: expected == labels & set(seen.all_inner_texts()), f"just {sorted(expected)} of {sorted(labels)}")
+    until(
+        page,
+        lambda: expected == labels & set(seen.all_inner_texts()),
+        f"just {sorted(expected)} of {sorted(labels)}",
+    )
 
 
 def set_by_hand(page: Page, session: Session, key: str) -> None:
@@ -145,7 +160,11 @@ def finger(page: Page) -> Touch:
 
 def drag_by_finger(page: Page, places: Sequence[tuple[float, float]]) -> None:
     touch = finger(page)
-    for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:]), ("touchEnd", places[-1])):
+    for kind, place in (
+        ("touchStart", places[0]),
+        *(("touchMove", place) for place in places[1:]),
+        ("touchEnd", places[-1]),
+    ):
         touch(kind, *place)
 
 
@@ -172,8 +191,13 @@ def see_plots(page: Page, titles: tuple[str, ...]) -> None:
 
     def as_expected() -> bool:
         seen: list[dict[str, Any]] = page.evaluate(PLOTS)
-        as_named = len(seen) == len(titles) and all(p["title"].startswith(t) for p, t in zip(seen, titles, strict=True))
-        fair = all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen) and sum(p["wide"] for p in seen) > 0.9
+        as_named = len(seen) == len(titles) and all(
+            p["title"].startswith(t) for p, t in zip(seen, titles, strict=True)
+        )
+        fair = (
+            all(p["drawn"] and p["high"] > 60 and p["wide"] > 0.2 for p in seen)
+            and sum(p["wide"] for p in seen) > 0.9
+        )
         return as_named and fair and len({p["top"] for p in seen}) == 1
 
     try:

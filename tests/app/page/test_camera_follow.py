@@ -37,7 +37,10 @@ SAID = (
 def pictures(with_lesson: bool) -> Iterator[FreePicture]:
     """The free parts of a window of each size, with the panel of the lessons or without."""
     if with_lesson:
-        yield from (free_picture((said.window, said.height), said.width, "desk", False, said.covered, said[4:]) for said in SAID)
+        yield from (
+            free_picture((said.window, said.height), said.width, "desk", False, said.covered, said[4:])
+            for said in SAID
+        )
         return
     for width, height in SIZES:
         yield free_picture((width, height - TITLE_BAR), width - (DOCK_WIDTH if width > 576 else 0.0), "desk")
@@ -87,7 +90,9 @@ def watch(
     """
     given = InputSource()
     given.set_source(source)
-    watched = [Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson)]
+    watched = [
+        Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson)
+    ]
     for one in watched:
         one.follow.first_view(simulation, 0.0)
     wrong: list[str] = []
@@ -105,8 +110,12 @@ def watch(
             assert not one.follow.left_alone
             outside = one.outside(points)
             if outside:
-                wrong.append(f"{simulation.time:.1f} s, {one.picture.width:g}×{one.picture.height:g}: {outside}")
-    wrong += [f"{one.picture.width:g}×{one.picture.height:g}: {one.moves} moves" for one in watched if one.moves > 3]
+                wrong.append(
+                    f"{simulation.time:.1f} s, {one.picture.width:g}×{one.picture.height:g}: {outside}"
+                )
+    wrong += [
+        f"{one.picture.width:g}×{one.picture.height:g}: {one.moves} moves" for one in watched if one.moves > 3
+    ]
     if (mark := moment()) is not None:
         table, end = simulation.history.table(), simulation.time
         row = int(np.abs(table[:, COLUMN["t"]] + simulation.settings.dt - mark.time).argmin())
@@ -116,7 +125,9 @@ def watch(
             for look in range(round(3.0 / LOOK)):
                 one.follow.follow(simulation, end + LOOK * look)
             outside = one.outside(seen_points(simulation))
-            wrong += [f"the moment, {one.picture.width:g}×{one.picture.height:g}: {outside}"] if outside else []
+            wrong += (
+                [f"the moment, {one.picture.width:g}×{one.picture.height:g}: {outside}"] if outside else []
+            )
     return wrong
 
 
@@ -136,7 +147,9 @@ def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
     # On a projector the card is larger; on a phone it is as wide as the picture.
     assert not free_picture((1440.0, 853.0), 1096.0, "projector").contains(400.0, 100.0)
     phone = free_picture((390.0, 797.0), 390.0, "desk")
-    assert not phone.contains(380.0, 100.0) and phone.contains(380.0, 130.0) and not phone.contains(200.0, 430.0)
+    assert (
+        not phone.contains(380.0, 100.0) and phone.contains(380.0, 130.0) and not phone.contains(200.0, 430.0)
+    )
 
 
 def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:

@@ -56,7 +56,9 @@ def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_pl
         return np.array(camera.position)
 
     first = sent()
-    post_call(session, lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0))
+    post_call(
+        session, lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0)
+    )
     until(page, lambda: np.linalg.norm(sent() - first) > 0.05, "following")
     assert not left_alone(visitor)
     settled_view(page)
@@ -81,7 +83,10 @@ def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_pl
         picture = camera_of(visitor).picture.free()
         box = page.evaluate("__viserMutable.canvas.getBoundingClientRect().toJSON()")
         covered = box["bottom"] - plots.evaluate("(plots) => plots.getBoundingClientRect().top")
-        seen, real = (picture.width, picture.height, picture.open.bottom), (box["width"], box["height"], box["height"] - covered)
+        seen, real = (
+            (picture.width, picture.height, picture.open.bottom),
+            (box["width"], box["height"], box["height"] - covered),
+        )
         return bool(np.abs(np.subtract(seen, real)).max() < 1.5)
 
     until(page, as_on_the_page, "the picture's real size")
@@ -98,4 +103,8 @@ def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_pl
     screenshot(page, "folded-plots")
     plots.locator("[data-dock-minimize]").click()
     until(page, as_on_the_page, "the open plots")
-    until(page, lambda: abs(np.linalg.norm(visitor.client.camera.position) - away) < 0.05, "the camera of before")
+    until(
+        page,
+        lambda: abs(np.linalg.norm(visitor.client.camera.position) - away) < 0.05,
+        "the camera of before",
+    )

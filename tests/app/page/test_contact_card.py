@@ -89,7 +89,9 @@ Drawing = tuple[str, str, str]
 """Words, note and numbers as the page gets them."""
 
 
-def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None) -> Drawing:
+def drawing(
+    query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None
+) -> Drawing:
     """What the page gets of an experiment, its numbers changed by name."""
     set_language(language)
     simulation, whole = played(query, seconds), settings(query)
@@ -115,16 +117,35 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
 
 @cache
 def states(language: Language) -> list[Drawing]:
-    def at(d: float, lam: float, rest: float | None = None, query: str = "scene=hold", **more: float | None) -> Drawing:
+    def at(
+        d: float, lam: float, rest: float | None = None, query: str = "scene=hold", **more: float | None
+    ) -> Drawing:
         return drawing(query, language, changed={"d": d, "law": d, "lam": lam, "rest": rest, **more})
 
-    made = [at(d, lam, rest) for d, lam, rest in ((340, 8, 190), (200, 178, 153), (166, 530, 164), (152, 923, 151))]
-    made += [at(163, 608, None, ghost=40), at(120, 1000, None, way=-1), at(-35, 1000, None), at(8, 1000, 250, ghost=-20)]
-    made += [at(900, 0, 359), at(35, 600, 38, "scene=hold&dm=0.03&n=2"), at(300, 990, 310, "scene=hold&dm=0.3&n=20")]
+    made = [
+        at(d, lam, rest)
+        for d, lam, rest in ((340, 8, 190), (200, 178, 153), (166, 530, 164), (152, 923, 151))
+    ]
+    made += [
+        at(163, 608, None, ghost=40),
+        at(120, 1000, None, way=-1),
+        at(-35, 1000, None),
+        at(8, 1000, 250, ghost=-20),
+    ]
+    made += [
+        at(900, 0, 359),
+        at(35, 600, 38, "scene=hold&dm=0.03&n=2"),
+        at(300, 990, 310, "scene=hold&dm=0.3&n=20"),
+    ]
     made += [at(170, 480, 160, note=1.0, way=-1), at(170, 480, 160, "scene=hold&ff=1", way=1)]
-    made += [at(170, 480, 160, query, lost=-123, way=-1) for query in ("scene=hold", "scene=imitation&avoid=both")]
+    made += [
+        at(170, 480, 160, query, lost=-123, way=-1) for query in ("scene=hold", "scene=imitation&avoid=both")
+    ]
     made += [drawing(f"scene={scene}", language) for scene in ("ball", "master_slave", "imitation", "solo")]
-    made += [drawing(f"scene=solo&path=circle&{k}", language) for k in ("k=0", "k=20&kx=10&dt=0.005", "k=20&kx=10&dt=0.02")]
+    made += [
+        drawing(f"scene=solo&path=circle&{k}", language)
+        for k in ("k=0", "k=20&kx=10&dt=0.005", "k=20&kx=10&dt=0.02")
+    ]
     made += [drawing("scene=master_slave&law=barrier_qp&dm=0.2&v=0.2", language)]
     made += [
         drawing(f"scene=hold&law={law}&dm=0.2&v=0.2", language, 4.0)
@@ -167,7 +188,9 @@ CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).fla
 """How opaque the first curves of every plot are, by name."""
 
 
-def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
+def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1000, 700)
     session = visit(page, house(), "speed=2")
     # Near enough that λ has a height to look at.
@@ -177,11 +200,14 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: Open
     sample = ask(session, lambda s: s.simulation.sample())
     terms = ask(
         session,
-        lambda s: budget_terms(s.simulation, sample, Frame(0.0, s, s, s.simulation, None, sample, s.settings, PAUSED).contact),
+        lambda s: budget_terms(
+            s.simulation, sample, Frame(0.0, s, s, s.simulation, None, sample, s.settings, PAUSED).contact
+        ),
     )
     values = [-t.value if t.kind in ("u", "w") else t.value for t in terms]
     page.wait_for_function(
-        "d => document.querySelector('#duet-contact .gap b').textContent === d", arg=f"{1e3 * sample.distance:.0f}"
+        "d => document.querySelector('#duet-contact .gap b').textContent === d",
+        arg=f"{1e3 * sample.distance:.0f}",
     )
     seen: dict[str, Any] = {}
 
@@ -265,7 +291,9 @@ def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageA
         page.set_viewport_size({"width": width, "height": 700})
         ask(session, lambda s, profile=profile: s.change("profile", profile))
         k = "1.3" if profile == "projector" else "1"
-        page.wait_for_function("k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k)
+        page.wait_for_function(
+            "k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k
+        )
         for language in languages:
             for number, one in enumerate(states(language)):
 
@@ -289,15 +317,29 @@ def see_decimal_signs(page: Page, session: Session) -> None:
         page.get_by_text(f"{word} d_m [mm]").first.wait_for()
         until(
             page,
-            lambda: re.search(r"λ \d,\d\d", page.locator("#duet-contact-picture").get_attribute("aria-label") or ""),
+            lambda: re.search(
+                r"λ \d,\d\d", page.locator("#duet-contact-picture").get_attribute("aria-label") or ""
+            ),
             "a comma",
         )
-        until(page, lambda: "," in (page.locator("#duet-contact text.lam").text_content() or ""), "a comma in the drawing")
+        until(
+            page,
+            lambda: "," in (page.locator("#duet-contact text.lam").text_content() or ""),
+            "a comma in the drawing",
+        )
         page.locator(".duet-eq .live.lam").first.wait_for()
-        assert lasting(page, lambda: [p for p in parts if point.search(page.locator(p).first.text_content() or "")]) == []
+        assert (
+            lasting(
+                page, lambda: [p for p in parts if point.search(page.locator(p).first.text_content() or "")]
+            )
+            == []
+        )
         for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
             assert not point.search(drawing(query, language)[1]), query
-        assert '"point":","' in drawing("scene=solo", language)[0] and '"point":"."' in drawing("scene=hold", "en")[0]
+        assert (
+            '"point":","' in drawing("scene=solo", language)[0]
+            and '"point":"."' in drawing("scene=hold", "en")[0]
+        )
     # In the equation d has the sign of minus.
     draw(page, drawing("scene=hold", "sl", changed={"d": -33.0}))
     assert page.evaluate("duet.symbols.d") == "−33 mm"

@@ -46,7 +46,10 @@ def moves(settings: RunSettings, steps: int = 120) -> bytes:
 
 @pytest.mark.parametrize(
     ("scene", "law"),
-    [*((scene, "smooth_priority") for scene in SCENES), *(("master_slave", law) for law in LAWS if law != "smooth_priority")],
+    [
+        *((scene, "smooth_priority") for scene in SCENES),
+        *(("master_slave", law) for law in LAWS if law != "smooth_priority"),
+    ],
 )
 def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: str, law: str) -> None:
     settings = everything(scene, law, dm=0.28, d0=0.5)
@@ -60,7 +63,9 @@ def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: str, law: str) -> N
 @pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS)
 def test_every_number_that_a_law_shows_has_an_effect(law: str) -> None:
-    settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
+    settings = everything(
+        "hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0
+    )
     # What corrects or switches does nothing before it must.
     steps = 1000 if LAWS[law].budget in ("correction", "switch") else 700
     plain = moves(settings.run, steps)
@@ -79,7 +84,9 @@ def test_only_two_arms_can_both_avoid() -> None:
 
 
 def test_which_settings_a_law_and_an_experiment_show() -> None:
-    seen = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
+    seen = lambda scene, law, **others: {  # noqa: E731
+        key for key in SPECS if matters(key, everything(scene, law, **others))
+    }
     assert all({"law", "k", "dt", "ghost", "theme"} <= seen("hold", law) for law in LAWS)
     of_scenes = ["path", "kx", "point", "ball", "following", "clip", "source", "avoid", "coupled", "law"]
     for scene, keys in {

@@ -39,7 +39,9 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     before = session.settings.run.law.critical_distance
     thumb.focus()
     page.keyboard.press("ArrowRight")
-    until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(before + 0.005), "the thumb")
+    until(
+        page, lambda: session.settings.run.law.critical_distance == pytest.approx(before + 0.005), "the thumb"
+    )
     track = control(page, "n").locator(".mantine-Slider-root")
     _, _, width, height = settled_box(page, track)
     track.click(position={"x": 0.75 * width, "y": height / 2})
@@ -58,7 +60,11 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     # What is compared with it.
     operate_tab(page, session, "Compare")
     page.get_by_text("(ghost ").wait_for()
-    until(page, lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible", "the ghost's ring")
+    until(
+        page,
+        lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible",
+        "the ghost's ring",
+    )
     page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
     page.get_by_role("button", name="Measure", exact=True).click()
     page.get_by_text("Largest step of q̇").wait_for(timeout=1000.0 * PATIENCE)
@@ -68,7 +74,9 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page.get_by_text("as it was", exact=True).wait_for(timeout=1000.0 * PATIENCE)
     page.get_by_text("With dm = 200 mm.").wait_for(timeout=1000.0 * PATIENCE)
     usual = {"ghost": "off", "whatif": False, "gizmo": True, "autopilot": True}
-    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.control.toggle_pause()])
+    ask(
+        session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.control.toggle_pause()]
+    )
     operate_the_others(page, session)
 
 
@@ -89,14 +97,22 @@ def operate_the_others(page: Page, session: Session) -> None:
         see_controls(page, session, PICKER)
         if key == "rig":
             wait_ready(page, "/room")
-            until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle at the table")
+            until(
+                page,
+                lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
+                "the handle at the table",
+            )
             assert session.simulation.room.rig.name == "table"
     operate_tab(page, session, "Arms")
     # The left arm is yours now, and has the handle, which was switched off among the others.
     ask(session, lambda s: s.change("gizmo", True))
     wait_ready(page, HAND)
     assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
-    until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the left hand")
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
+        "the handle on the left hand",
+    )
     ask(session, lambda s: s.control.toggle_pause())
     keys = TAB_KEYS["View"]
     page.get_by_role("tab", name="View").click()
@@ -104,7 +120,9 @@ def operate_the_others(page: Page, session: Session) -> None:
     for key in ("theme", "profile"):
         set_by_hand(page, session, key)
     page.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
-    page.wait_for_function("getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'")
+    page.wait_for_function(
+        "getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'"
+    )
     see_plots(page, ("distance d [m]", "error e² [m²]"))
 
     assert lasting(page, lambda: flaws(page)) == []

@@ -38,7 +38,11 @@ def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> No
 
         until(page, boxes, "the language's sign in every box")
         page.evaluate("drawn.clear()")
-        until(page, lambda sign=sign: f"0{sign}2" in page.evaluate("[...drawn]"), "the language's sign at an axis")
+        until(
+            page,
+            lambda sign=sign: f"0{sign}2" in page.evaluate("[...drawn]"),
+            "the language's sign at an axis",
+        )
         assert not [text for text in page.evaluate("[...drawn]") if text.startswith(f"0{other}")]
     # No tick is rounded: an axis has three decimals, and so have the steps from tick to tick.
     ask(session, lambda s: s.reset())
@@ -51,5 +55,7 @@ def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> No
         box.press("Tab")
         until(page, lambda velocity=velocity: session.settings.run.law.nominal_velocity == velocity, "v")
         until(
-            page, lambda velocity=velocity: f"{velocity:g}".replace(".", ",") in page.evaluate(_SEEN), "the language's sign again"
+            page,
+            lambda velocity=velocity: f"{velocity:g}".replace(".", ",") in page.evaluate(_SEEN),
+            "the language's sign again",
         )

@@ -43,7 +43,9 @@ def around(tmp_path: Path) -> Iterator[tuple[str, Around]]:
         origin = f"http://localhost:{server.server_address[1]}"
 
         def write(frame: str) -> str:
-            (tmp_path / "course.html").write_text(AROUND.replace("FRAME", frame.replace("&", "&amp;")), encoding="utf-8")
+            (tmp_path / "course.html").write_text(
+                AROUND.replace("FRAME", frame.replace("&", "&amp;")), encoding="utf-8"
+            )
             return f"{origin}/course.html"
 
         yield origin, write
@@ -64,7 +66,10 @@ def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tup
     frame.get_by_role("button", name="1 In none").click()
     frame.get_by_text("Your prediction: In none").first.wait_for()
     screenshot(page, "embedded-lesson")
-    assert not frame.locator("[data-floating-window]").is_visible() and not frame.locator("img[alt^='Duet:']").is_visible()
+    assert (
+        not frame.locator("[data-floating-window]").is_visible()
+        and not frame.locator("img[alt^='Duet:']").is_visible()
+    )
     page.goto(write(f"{opened.url}/?lang=en&embed=1"))
     frame.locator("#duet-contact").wait_for(timeout=60_000)
     expect(frame.get_by_role("tab", name="Arms")).to_be_hidden(timeout=60_000)
@@ -79,7 +84,9 @@ def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tup
     assert page.evaluate("heard.map(JSON.parse).map(({method}) => method)") == ["right", "prev"]
 
 
-def test_a_page_that_is_not_named_gets_an_empty_frame(house: OpenHouse, page_at: PageAt, around: tuple[str, Around]) -> None:
+def test_a_page_that_is_not_named_gets_an_empty_frame(
+    house: OpenHouse, page_at: PageAt, around: tuple[str, Around]
+) -> None:
     # A tab of its own, so that no connection is left open for the server to wait for.
     page = page_at(940, 640, expect=("frame-ancestors",), fresh=True)
     address = around[1](house(embed_origins=("https://moodle.example.org",)).url)
@@ -126,14 +133,20 @@ def test_a_visit_in_firefox_and_in_a_frame_without_storage(
         with firefox(tmp_path_factory.mktemp("firefox"), {"network.cookie.cookieBehavior": 1}) as tab:
             tab.open(f"{opened.url}/?autopilot=0&lang=en&speed=2&wmax=0.5&dm=0.3", 1024, 768)
             tab.until(f"{NODE}['{LINK}/j7'] && {NODE}['/arms/left/base']", "the arms")
-            tab.until("__viserMutable.canvas.getContext('webgl2') instanceof WebGL2RenderingContext", "a picture of them")
+            tab.until(
+                "__viserMutable.canvas.getContext('webgl2') instanceof WebGL2RenderingContext",
+                "a picture of them",
+            )
             tab.until("document.documentElement.matches('.duet-built')", "the whole page")
             pull_the_arm(tab, live_sessions(opened)[max(live_sessions(opened))])
             tab.open(write(f"{opened.url}/?lesson=5&lang=de&embed=1"), 1024, 768)
             tab.until("window.length === 1", "the frame")
             tab.enter_frame()
             tab.until("document.querySelector('.duet-lesson')?.innerText.length > 80", "the lesson")
-            assert tab.value("(() => { try { return Boolean(localStorage); } catch { return false; } })()") is False
+            assert (
+                tab.value("(() => { try { return Boolean(localStorage); } catch { return false; } })()")
+                is False
+            )
             assert not tab.complaints
     except FileNotFoundError as error:
         pytest.skip(str(error))
@@ -155,7 +168,9 @@ def pull_the_arm(tab: Firefox, session: Session) -> None:
 
     def pulled() -> bool:
         return (
-            ask(session, missing) < 0.02 and off_the_mouse() < 20.0 and bool(np.abs(ask(session, avoiding) - still).max() > 0.02)
+            ask(session, missing) < 0.02
+            and off_the_mouse() < 20.0
+            and bool(np.abs(ask(session, avoiding) - still).max() > 0.02)
         )
 
     def at_the_mouse() -> None:

@@ -70,7 +70,9 @@ def sees_changes(page: Page, shown: Callable[[], str], what: str) -> None:
 
 
 @pytest.mark.thorough
-def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(
+    house: OpenHouse, page_at: PageAt, line: SlowLine
+) -> None:
     page = page_at(900, 640)
     opened = house()
     line.behind = opened.server.get_port()
@@ -94,7 +96,10 @@ def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(house: OpenHo
         emptied.fill("")
         emptied.press("Tab")
         until(page, lambda emptied=emptied, value=value: emptied.input_value() == value, "the number again")
-    assert session.settings.run.law.order == 4.0 and session.settings.run.law.critical_distance == pytest.approx(0.15)
+    assert (
+        session.settings.run.law.order == 4.0
+        and session.settings.run.law.critical_distance == pytest.approx(0.15)
+    )
 
     see_a_joint_of_an_arm_that_moves(page, session, line)
     see_a_moment_of_a_replay_that_plays(page, session, line)
@@ -165,5 +170,9 @@ def see_a_moment_of_a_replay_that_plays(page: Page, session: Session, line: Slow
     sees_changes(page, shown.inner_text, "what the server writes")
     assert moment.input_value() == f"{entered:g}"
     line.open.set()
-    until(page, lambda: not replay().playing and replay().time == pytest.approx(entered), "the moment that was typed")
+    until(
+        page,
+        lambda: not replay().playing and replay().time == pytest.approx(entered),
+        "the moment that was typed",
+    )
     assert moment.input_value() == f"{entered:g}"

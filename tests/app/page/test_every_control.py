@@ -11,7 +11,16 @@ from app.settings import Settings, first_settings
 from scenes.settings import values
 from scenes.targets import HandTarget, JointTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
-from tests.app.page.helpers import ON_PAGE, SPECS, another, bring_into_view, notes, page_label, press, roundtrip
+from tests.app.page.helpers import (
+    ON_PAGE,
+    SPECS,
+    another,
+    bring_into_view,
+    notes,
+    page_label,
+    press,
+    roundtrip,
+)
 from tests.tools.monkey.visitor import assert_sound
 
 NAN, INF = math.nan, math.inf
@@ -27,13 +36,15 @@ def bad_values(key: str, present: Any) -> list[Any]:
     if isinstance(present, bool):
         return []
     low, high = spec.low * spec.page_scale, spec.high * spec.page_scale
-    return [NAN, INF, -INF, 1e9, -1e9, 1e308, low - spec.step, high + spec.step] + [high * (1.0 + 1e-7)] * isinstance(
-        present, float
-    )
+    return [NAN, INF, -INF, 1e9, -1e9, 1e308, low - spec.step, high + spec.step] + [
+        high * (1.0 + 1e-7)
+    ] * isinstance(present, float)
 
 
 @pytest.mark.thorough
-def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_in(house: OpenHouse, arrive: Arrive) -> None:
+def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_in(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     assert sorted(ON_PAGE) == sorted(set(SPECS) - {"speed", "plot"}), "every setting has its place"
     opened = house()
     one, other = arrive(opened), arrive(opened, "autopilot=0&dm=0.12")
@@ -49,21 +60,30 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         assert {k for k in after if after[k] != before[k]} == {"g"}, key
         sent, expected = another(key, after[key])
         one.visitor.set_value(page_label(key), sent)
-        one.wait(lambda s, key=key, expected=expected: values(s.settings)[key] == pytest.approx(expected, abs=1e-9))
+        one.wait(
+            lambda s, key=key, expected=expected: values(s.settings)[key] == pytest.approx(expected, abs=1e-9)
+        )
         now = values(one.session.settings)
         assert {k for k in now if now[k] != after[k]} == {key}
         # Asked for, as the run is built again only after its settings have changed.
-        assert one.ask(lambda s: s.simulation.settings == s.settings.run) and values(other.session.settings) == theirs, key
+        assert (
+            one.ask(lambda s: s.simulation.settings == s.settings.run)
+            and values(other.session.settings) == theirs
+        ), key
         one.run_on(0.05)
         one.ask(assert_sound)
     ask(one.session, lambda s: [s.change("scene", "hold"), s.change("rig", "table")])
     one.run_on(0.3)
     other.run_on(0.3)
     one.ask(assert_sound)
-    assert one.session.simulation.room.rig.name == "table" and other.session.simulation.room.rig.name == "torso"
+    assert (
+        one.session.simulation.room.rig.name == "table" and other.session.simulation.room.rig.name == "torso"
+    )
 
 
-def test_what_one_visitor_does_leaves_the_arms_of_another_as_they_were_to_the_last_bit(house: OpenHouse, arrive: Arrive) -> None:
+def test_what_one_visitor_does_leaves_the_arms_of_another_as_they_were_to_the_last_bit(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened = house()
     one, other = arrive(opened), arrive(opened, "seed=5&guided=left")
     for key in ("law", "dm", "n", "v", "rig"):
@@ -104,7 +124,11 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive) -> None:
             roundtrip(one)
             one.run_on(0.1)
             held = one.ask(lambda s: s.held)
-            assert isinstance(held, HandTarget) and np.isfinite(held.position).all() and np.abs(held.position).max() <= 2.5
+            assert (
+                isinstance(held, HandTarget)
+                and np.isfinite(held.position).all()
+                and np.abs(held.position).max() <= 2.5
+            )
             assert held.rotation is not None and np.allclose(held.rotation @ held.rotation.T, np.eye(3))
         one.ask(assert_sound)
         assert one.session.held is not None
@@ -143,6 +167,8 @@ def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arriv
         visitor.set_value("elbow", value)
     visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
     visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5)
-    visitor.wait_for(lambda _: abs(session.simulation.positions[slave][3] - before[slave][3]) > np.radians(4.0))
+    visitor.wait_for(
+        lambda _: abs(session.simulation.positions[slave][3] - before[slave][3]) > np.radians(4.0)
+    )
     after = guest.ask(lambda s: s.simulation.positions.copy())
     assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02

@@ -59,16 +59,25 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     guest.wait(lambda s: s.settings.run.law.law == "barrier_qp")
     # Another page begins with few again; the law of its link is one of them.
     other = arrive(house(), "panel=small&law=barrier_qp").visitor
-    assert law_options(other) == [*(labels[name] for name in labels if LAWS[name].offered_first or name == "barrier_qp"), MORE]
+    assert law_options(other) == [
+        *(labels[name] for name in labels if LAWS[name].offered_first or name == "barrier_qp"),
+        MORE,
+    ]
 
 
-def test_further_plots_wait_for_their_button_and_stay_once_one_is_chosen(house: OpenHouse, arrive: Arrive) -> None:
+def test_further_plots_wait_for_their_button_and_stay_once_one_is_chosen(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened = house()
     guest = arrive(opened, "panel=small")
     visitor = guest.visitor
-    (opener,) = (group for group in bodies(visitor, "GuiButtonGroupMessage") if "More plots" in group["options"])
+    (opener,) = (
+        group for group in bodies(visitor, "GuiButtonGroupMessage") if "More plots" in group["options"]
+    )
     visitor.send({"type": "GuiUpdateMessage", "uuid": opener["uuid"], "updates": {"value": "More plots"}})
-    visitor.wait_for(lambda v: any("Laws" in group for group in groups(v)) and ("More plots",) not in groups(v))
+    visitor.wait_for(
+        lambda v: any("Laws" in group for group in groups(v)) and ("More plots",) not in groups(v)
+    )
     chosen = arrive(opened, "panel=small&plot=lambda").visitor
     assert any("● λ" in group for group in groups(chosen)) and ("More plots",) not in groups(chosen)
     whole = arrive(opened, "panel=all").visitor
@@ -83,7 +92,9 @@ def seen(page: Page) -> dict[str, list[str]]:
 
 # No notice of a busy machine is counted.
 @pytest.mark.usefixtures("fast_machine")
-def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page, opened = page_at(1440, 900), house()
     session = visit(page, opened, "panel=small")
     page.mouse.move(700, 300)
@@ -135,7 +146,11 @@ def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHous
     page.mouse.up()
     until(page, lambda: abs(page.evaluate(CAMERA)[0] - first[0]) > 0.05, "a turned view")
     page.get_by_role("button", name="First view").click()
-    until(page, lambda: max(abs(page.evaluate(CAMERA)[i] - first[i]) for i in (3, 4, 5, 6)) < 2e-3, "the first view")
+    until(
+        page,
+        lambda: max(abs(page.evaluate(CAMERA)[i] - first[i]) for i in (3, 4, 5, 6)) < 2e-3,
+        "the first view",
+    )
     # The link follows the page a moment later, and its row is made again.
     page.locator(".duet-view-row input[value*='autopilot=0']").wait_for(state="attached")
     copy = page.get_by_role("button", name="Copy link")
@@ -151,7 +166,9 @@ def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHous
 @pytest.mark.thorough
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 768), (390, 844)])
 @pytest.mark.parametrize("look", ["lang=de&theme=dark", "lang=sl&theme=light", "lang=de&profile=projector"])
-def test_no_text_of_the_first_screen_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int, look: str) -> None:
+def test_no_text_of_the_first_screen_is_cut_off(
+    house: OpenHouse, page_at: PageAt, width: int, height: int, look: str
+) -> None:
     page = page_at(width, height)
     visit(page, house(), f"panel=small&v=0.05&{look}")
     page.locator(".duet-view-row").wait_for()

@@ -15,13 +15,26 @@ from app.theme import PALETTES, rgb
 from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import LATE_UPDATE, see_free, see_plots, visit
-from tests.browser import PageAt, close_software_note, drawn, lasting, screenshot, until, wait_frames, world_to_px
+from tests.browser import (
+    PageAt,
+    close_software_note,
+    drawn,
+    lasting,
+    screenshot,
+    until,
+    wait_frames,
+    world_to_px,
+)
 from tests.fonts import Font
 from tests.tools.page_flaws import flaws
 
 SEEN = "p => document.elementFromPoint(...p) === __viserMutable.canvas"
 FOREARM = "/person/body/left_upper_arm/left_forearm"
-SIGHTS = ("hold", "torso"), ("hold", "table"), *((scene, "torso") for scene in ("solo", "ball", "master_slave", "imitation"))
+SIGHTS = (
+    ("hold", "torso"),
+    ("hold", "table"),
+    *((scene, "torso") for scene in ("solo", "ball", "master_slave", "imitation")),
+)
 
 
 def ring_share(page: Page, session: Session, colour: str) -> float:
@@ -67,7 +80,12 @@ def see_ring(page: Page, session: Session) -> None:
     ],
 )
 def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
-    house: OpenHouse, page_at: PageAt, width: int, height: int, font: Font, sights: tuple[tuple[str, str], ...]
+    house: OpenHouse,
+    page_at: PageAt,
+    width: int,
+    height: int,
+    font: Font,
+    sights: tuple[tuple[str, str], ...],
 ) -> None:
     page = page_at(width, height, expect=(LATE_UPDATE,), font=font)
     session = visit(page, house(), f"rig={'table' if width == 1024 else 'torso'}&speed=2")
@@ -76,7 +94,10 @@ def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
     close_software_note(page)
     for scene, rig in sights:
         ask(session, lambda s, scene=scene, rig=rig: [s.change("scene", scene), s.change("rig", rig)])
-        joints = ask(session, lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms])
+        joints = ask(
+            session,
+            lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms],
+        )
         chains = [[f"/arms/{name}/base", *(f"j{i}" for i in range(1, count + 1))] for name, count in joints]
         nodes = ["/".join(chain[: n + 1]) for chain in chains for n in range(len(chain))]
         nodes += {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
@@ -85,7 +106,11 @@ def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
             keeper = ask(session, lambda s: s.simulation.keeper)
             assert keeper is not None
             for end in (keeper.home, keeper.home + PATH):
-                until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
+                until(
+                    page,
+                    lambda end=end: page.evaluate(SEEN, world_to_px(page, end)),
+                    "the ball's way in free sight",
+                )
         # Somewhere on the way, so that the picture shows what happens.
         moment = 3.0 if scene == "hold" else session.simulation.time + 1.5
         ask(session, lambda s, moment=moment: s.control.hurry(moment))

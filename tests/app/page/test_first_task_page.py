@@ -46,7 +46,11 @@ def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> 
     )
     assert symbol_sentences(frame)["dm"].startswith(f"{kept.symbol}_m: ")
     plot = time_plot_of("distance", frame.simulation)
-    assert plot.unit == kept.unit and kept.short in plot.title and plot.lines[1].name == f"{kept.symbol}<sub>m</sub>"
+    assert (
+        plot.unit == kept.unit
+        and kept.short in plot.title
+        and plot.lines[1].name == f"{kept.symbol}<sub>m</sub>"
+    )
     assert time_plot_of("speeds", frame.simulation).unit == f"{kept.unit}/s"
     assert in_unit(specs()["dm"], kept).title().endswith(f"{kept.symbol}_m [{kept.page_unit}]")
     assert in_unit(specs()["v"], kept).page_unit == f"{kept.unit}/s"
@@ -56,11 +60,15 @@ def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> 
 
 
 def test_what_the_start_cannot_keep_is_said() -> None:
-    simulation = Simulation(RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25)))
+    simulation = Simulation(
+        RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25))
+    )
     said = html.unescape(status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()))
     assert "more than the" in said and "take a smaller d_m" in said
     simulation.apply(replace(simulation.settings, law=LawSettings()))
-    assert "smaller" not in status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample())
+    assert "smaller" not in status_html(
+        freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()
+    )
 
 
 def test_a_wall_held_before_the_base_is_said() -> None:
@@ -72,13 +80,17 @@ def test_a_wall_held_before_the_base_is_said() -> None:
 
 
 def test_a_link_opens_it_with_its_choices() -> None:
-    settings, problems = from_query({"scene": "first_task", "first": "all", "together": "stages", "load": "3"}, Settings())
+    settings, problems = from_query(
+        {"scene": "first_task", "first": "all", "together": "stages", "load": "3"}, Settings()
+    )
     assert not problems
     assert settings.run == RunSettings(scene="first_task", first="all", together="stages", load=3.0)
     assert from_query(to_query(settings), Settings())[0] == settings
 
 
-def test_a_visitor_chooses_a_first_task_and_drags_and_turns_the_wall(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_visitor_chooses_a_first_task_and_drags_and_turns_the_wall(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     one = arrive(house(), "scene=first_task&autopilot=0&speed=2")
     one.visitor.wait_for(lambda v: {"/wall", "/kept_from_wall", "/gizmo/wall"} <= set(v.mirror.nodes))
     chooser = one.visitor.mirror.labelled(page_label("first"))
@@ -88,11 +100,17 @@ def test_a_visitor_chooses_a_first_task_and_drags_and_turns_the_wall(house: Open
     one.visitor.move_gizmo("/gizmo/wall", phase="start")
     one.visitor.move_gizmo("/gizmo/wall", tuple(goal.tolist()), wxyz=(float(c), 0.0, 0.0, float(s)))
     one.wait(lambda x: isinstance(x.held, WallTarget))
-    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes["/wall"]["position"]) - goal) < 0.03)
+    one.visitor.wait_for(
+        lambda v: np.linalg.norm(np.array(v.mirror.nodes["/wall"]["position"]) - goal) < 0.03
+    )
     one.wait(lambda x: abs(x.simulation.positions[x.simulation.room.wall][3] - 0.4) < 0.05)
     one.visitor.move_gizmo("/gizmo/wall", phase="end")
     one.wait(lambda x: x.held is None)
     one.visitor.set_value(page_label("first"), FIRST_TASKS["tip"].label)
     one.wait(lambda x: x.settings.run.first == "tip" and x.simulation.room.wall is None)
-    one.visitor.wait_for(lambda v: "/wall" not in v.mirror.nodes and {"/balance/centre", "/balance/foot"} <= set(v.mirror.nodes))
+    one.visitor.wait_for(
+        lambda v: (
+            "/wall" not in v.mirror.nodes and {"/balance/centre", "/balance/foot"} <= set(v.mirror.nodes)
+        )
+    )
     one.visitor.wait_for(lambda v: v.mirror.labelled(page_label("load"))["visible"])

@@ -7,7 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.i18n.catalogue import words_of
-from app.settings import FOREIGN_KEYS, LANGUAGES, LOOKS, Settings, from_query, is_appended, is_foreign, to_query
+from app.settings import (
+    FOREIGN_KEYS,
+    LANGUAGES,
+    LOOKS,
+    Settings,
+    from_query,
+    is_appended,
+    is_foreign,
+    to_query,
+)
 from controllers.errors import BadSetting
 from scenes.setting_spec import add_choice, nearest_names
 from scenes.settings import RunSettings, changed, specs
@@ -22,10 +31,20 @@ def test_no_name_of_ours_is_taken_for_one_of_theirs() -> None:
 
 def test_the_key_of_a_setting_is_mended_wherever_it_is_read() -> None:
     settings, problems = from_query({"rig": "table", "amp;dm": "0.1", "AMP;amp;n": "3"}, Settings())
-    assert (settings.run.rig, settings.run.law.critical_distance, settings.run.law.order, problems) == ("table", 0.1, 3.0, ())
+    assert (settings.run.rig, settings.run.law.critical_distance, settings.run.law.order, problems) == (
+        "table",
+        0.1,
+        3.0,
+        (),
+    )
     for key in LOOKS:
         (value,) = to_query(
-            changed(Settings(), key, {"theme": "dark", "profile": "projector", "picture": "fast", "lang": "de"}[key]), Settings()
+            changed(
+                Settings(),
+                key,
+                {"theme": "dark", "profile": "projector", "picture": "fast", "lang": "de"}[key],
+            ),
+            Settings(),
         ).keys() - {"whole"}
         assert value == key
 
@@ -54,7 +73,9 @@ def test_no_message_about_a_name_lists_them_all(key: str) -> None:
         problems += (str(error),)
     for problem in problems:
         for said in (problem, *(words_of(language)(problem) for language in LANGUAGES)):
-            assert len(said) < 400 and len(names & {*said.replace(",", " ").replace("?", " ").split()}) <= 20, said
+            assert (
+                len(said) < 400 and len(names & {*said.replace(",", " ").replace("?", " ").split()}) <= 20
+            ), said
 
 
 @pytest.mark.usefixtures("registry")

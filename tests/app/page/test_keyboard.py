@@ -66,20 +66,34 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     for action, (key, way) in zip(("left", "right", "up", "down", "away", "near"), ways.items(), strict=True):
         press(action, key, lambda place=place: np.linalg.norm(held().position - place) > NUDGE / 2)
         step = held().position - place
-        assert np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6) and step @ np.array(way) > 0.85 * NUDGE, action
+        assert (
+            np.linalg.norm(step) == pytest.approx(NUDGE, rel=1e-6) and step @ np.array(way) > 0.85 * NUDGE
+        ), action
         assert way[2] or abs(step[2]) < 1e-9
         place = held().position.copy()
     assert not session.settings.page.autopilot
 
     elbow = ask(session, lambda s: s.simulation.kinematics.joint_point(s.simulation.guided.elbow))
     frame, foot = ask(session, lambda s: swivel_frame(s.hand))
-    for action, key, angle in (("elbow_up", "j", SWING), ("elbow_down", "k", 0.0), ("elbow_down", "k", -SWING)):
+    for action, key, angle in (
+        ("elbow_up", "j", SWING),
+        ("elbow_down", "k", 0.0),
+        ("elbow_down", "k", -SWING),
+    ):
         wanted = foot + pin.exp3(frame[:, 0] * angle) @ (elbow - foot)
-        press(action, key, lambda wanted=wanted: (now := held().elbow) is not None and np.allclose(now, wanted))
+        press(
+            action, key, lambda wanted=wanted: (now := held().elbow) is not None and np.allclose(now, wanted)
+        )
         assert np.allclose(held().position, place), "the hand stays where it was wanted"
-    press("describe", "i", lambda: SENTENCE.fullmatch(page.get_by_role("alert").last.inner_text().replace("\n", " ")))
+    press(
+        "describe",
+        "i",
+        lambda: SENTENCE.fullmatch(page.get_by_role("alert").last.inner_text().replace("\n", " ")),
+    )
     press("reset", "r", lambda: session.simulation.steps == 0)
-    assert session.paused and ask(session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
+    assert session.paused and ask(
+        session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)
+    ) == (0, 0, None)
 
     # Turn the view with the mouse, and take it back.
     drag(page, [(520, 90), (395, 115)])

@@ -41,7 +41,9 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
     set_by_hand(one, first, "v")
     assert second.settings.run.law.nominal_velocity == 0.30
-    assert not np.allclose(world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05)
+    assert not np.allclose(
+        world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05
+    )
     other.close()
     until(one, lambda: len(live_sessions(opened)) == 1, "the session of the closed tab")
     run_on(one, first, 0.1)
@@ -50,9 +52,13 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
 MALICE = "<img src=x onerror=alert(1)>"
 
 
-def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened, bad = house(), quote(MALICE)
-    one = arrive(opened, f"rig=table&dm=9&law={bad}&n=10&{bad}=1&v=nan&initialCameraFov=1&websocket=x&seed=1.5")
+    one = arrive(
+        opened, f"rig=table&dm=9&law={bad}&n=10&{bad}=1&v=nan&initialCameraFov=1&websocket=x&seed=1.5"
+    )
     assert values(one.session.settings) == values(Settings()) | {"rig": "table", "n": 10.0}
     one.visitor.wait_for(lambda _: len(notes(one.visitor)) >= 5)
     said = notes(one.visitor)

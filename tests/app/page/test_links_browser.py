@@ -4,7 +4,9 @@ from playwright.sync_api import Browser
 
 from app.web.pages import STATIC
 
-PAGE = '<script>"use strict"; window.duet = {{}};\n{}</script>'.format((STATIC / "page_query.js").read_text(encoding="utf-8"))
+PAGE = '<script>"use strict"; window.duet = {{}};\n{}</script>'.format(
+    (STATIC / "page_query.js").read_text(encoding="utf-8")
+)
 
 
 def test_the_scripts_of_the_page_read_a_mended_link(browser: Browser) -> None:

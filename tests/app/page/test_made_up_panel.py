@@ -31,7 +31,9 @@ class MadeUp(PagePanel):
         self._text.value = f"{1000.0 * frame.settings.run.law.critical_distance:.0f} mm"
 
 
-def test_a_made_up_panel_is_one_entry(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_made_up_panel_is_one_entry(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(operation, "PANELS", [*operation.PANELS, MadeUp])
     one = arrive(house(), "dm=0.2")
     one.visitor.wait_for(lambda v: v.mirror.labelled("made up")["value"] == "200 mm")

@@ -40,7 +40,10 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     page = page_at(1024, 768)
     session = visit(page, house(), "speed=2")
     usual = {"scene": "imitation", "law": "smooth_priority", "pairs": "smooth", "plot": "none", "speed": 1.0}
-    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.control.hurry(3.0)])
+    ask(
+        session,
+        lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.control.hurry(3.0)],
+    )
     until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
     # While it runs, a plot is only looked at.
     drag_over_plot(page, (0.7, 0.4))
@@ -51,7 +54,12 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     end = ask(session, lambda s: s.simulation.time)
 
     def span() -> list[float]:
-        return [float(one) for one in (page.locator("[data-duet-span]").first.get_attribute("data-duet-span") or "0 0").split()]
+        return [
+            float(one)
+            for one in (
+                page.locator("[data-duet-span]").first.get_attribute("data-duet-span") or "0 0"
+            ).split()
+        ]
 
     # The next refresh of a plot brings its axis up to the pause; on a busy machine it no longer begins at 0.
     until(page, lambda: span()[1] > end - 0.02, "the run until its pause in the plots")
@@ -63,7 +71,11 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     accessible(page)
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Space")
-    until(page, lambda: shown_time(session) is None and session.simulation.time > end, "the run goes on from its end")
+    until(
+        page,
+        lambda: shown_time(session) is None and session.simulation.time > end,
+        "the run goes on from its end",
+    )
 
 
 NAMES = """() => [...document.querySelectorAll('.u-over')].map(frame => {
@@ -102,7 +114,10 @@ def test_the_name_of_a_moment_stands_above_the_frame_of_every_plot(by_hand: Made
     session = visitor_of(opened).session
     until(page, after_a_frame(opened, lambda: session.simulation.time > 4.0), "some seconds of the run")
     session.handlers.do(Pause())
-    words = {"short": "jump", "long": "a name of a moment that no plot of this width has room for, in any language"}
+    words = {
+        "short": "jump",
+        "long": "a name of a moment that no plot of this width has room for, in any language",
+    }
     for time, length in ((0.1, "short"), (2.0, "short"), (3.9, "short"), (2.0, "long")):
         player_of(session).review(time, Mark(time, LazyText(words[length])))
         shown = f"{time:.1f} s" if length == "long" else f"jump, {time:.1f} s"

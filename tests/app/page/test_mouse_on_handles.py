@@ -12,7 +12,18 @@ from scenes.history import COLUMN
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import CURSOR, WRIST, control, drag_through, finger, grab, hand, hands_of, run_on, visit
+from tests.app.page.by_hand import (
+    CURSOR,
+    WRIST,
+    control,
+    drag_through,
+    finger,
+    grab,
+    hand,
+    hands_of,
+    run_on,
+    visit,
+)
 from tests.browser import (
     CAMERA,
     PageAt,
@@ -50,7 +61,9 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     page.get_by_text("The autopilot moves the orange arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
-    take_hold(page, lambda: hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO, lambda: session.held is not None)
+    take_hold(
+        page, lambda: hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO, lambda: session.held is not None
+    )
     grip = hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO
     for way in np.linspace(0.02, 0.10, 4):
         point_at(page, grip + arrow * sign * way)
@@ -76,19 +89,33 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     def given_way(s: Session) -> bool:
         return bool(np.abs(s.simulation.positions[s.simulation.avoiding.joints] - still).max() > 0.03)
 
-    until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02 and ask(session, given_way), "the hand where the mouse is")
+    until(
+        page,
+        lambda: np.linalg.norm(hand(session) - goal) < 0.02 and ask(session, given_way),
+        "the hand where the mouse is",
+    )
     # Meanwhile the handle is where the mouse is, not where the hand is.
-    until(page, lambda: np.linalg.norm(world_position(page, HAND) - goal) < 5e-3, "the handle where the mouse is")
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, HAND) - goal) < 5e-3,
+        "the handle where the mouse is",
+    )
     page.mouse.up()
     # Released: the handle jumps back to the hand, which stays where it came to.
     until(page, lambda: session.held is None, "release")
     run_on(page, session, 0.3)
     assert np.linalg.norm(hand(session) - goal) < 0.03
-    until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
+        "the handle on the hand",
+    )
 
     def wrist_off() -> float:
         drawn = world_position(page, f"/arms/right{WRIST}")
-        return float(np.linalg.norm(drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy())))
+        return float(
+            np.linalg.norm(drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy()))
+        )
 
     until(page, lambda: wrist_off() < 2e-3, "the arm drawn where it is")
     table = ask(session, lambda s: s.simulation.history.table())
@@ -97,7 +124,10 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     assert table[:, COLUMN["w"]].max() <= session.settings.run.hand_speed + 1e-9
     assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
     # The columns of a second arm that keeps clear are empty, as only one does.
-    assert np.isfinite(table[:, : COLUMN["e2_b"]]).all() and np.isfinite(session.simulation.history.positions(table)).all()
+    assert (
+        np.isfinite(table[:, : COLUMN["e2_b"]]).all()
+        and np.isfinite(session.simulation.history.positions(table)).all()
+    )
 
     # From the beginning, the elbow by its arc.
     ask(session, lambda s: s.reset())
@@ -123,7 +153,11 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     *_, now = ask(session, state)
     assert np.linalg.norm(now - there) < 0.05 < np.linalg.norm(now - elbow)
     assert np.linalg.norm(hand(session) - place) < 5e-3
-    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - ask(session, state)[2]) < 5e-3, "the handle on the elbow")
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, ELBOW) - ask(session, state)[2]) < 5e-3,
+        "the handle on the elbow",
+    )
 
     ask(session, lambda s: [s.change("gizmo", False), s.change("contact", False), s.reset()])
     see_arrows_under_a_mouse_that_rests(page, session)
@@ -145,7 +179,9 @@ def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
         return page.evaluate(f"!!{there}")
 
     until(page, arrows, "the arrows of the hand")
-    assert not page.evaluate(f"!!__viserMutable.nodeRefFromName['{ELBOW}']") and not session.settings.page.gizmo
+    assert (
+        not page.evaluate(f"!!__viserMutable.nodeRefFromName['{ELBOW}']") and not session.settings.page.gizmo
+    )
     screenshot(page, "hand-hovered")
     # A press where the mouse rests takes the hand itself.
     page.mouse.down()
@@ -163,7 +199,9 @@ def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
     # On an arrow they stay, and it can be taken.
     arrow, sign = best_arrow(session, np.array([0.0, -1.0, 0.0]))
     point_at(page, hand(session) + arrow * GRIP * GIZMO)
-    take_hold(page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: isinstance(session.held, HandTarget))
+    take_hold(
+        page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: isinstance(session.held, HandTarget)
+    )
     point_at(page, hand(session) + arrow * (GRIP * GIZMO + 0.04 * sign))
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go of the arrow")
@@ -197,7 +235,9 @@ def see_links_pulled(page: Page, session: Session) -> None:
     slow = {"speed": 0.25, "wmax": 0.05, "dm": 0.3, "contact": True, "autopilot": True}
     for link in (FOREARM, HAND_LINK):
         ask(session, lambda s: [*(s.change(key, value) for key, value in slow.items()), s.reset()])
-        until(page, lambda: page.evaluate("!__viserMutable.nodeRefFromName['/grip/point']?.visible"), "no mark")
+        until(
+            page, lambda: page.evaluate("!__viserMutable.nodeRefFromName['/grip/point']?.visible"), "no mark"
+        )
         assert not page.evaluate("!!__viserMutable.nodeRefFromName['/gizmo/hand']")
         page.mouse.move(450, 120)
         pull_to_the_other_arm(page, session, link)
@@ -221,7 +261,9 @@ def pull_to_the_other_arm(page: Page, session: Session, link: str) -> None:
         return bool(np.abs(s.simulation.positions[s.simulation.avoiding.joints] - still).max() > 0.02)
 
     until(
-        page, lambda: missing(session) < 0.02 and ask(session, given_way), "the point at the mouse, the other arm out of the way"
+        page,
+        lambda: missing(session) < 0.02 and ask(session, given_way),
+        "the point at the mouse, the other arm out of the way",
     )
     until(page, lambda: page.evaluate("!!__viserMutable.nodeRefFromName['/grip/point']?.visible"), "the mark")
     screenshot(page, f"pulled-{link.rsplit('/', 1)[1]}")
@@ -243,7 +285,9 @@ def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, p
         touch("touchMove", x + 6.0 * step, y - 4.0 * step)
         wait_frames(page, 2)
     until(page, lambda: holds(session) and missing(session) < 0.02, "the hand where the finger is")
-    until(page, lambda: np.linalg.norm(world_position(page, HAND_LINK) - before) > 0.1, "the hand drawn there")
+    until(
+        page, lambda: np.linalg.norm(world_position(page, HAND_LINK) - before) > 0.1, "the hand drawn there"
+    )
     assert np.allclose(page.evaluate(CAMERA), view, atol=1e-6)
     touch("touchEnd", 0.0, 0.0)
     until(page, lambda: session.held is None, "letting go")
@@ -286,7 +330,9 @@ def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_but
         page.mouse.up()
         until(page, lambda: not session.paused, "the run going on")
         run_on(page, session, 0.1)
-        until(page, lambda: np.linalg.norm(world_position(page, HAND) - start) < 2e-3, "the handle on the hand")
+        until(
+            page, lambda: np.linalg.norm(world_position(page, HAND) - start) < 2e-3, "the handle on the hand"
+        )
         assert session.held is None and moved() < 1e-6
     # A press takes it again.
     drag_through(page, session, places[:3])

@@ -42,7 +42,14 @@ SEEN = """(() => {
     ],
 )
 def test_viser_s_own_page_is_never_seen(
-    house: OpenHouse, page_at: PageAt, width: int, height: int, locale: str, query: str, loading: str, note: str
+    house: OpenHouse,
+    page_at: PageAt,
+    width: int,
+    height: int,
+    locale: str,
+    query: str,
+    loading: str,
+    note: str,
 ) -> None:
     page = page_at(width, height, locale=locale)
     page.add_init_script(SEEN)
@@ -58,9 +65,9 @@ def test_viser_s_own_page_is_never_seen(
     wait_ready(page, "/room")
     assert any("rgb(34, 38, 44)" in one for one in page.evaluate("backgroundsSeen")) == ("dark" in query)
     card = page.locator("#duet-contact").bounding_box()
-    assert card is not None and (box["y"] >= card["y"] + card["height"] or box["y"] + box["height"] <= card["y"]), (
-        "beside the card"
-    )
+    assert card is not None and (
+        box["y"] >= card["y"] + card["height"] or box["y"] + box["height"] <= card["y"]
+    ), "beside the card"
     page.wait_for_function("seenSoFar.has('our page')")
     assert set(page.evaluate("[...seenSoFar]")) == {f"Duet {loading}", "our page"}
     screenshot(page, f"opened-{width}")
@@ -74,7 +81,10 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
     note = page.locator("#duet-note")
     note.wait_for()
     wait_ready(page, "/room")
-    folder, inside = page.get_by_role("button", name="Keep and replay", exact=True), page.get_by_role("button", name="Load a run")
+    folder, inside = (
+        page.get_by_role("button", name="Keep and replay", exact=True),
+        page.get_by_role("button", name="Load a run"),
+    )
     assert folder.get_attribute("aria-expanded") == "false" and not inside.is_visible()
     clock = page.get_by_role("button", name="Pause", exact=True)
     # Tab comes to it, and neither key means anything else there.
@@ -82,7 +92,9 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
     assert folder.evaluate("e => e === document.activeElement")
     for key, opened in (("Enter", "true"), (" ", "false"), (" ", "true")):
         page.keyboard.press(key)
-        until(page, lambda opened=opened: folder.get_attribute("aria-expanded") == opened, f"{key!r}: {opened}")
+        until(
+            page, lambda opened=opened: folder.get_attribute("aria-expanded") == opened, f"{key!r}: {opened}"
+        )
     inside.wait_for()
     assert clock.is_visible()
     folder.click()
@@ -126,7 +138,9 @@ def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
 ) -> None:
     page = page_at(width, height, newcomer=True)
     if out == "Just play":
-        page.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })")
+        page.add_init_script(
+            "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })"
+        )
     session = visit(page, house(STILL), f"lang={language}&{look}")
     card = page.get_by_role("dialog")
     card.get_by_text(WORDS[language]).wait_for()
@@ -135,7 +149,12 @@ def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
 
     def fits() -> bool:
         box = card.bounding_box()
-        inside = box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+        inside = (
+            box is not None
+            and box["x"] >= 0.0
+            and box["x"] + box["width"] <= width
+            and box["y"] + box["height"] <= height
+        )
         whole = "card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)"
         return inside and card.evaluate(whole)
 
@@ -182,7 +201,9 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
 LOSE = "window.lost = __viserMutable.canvas.getContext('webgl2').getExtension('WEBGL_lose_context')"
 
 
-def test_a_picture_that_the_browser_takes_away_is_said_until_it_is_back(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_picture_that_the_browser_takes_away_is_said_until_it_is_back(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1024, 768)
     visit(page, house(STILL), "lang=en")
     page.evaluate(f"{LOSE}; lost.loseContext()")

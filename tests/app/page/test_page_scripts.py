@@ -45,8 +45,13 @@ def test_scripts_and_style_sheets_are_free_of_faults(tmp_path: Path) -> None:
 def test_constants_cannot_end_the_script(tmp_path: Path) -> None:
     file = tmp_path / "one.js"
     file.write_text("run();", encoding="utf-8")
-    made = (PageAssets((file,), constants={"a": 1}) + PageAssets(constants={"b": "</script><!--"})).script_html()
-    assert made == '<script>"use strict";\nwindow.duet = {"a": 1, "b": "\\u003c/script>\\u003c!--"};\nrun();</script>'
+    made = (
+        PageAssets((file,), constants={"a": 1}) + PageAssets(constants={"b": "</script><!--"})
+    ).script_html()
+    assert (
+        made
+        == '<script>"use strict";\nwindow.duet = {"a": 1, "b": "\\u003c/script>\\u003c!--"};\nrun();</script>'
+    )
 
 
 def test_a_browser_is_sent_no_comments(tmp_path: Path) -> None:
@@ -64,7 +69,12 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
     assert {*folder.glob("*.js")} <= {*assets.scripts}
     # These three are sent in the page's panels, and change with its look.
     own = {path for path in assets.styles if path.parent == folder}
-    assert {*folder.glob("*.css")} == {*own, folder / "style.css", folder / "replay.css", folder / "review.css"}
+    assert {*folder.glob("*.css")} == {
+        *own,
+        folder / "style.css",
+        folder / "replay.css",
+        folder / "review.css",
+    }
     assert len({*assets.scripts}) == len(assets.scripts)
 
 

@@ -8,7 +8,12 @@ from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import see_plots, visit
 from tests.browser import PageAt, drawn, settled_view, until, wait_frames
 
-TIMES = {"λ": "activation λ", "q": "joints q [°]", "q̇": "joint speeds q̇ [rad/s]", "u v w": "speeds along the line [m/s]"}
+TIMES = {
+    "λ": "activation λ",
+    "q": "joints q [°]",
+    "q̇": "joint speeds q̇ [rad/s]",
+    "u v w": "speeds along the line [m/s]",
+}
 """What stands on a button → the beginning of the plot's title, over time."""
 
 TITLES = TIMES | {"λ(d)": "Fig. 2", "Laws": "each law", "Pairs": "the closest pair", "M": "section III"}

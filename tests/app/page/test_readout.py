@@ -13,7 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.page.panels.contact_card import contact_note
-from app.page.panels.distance_rate import MISSED, Term, budget_terms, error_step, missed, promise_html, wanted_rate
+from app.page.panels.distance_rate import (
+    MISSED,
+    Term,
+    budget_terms,
+    error_step,
+    missed,
+    promise_html,
+    wanted_rate,
+)
 from app.page.panels.readout import error_html, status_html, tiles_html, tip_text
 from app.plots.stability_text import section_html, task_error
 from app.plots.time_series import Swivel
@@ -64,7 +72,11 @@ def text(html: str) -> str:
 
 def shares(terms: list[Term]) -> str:
     """What opens the gap and what closes it, as a formula."""
-    return " ".join(f"{'−' if term.kind in ('u', 'w') else '+'}{text(term.symbol)}" for term in terms if term.kind != "lost")
+    return " ".join(
+        f"{'−' if term.kind in ('u', 'w') else '+'}{text(term.symbol)}"
+        for term in terms
+        if term.kind != "lost"
+    )
 
 
 VARIANTS = ("", "&avoid=both", "&avoid=both&coupled=1", "&avoid=guided", "&ff=1", "&pairs=single")
@@ -80,7 +92,9 @@ def test_the_budget_is_what_happens(scene: str, law: str) -> None:
     """ḋ by the law's own line is ḋ by J_d and q̇, and the numbers on the page come to the same."""
     for variant in VARIANTS:
         # No other test shows these.
-        simulation = moved(settings(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}").run, lambda s: s.time >= 1.0)
+        simulation = moved(
+            settings(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}").run, lambda s: s.time >= 1.0
+        )
         sample = simulation.sample()
         now = contact(simulation, sample)
         rate = wanted_rate(simulation, sample, now)
@@ -98,15 +112,22 @@ def test_the_budget_is_what_happens(scene: str, law: str) -> None:
                 assert shares(terms) == "−(1−λ)(u1+u2) +2λv"
                 assert rate == pytest.approx(2.0 * lam * 0.2 - (1.0 - lam) * both, abs=1e-12)
         else:
-            assert now.rate == pytest.approx(simulation.law.line_rate(now.distance, now.pull, now.approach, now.square), abs=1e-9)
+            assert now.rate == pytest.approx(
+                simulation.law.line_rate(now.distance, now.pull, now.approach, now.square), abs=1e-9
+            )
 
 
 def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
     simulation, sample, now = seen("scene=hold&law=null_space_avoidance&dm=0.3&d0=0.6")
     (lost,) = [term for term in budget_terms(simulation, sample, now) if term.kind == "lost"]
-    assert lost.value == pytest.approx(now.change - wanted_rate(simulation, sample, now)) and abs(lost.value) > MISSED
+    assert (
+        lost.value == pytest.approx(now.change - wanted_rate(simulation, sample, now))
+        and abs(lost.value) > MISSED
+    )
     assert missed(simulation, sample) == "the hand comes first"
-    assert not [term for term in budget_terms(*seen("scene=hold&dm=0.05")) if term.kind == "lost" and term.value]
+    assert not [
+        term for term in budget_terms(*seen("scene=hold&dm=0.05")) if term.kind == "lost" and term.value
+    ]
     assert shares(budget_terms(*seen("scene=hold&ff=1"))) == "−w −(1−λ)u +λ(v+w)"
     assert shares(budget_terms(*seen("scene=hold&law=barrier_qp"))) == "−w −u +c"
 
@@ -120,7 +141,9 @@ def test_symbol_and_number_of_a_switch_belong_together(activation: float) -> Non
     simulation = moved(settings("scene=ball&law=strict_switched&v=0.2&dm=0.3").run, reached)
     sample = simulation.sample()
     terms = {term.kind: term for term in budget_terms(simulation, sample, contact(simulation, sample))}
-    assert shares(list(terms.values())) == "−w −(1−λ)u +λv" and LAW_TEXTS["strict_switched"].share.endswith("λ")
+    assert shares(list(terms.values())) == "−w −(1−λ)u +λv" and LAW_TEXTS["strict_switched"].share.endswith(
+        "λ"
+    )
     assert terms["u"].value == pytest.approx(-(1.0 - activation) * sample.pull)
     assert terms["v"].value == pytest.approx(activation * 0.2)
 
@@ -155,7 +178,9 @@ def test_the_error_of_every_experiment(scene: str) -> None:
         assert float(tiles[0]) == pytest.approx(1000.0 * sample.error, abs=0.06) and float(tiles[1]) == 4.0
         return
     assert tiles == []
-    errors = [sample.error] if sample.second is None else [sample.error, math.sqrt(sample.second.squared_error)]
+    errors = (
+        [sample.error] if sample.second is None else [sample.error, math.sqrt(sample.second.squared_error)]
+    )
     words = text(error_html(simulation, sample))
     shown = [float(number) for number in re.findall(r"[\d.]+", words)]
     scale = 180.0 / math.pi if simulation.settings.experiment.error_unit == "rad²" else 1000.0
@@ -166,7 +191,13 @@ def test_the_error_of_every_experiment(scene: str) -> None:
 
 @pytest.mark.parametrize(
     ("robot", "task", "free"),
-    [("lwr", "position", 4.0), ("lwr", "pose", 1.0), ("ur5", "position", 3.0), ("ur5", "pose", 0.0), ("panda", "position", 4.0)],
+    [
+        ("lwr", "position", 4.0),
+        ("lwr", "pose", 1.0),
+        ("ur5", "position", 3.0),
+        ("ur5", "pose", 0.0),
+        ("panda", "position", 4.0),
+    ],
 )
 def test_the_trace_of_n_counts_what_the_hand_leaves_free(robot: str, task: str, free: float) -> None:
     simulation = played(f"scene=solo&robot={robot}&task={task}", 0.3)
@@ -191,7 +222,9 @@ def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
     words = text(status_html(RUNNING, simulation, both))
     assert "near its limit" in words and "at its top speed" in words
     assert simulation.joint_label(3) in words and simulation.joint_label(2, second=True) in words
-    moved_by_joints = next(p for p, names in enumerate(simulation.detector.pair_names) if "pedestal" not in " ".join(names))
+    moved_by_joints = next(
+        p for p, names in enumerate(simulation.detector.pair_names) if "pedestal" not in " ".join(names)
+    )
     for s, said in ((0.05, "no joint moves this point"), (0.6, "the joints hardly move this point")):
         short = replace(sample, authority=int(Authority.LEVERAGE), joint=-1, lever=s, pair=moved_by_joints)
         assert said in status_html(RUNNING, simulation, short)
@@ -199,11 +232,15 @@ def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
 
 def test_a_large_d_m_that_meets_a_pedestal_is_told_without_jargon() -> None:
     """With d_m at 300 mm the nearest body of the silver arm is its pedestal, which no joint moves."""
-    simulation = moved(settings("scene=hold&dm=0.3").run, lambda s: s.sample().authority == Authority.LEVERAGE)
+    simulation = moved(
+        settings("scene=hold&dm=0.3").run, lambda s: s.sample().authority == Authority.LEVERAGE
+    )
     sample = simulation.sample()
     assert "pedestal" in simulation.detector.pair_names[sample.pair][0]
     words = text(status_html(RUNNING, simulation, sample))
-    assert "Bolted down: a smaller d_m helps." in words and "no joint" not in words and "authority" not in words
+    assert (
+        "Bolted down: a smaller d_m helps." in words and "no joint" not in words and "authority" not in words
+    )
     # The card has no good news then, and the promise the same reason.
     now = contact(simulation, sample)
     kind, note = contact_note(simulation, sample, now, budget_terms(simulation, sample, now))
@@ -216,13 +253,18 @@ def test_a_large_d_m_that_meets_a_pedestal_is_told_without_jargon() -> None:
 
 def test_a_short_lever_is_no_warning_where_lambda_does_not_act() -> None:
     simulation, sample, _ = seen("scene=hold")
-    far = replace(sample, lever=0.4, activation=0.0, distance=0.37, law_distance=0.37, authority=int(Authority.FULL))
+    far = replace(
+        sample, lever=0.4, activation=0.0, distance=0.37, law_distance=0.37, authority=int(Authority.FULL)
+    )
     assert 'class="halt"' not in promise_html(simulation, far)
     assert 'class="halt"' in promise_html(simulation, replace(far, activation=0.2))
 
 
 def test_who_is_faster_than_v() -> None:
-    for query, words in (("scene=hold", "the hand is faster than v"), ("scene=ball", "the ball is faster than v")):
+    for query, words in (
+        ("scene=hold", "the hand is faster than v"),
+        ("scene=ball", "the ball is faster than v"),
+    ):
         simulation, sample, _ = seen(query)
         fast = replace(sample, law_approach=0.31)
         assert words in status_html(RUNNING, simulation, fast)
@@ -248,9 +290,17 @@ def test_a_tip_for_everything_that_can_be_chosen(scene: str) -> None:
     tips = {tip_text(Session(settings(f"scene={scene}{variant}"))) for variant in ("", *VARIED.split())}
     assert all(25 < len(text(tip)) < 170 and tip.endswith(".") for tip in tips) and len(tips) > 1
     # Who watches a stage can pull nothing.
-    watched = {tip_text(Session(settings(f"scene={scene}{variant}")), operated=False) for variant in ("", *VARIED.split())}
+    watched = {
+        tip_text(Session(settings(f"scene={scene}{variant}")), operated=False)
+        for variant in ("", *VARIED.split())
+    }
     assert all(len(text(tip)) > 20 and tip.endswith(".") for tip in watched)
-    assert not [tip for tip in watched for word in ("Pull", "pull", "Drag", "drag", "take over", "raise") if word in tip]
+    assert not [
+        tip
+        for tip in watched
+        for word in ("Pull", "pull", "Drag", "drag", "take over", "raise")
+        if word in tip
+    ]
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -272,7 +322,11 @@ def test_section_three_speaks_of_its_custom_law_only() -> None:
     for law in LAWS:
         words = text(section_html(*seen(f"scene=hold&law={law}")))
         assert ("sym(M)" in words) == (law in ("smooth_priority", "unprotected"))
-    for query, shown in (("scene=master_slave", True), ("scene=master_slave&coupled=1", False), ("scene=ball", True)):
+    for query, shown in (
+        ("scene=master_slave", True),
+        ("scene=master_slave&coupled=1", False),
+        ("scene=ball", True),
+    ):
         words = text(section_html(*seen(query)))
         assert ("sym(M)" in words) == shown and ("W" in words and shown) == (shown and "master" in query)
     # The row would be of one arm and the Jacobian of the other one, which may have fewer joints.
@@ -284,7 +338,9 @@ def test_section_three_speaks_of_its_custom_law_only() -> None:
     assert "Of this law it says nothing" in text(section_html(simulation, sample, now))
 
 
-@pytest.mark.parametrize("query", ["scene=hold", "scene=hold&task=pose", "scene=master_slave", "scene=ball&point=elbow"])
+@pytest.mark.parametrize(
+    "query", ["scene=hold", "scene=hold&task=pose", "scene=master_slave", "scene=ball&point=elbow"]
+)
 def test_section_three_is_about_this_moment(query: str) -> None:
     simulation, sample, now = seen(query, 4.0)
     error, J = task_error(simulation, sample)
@@ -305,7 +361,11 @@ def test_the_numbers_leave_the_run_alone() -> None:
         watched.step(person.target(watched.time))
         sample = watched.sample()
         now = contact(watched, sample)
-        shown = budget_terms(watched, sample, now), section_html(watched, sample, now), error_html(watched, sample)
+        shown = (
+            budget_terms(watched, sample, now),
+            section_html(watched, sample, now),
+            error_html(watched, sample),
+        )
         assert all(shown)
     assert watched.history.table().tobytes() == played(query).history.table().tobytes()
 
@@ -314,7 +374,9 @@ ANGLES = st.lists(st.floats(-1.2, 1.2), min_size=7, max_size=7)
 
 
 @given(ANGLES, st.floats(-1.0, 1.0))
-def test_the_elbow_angle_knows_no_turn_of_the_base_and_changes_sign_in_a_mirror(angles: list[float], turn: float) -> None:
+def test_the_elbow_angle_knows_no_turn_of_the_base_and_changes_sign_in_a_mirror(
+    angles: list[float], turn: float
+) -> None:
     room = build_alone()
     q = np.array(angles)
     q[3] = 0.4 + abs(q[3])
@@ -324,8 +386,12 @@ def test_the_elbow_angle_knows_no_turn_of_the_base_and_changes_sign_in_a_mirror(
     assert abs(angle) <= math.pi
     assert room.rig.bases[0].rotation[2, 2] == pytest.approx(1.0, abs=1e-12), "the base stands upright"
     turned = q + turn * np.eye(7)[0]
-    assert math.remainder(Swivel(room, room.arms[0]).angle(turned) - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
-    assert math.remainder(Swivel(room, room.arms[0]).angle(MIRROR * q) + angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+    assert math.remainder(Swivel(room, room.arms[0]).angle(turned) - angle, 2.0 * math.pi) == pytest.approx(
+        0.0, abs=1e-6
+    )
+    assert math.remainder(
+        Swivel(room, room.arms[0]).angle(MIRROR * q) + angle, 2.0 * math.pi
+    ) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_elbow_angle_does_not_jump_by_a_turn_and_is_none_of_a_straight_arm() -> None:
@@ -355,11 +421,15 @@ def test_it_stands_in_the_usual_run() -> None:
     for scene in ("hold", "master_slave", "imitation"):
         # Far away, where the closest bodies hardly move along the line: the lever is short, and costs nothing.
         assert shown(played(f"scene={scene}")).endswith("is promised")
-        assert shown(Simulation(settings(f"scene={scene}").run)).endswith("is promised"), "before the first step"
+        assert shown(Simulation(settings(f"scene={scene}").run)).endswith("is promised"), (
+            "before the first step"
+        )
     assert shown(played("scene=master_slave")).count("; ") == 1, "one lever an arm"
     assert shown(played("scene=solo")) == ""
     simulation = played("scene=hold")
-    assert "does not promise" in text(promise_html(simulation, simulation.sample(), custom=True)), "a law of your own"
+    assert "does not promise" in text(promise_html(simulation, simulation.sample(), custom=True)), (
+        "a law of your own"
+    )
 
 
 def test_a_missing_condition_is_named() -> None:
@@ -396,7 +466,11 @@ def test_a_joint_at_its_limit_is_named() -> None:
         ("law=drawn_curve&curve=0.1:1,0.2:0", "this curve promises d ≥ 100 mm while w ≤ v"),
         ("law=drawn_curve&curve=0.1:0.9,0.2:0", "this curve promises no distance: it does not begin at 1"),
         ("law=lever&lever=0.4", "your lever promises no distance: it does not depend on d"),
-        *((f"law={law}", "this law does not promise d ≥ dm") for law in [*LAWS][1:] if LAW_TEXTS[law].promise is None),
+        *(
+            (f"law={law}", "this law does not promise d ≥ dm")
+            for law in [*LAWS][1:]
+            if LAW_TEXTS[law].promise is None
+        ),
     ],
 )
 def test_what_another_law_promises(query: str, said: str) -> None:
@@ -405,14 +479,19 @@ def test_what_another_law_promises(query: str, said: str) -> None:
 
 def test_a_distance_that_was_lost_is_not_said_to_be_kept() -> None:
     lost = settings("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single").run
-    run = moved(lost, lambda run: run.sample().law_distance <= 0.1 and not missing_now(run.settings, run.history))
+    run = moved(
+        lost, lambda run: run.sample().law_distance <= 0.1 and not missing_now(run.settings, run.history)
+    )
     assert shown(run).endswith("below dm, but falling no further")
 
 
 def test_what_five_joints_cost_is_said_where_a_hand_keeps_its_place() -> None:
     session = Session(settings("scene=hold"))
     assert "Five joints" not in tip_text(session)
-    short = tuple(replace(arm, joints=slice(arm.joints.start, arm.joints.start + 5)) for arm in session.simulation.room.arms)
+    short = tuple(
+        replace(arm, joints=slice(arm.joints.start, arm.joints.start + 5))
+        for arm in session.simulation.room.arms
+    )
     session.simulation.room = replace(session.simulation.room, arms=short)
     assert tip_text(session).endswith(
         "Five joints keep the hand’s place, not its turn: two are left for everything else, not four."

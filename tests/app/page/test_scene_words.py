@@ -28,9 +28,12 @@ def test_a_sentence(query: str, who: str) -> None:
     session = Session(from_query(dict(parse_qsl(query)), Settings())[0])
     frame = freeze(session, 0.0)
     said = scene_sentence(frame)
-    assert said.endswith(f"; d = {1e3 * frame.sample.distance:.0f} mm; λ = {frame.sample.activation:.2f}: {who}.")
+    assert said.endswith(
+        f"; d = {1e3 * frame.sample.distance:.0f} mm; λ = {frame.sample.activation:.2f}: {who}."
+    )
     hands = re.findall(
-        r"(orange|silver) arm: hand \d+ cm to the (?:left|right), \d+ cm (?:towards|away from) you, \d+ cm up", said
+        r"(orange|silver) arm: hand \d+ cm to the (?:left|right), \d+ cm (?:towards|away from) you, \d+ cm up",
+        said,
     )
     assert sorted(hands) == (["silver"] if "ball" in query else ["orange", "silver"])
     assert scene_sentence(frame, asking=True) == said.partition("; λ")[0] + "."

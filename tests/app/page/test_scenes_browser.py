@@ -27,7 +27,9 @@ def enter(page: Page, session: Session, scene: str) -> None:
     page.keyboard.press(KEYS[scene])
     until(page, lambda: session.simulation.settings.scene == scene, scene)
     arms = ["/arms/left/base", "/arms/arm/base"][:: -1 if scene in ("solo", "ball") else 1]
-    page.wait_for_function("([a, b]) => __viserMutable.nodeRefFromName[a] && !__viserMutable.nodeRefFromName[b]", arg=arms)
+    page.wait_for_function(
+        "([a, b]) => __viserMutable.nodeRefFromName[a] && !__viserMutable.nodeRefFromName[b]", arg=arms
+    )
     page.get_by_text(NAMES[scene], exact=True).first.wait_for()
     wait_frames(page, 6)
 
@@ -47,7 +49,11 @@ def pull_pixels(page: Page, start: tuple[float, float], way: tuple[float, float]
 def pull_the_figure(page: Page, session: Session) -> None:
     """Pull the person who is imitated at an elbow, and again if it was on its way while the mouse came."""
     for attempt in range(1, 6):
-        pull_pixels(page, world_to_px(page, world_position(page, "/person/body/left_upper_arm/left_forearm")), (32, -64))
+        pull_pixels(
+            page,
+            world_to_px(page, world_position(page, "/person/body/left_upper_arm/left_forearm")),
+            (32, -64),
+        )
         try:
             until(page, lambda: session.settings.page.source == "figure", "the figure as the person", 20.0)
             return
@@ -84,7 +90,11 @@ def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_draw
     drag_through(page, session, [start + up * (0.8 * BALL_ARROW + way) for way in np.linspace(0.0, 0.06, 8)])
     assert isinstance(session.held, BallTarget)
     until(page, lambda: np.linalg.norm(ball() - start - 0.06 * up) < 0.015, "the ball where its arrow is")
-    until(page, lambda: np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3, "the ball drawn where it is")
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3,
+        "the ball drawn where it is",
+    )
     let_go(page, session, "arrow")
     # And the ball itself: at a place on it where no arrow lies, across the view, to the left.
     settled_view(page)
@@ -100,11 +110,19 @@ def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_draw
 
     for scene in ("solo", "master_slave"):
         enter(page, session, scene)
-        until(page, lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3, "the handle on the hand")
+        until(
+            page,
+            lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
+            "the handle on the hand",
+        )
     enter(page, session, "imitation")
     q = ask(session, lambda s: s.simulation.positions.copy())
     pull_the_figure(page, session)
-    until(page, lambda: np.abs(ask(session, lambda s: s.simulation.positions.copy()) - q).max() > 0.15, "robots that follow")
+    until(
+        page,
+        lambda: np.abs(ask(session, lambda s: s.simulation.positions.copy()) - q).max() > 0.15,
+        "robots that follow",
+    )
     screenshot(page, "scene-figure-dragged")
     page.mouse.up()
 
@@ -114,7 +132,10 @@ def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_draw
     # Two makes are drawn where they are, and one gives way.
     ask(
         session,
-        lambda s: [s.change(key, value) for key, value in {"robot": "ur5_panda", "rig": "table", "autopilot": True}.items()],
+        lambda s: [
+            s.change(key, value)
+            for key, value in {"robot": "ur5_panda", "rig": "table", "autopilot": True}.items()
+        ],
     )
     until(page, lambda: session.simulation.sample().activation > 0.5, "a meeting")
     ask(session, lambda s: s.change("speed", 0.25))
@@ -125,7 +146,11 @@ def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_draw
 
         def off(path: str = path, joint: int = arm.joints.stop, name: str = arm.name) -> float:
             drawn = world_position(page, f"/arms/{name}/base{path}")
-            return float(np.linalg.norm(drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(joint).copy())))
+            return float(
+                np.linalg.norm(
+                    drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(joint).copy())
+                )
+            )
 
         until(page, lambda off=off: off() < 0.02, f"the {arm.name} arm drawn where it is")
     screenshot(page, "scene-two-makes")

@@ -12,7 +12,9 @@ from tests.browser import CAMERA, PageAt, screenshot, settled_view, until
 
 
 @pytest.mark.thorough
-def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page, opened = page_at(390, 844), house()
     session = visit(page, opened, "panel=small")
     few, every = ({page_label(key) for key in keys} for keys in (SMALL, ON_PAGE))
@@ -20,7 +22,11 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     until(page, lambda: every & set(labels.all_inner_texts()) == few, "few controls")
     assert not tab.is_visible() and not page.get_by_role("button", name="Keep and replay").is_visible()
     until(
-        page, lambda: page.locator(".duet-status").count() and not page.locator(".duet-status > .go:visible").count(), "no praise"
+        page,
+        lambda: (
+            page.locator(".duet-status").count() and not page.locator(".duet-status > .go:visible").count()
+        ),
+        "no praise",
     )
     accessible(page)
     screenshot(page, "small-panel")
@@ -32,10 +38,17 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     page.get_by_role("button", name="Pause", exact=True).click()
     until(page, lambda: session.paused, "a pause")
     # λ is silent until it is asked for.
-    tone, lam = page.get_by_role("button", name="λ as a tone"), ask(session, lambda s: s.simulation.sample().activation)
+    tone, lam = (
+        page.get_by_role("button", name="λ as a tone"),
+        ask(session, lambda s: s.simulation.sample().activation),
+    )
     assert tone.get_attribute("aria-pressed") == "false" and not tone.get_attribute("data-hertz")
     tone.click()
-    until(page, lambda: int(tone.get_attribute("data-hertz") or 0) == pytest.approx(220.0 * 4.0**lam, abs=2.0), "the tone of λ")
+    until(
+        page,
+        lambda: int(tone.get_attribute("data-hertz") or 0) == pytest.approx(220.0 * 4.0**lam, abs=2.0),
+        "the tone of λ",
+    )
     tone.click()
     until(page, lambda: not tone.get_attribute("data-hertz"), "silence")
     view = settled_view(page)
@@ -51,10 +64,14 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     page.get_by_role("button", name="Fewer settings").click()
     # The tab that was open is not what is left.
     until(page, lambda: every & set(labels.all_inner_texts()) == few, "few controls once more")
-    until(page, lambda: page.evaluate("localStorage.duetPanel") == "small", "what the browser keeps from now on")
+    until(
+        page, lambda: page.evaluate("localStorage.duetPanel") == "small", "what the browser keeps from now on"
+    )
 
 
-def test_a_phone_has_a_button_for_the_view_and_a_browser_that_wants_less_motion(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_phone_has_a_button_for_the_view_and_a_browser_that_wants_less_motion(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened = house()
     phone = arrive(opened, "window=390x844&motion=less")
     assert phone.session.paused, "nothing moves until it is asked for"

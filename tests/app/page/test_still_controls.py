@@ -61,7 +61,9 @@ def watched(page: Page, opened: ByHand, seconds: float) -> dict[str, object]:
         for _ in range(AT_ONCE):
             opened.frame()
         wait_frames(page, 2)
-    seen: dict[str, object] = page.evaluate("() => { cancelAnimationFrame(window.duetWatch); return window.duetSeen; }")
+    seen: dict[str, object] = page.evaluate(
+        "() => { cancelAnimationFrame(window.duetWatch); return window.duetSeen; }"
+    )
     return seen
 
 
@@ -76,7 +78,9 @@ def test_no_control_moves_when_a_notice_comes_or_goes(by_hand: Made, page_at: Pa
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("scene", EXPERIMENTS)
-@pytest.mark.parametrize(("panel", "width", "height"), [("small", 1440, 900), ("small", 390, 844), ("all", 1024, 768)])
+@pytest.mark.parametrize(
+    ("panel", "width", "height"), [("small", 1440, 900), ("small", 390, 844), ("all", 1024, 768)]
+)
 def test_no_control_moves_in_a_minute_of_autopilot(
     by_hand: Made, page_at: PageAt, scene: str, panel: str, width: int, height: int
 ) -> None:

@@ -48,11 +48,17 @@ def frame_of(query: str) -> Frame:
 def test_every_symbol_that_is_drawn_has_a_sentence() -> None:
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "app").rglob("static/*.js")]
     drawn = {name for source in sources for name in re.findall(r'"data-symbol": "(\w+)"', source)}
-    lists = [re.findall(r'"(\w+)"', found) for source in sources for found in re.findall(r"const SYMBOLS = \[(.*?)\]", source)]
+    lists = [
+        re.findall(r'"(\w+)"', found)
+        for source in sources
+        for found in re.findall(r"const SYMBOLS = \[(.*?)\]", source)
+    ]
     assert len(lists) == 2, "the symbols that light up, and those of formulas"
     drawn |= {name for names in lists for name in names}
     lines = [line for plot in TIME_PLOTS.values() for line in plot.lines]
-    lines += [line for name in ("distance", "error") for line in time_plot_of(name, played("scene=hold")).lines]
+    lines += [
+        line for name in ("distance", "error") for line in time_plot_of(name, played("scene=hold")).lines
+    ]
     drawn |= {line.colour for line in lines if not re.fullmatch(r"j\d", line.colour)}
     drawn |= set(re.findall(r'class="(\w+)"', formula(r"\lambda d d_m u v w", False)))
     assert {"lam", "d", "dm", "rest", "e", "u", "v", "w"} <= drawn <= set(SYMBOLS)
@@ -93,7 +99,11 @@ def said(page: Page) -> list[str]:
 
 def says(page: Page, symbol: Locator, beginning: str) -> None:
     """Assert that a symbol has its sentence beside it, described for those who hear it, over no other symbol or control."""
-    until(page, lambda: [text[: len(beginning)] for text in said(page)] == [beginning], f"the sentence of {beginning}")
+    until(
+        page,
+        lambda: [text[: len(beginning)] for text in said(page)] == [beginning],
+        f"the sentence of {beginning}",
+    )
     tooltip = page.locator("[role=tooltip]:not([hidden])")
     element = symbol.element_handle()
     assert element is not None
@@ -151,4 +161,6 @@ def test_a_tap_shows_the_sentence_on_a_phone(house: OpenHouse, page_at: PageAt) 
     violet.tap()
     says(page, violet, "λ: wie sehr der silberne Arm nachgibt.")
     page.locator("#duet-contact .term[data-symbol=w]").tap()
-    says(page, page.locator("#duet-contact .term[data-symbol=w]"), "w: wie schnell der orange Arm näher kommt.")
+    says(
+        page, page.locator("#duet-contact .term[data-symbol=w]"), "w: wie schnell der orange Arm näher kommt."
+    )

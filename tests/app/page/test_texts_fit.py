@@ -15,13 +15,19 @@ def test_flaws_are_found(page_at: PageAt) -> None:
     page = page_at(300, 200)
     for body, kinds in {
         "<p>one line</p><p>another</p>": [],
-        '<p style="width:30px;overflow:hidden;white-space:nowrap">much too long for that</p>': ["cut at a side"],
+        '<p style="width:30px;overflow:hidden;white-space:nowrap">much too long for that</p>': [
+            "cut at a side"
+        ],
         '<p style="height:9px;overflow:hidden">one<br>two</p>': ["cut above or below"],
         '<div style="height:30px;overflow:auto">one<br>two<br>three<br>four</div>': [],
         '<p>under</p><div style="position:fixed;inset:0;background:#fff"></div>': ["covered by"],
-        '<p style="position:absolute;top:5px">first</p><p style="position:absolute;top:8px">second</p>': ["over each other"],
+        '<p style="position:absolute;top:5px">first</p><p style="position:absolute;top:8px">second</p>': [
+            "over each other"
+        ],
         '<p style="position:absolute;left:-20px">half outside</p>': ["cut at a side"],
-        '<p class="duet" style="width:30px;overflow-x:auto;white-space:nowrap">to be moved by hand</p>': ["too wide"],
+        '<p class="duet" style="width:30px;overflow-x:auto;white-space:nowrap">to be moved by hand</p>': [
+            "too wide"
+        ],
         '<div style="width:500px;height:9px"></div>': ["too wide"],
         '<p data-floating-window style="position:fixed;top:190px">half below</p>': ["beyond the window"],
     }.items():
@@ -60,7 +66,9 @@ BROKEN_ROWS = """() => [...document.querySelectorAll('[role=tablist]')].filter(r
 """Rows of tabs that take more than one line, stick out of their panel, or have a tab without a picture, a name or a tip."""
 
 
-ROW = """<div role="tablist" style="display:flex;flex-wrap:wrap;overflow:hidden;font:13px sans-serif"></div>"""
+ROW = (
+    """<div role="tablist" style="display:flex;flex-wrap:wrap;overflow:hidden;font:13px sans-serif"></div>"""
+)
 FILL = """names => { const row = document.querySelector('[role=tablist]');
   row.innerHTML = names.map(name => `<div role="tab" data-dock-tab style="display:flex;overflow:hidden">
     <div><svg width="13" height="13"></svg></div><span>${name}</span></div>`).join(''); }"""
@@ -80,7 +88,9 @@ def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font,
         assert [tab.get_attribute("title") for tab in row.get_by_role("tab").all()] == names
         assert all(row.get_by_role("tab", name=name, exact=True).count() == 1 for name in names)
         seen = {"both": (True, True), "names": (False, True), "icons": (True, False)}[level]
-        sizes = row.evaluate("row => ['svg', 'span'].map(part => row.querySelector(part).getBoundingClientRect().width > 1)")
+        sizes = row.evaluate(
+            "row => ['svg', 'span'].map(part => row.querySelector(part).getBoundingClientRect().width > 1)"
+        )
         assert tuple(sizes) == seen
 
     page.evaluate(FILL, names)
@@ -95,7 +105,10 @@ def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font,
     for size, level in (("60px", "icons"), ("13px", "both")):
         row.evaluate("(row, size) => { row.style.fontSize = size; }", size)
         becomes(level)
-    for name, level in (("A name that leaves no room beside it for any other, " * 2, "icons"), ("Law", "both")):
+    for name, level in (
+        ("A name that leaves no room beside it for any other, " * 2, "icons"),
+        ("Law", "both"),
+    ):
         names[0] = name.strip()
         row.locator("span").first.evaluate("(span, name) => { span.firstChild.data = name; }", name)
         becomes(level)

@@ -50,7 +50,12 @@ def test_no_hint_covers_another_control(house: OpenHouse, page_at: PageAt, width
     for control in page.locator(TIPPED).all():
         box = control.bounding_box() if control.is_visible() else None
         # The row of "All settings" has no hint.
-        if control.inner_text() == "All settings" or box is None or box["width"] < 10 or box["y"] + box["height"] > height:
+        if (
+            control.inner_text() == "All settings"
+            or box is None
+            or box["width"] < 10
+            or box["y"] + box["height"] > height
+        ):
             continue
         # Over the scene there is no hint.
         page.mouse.move(width / 2, height / 3)

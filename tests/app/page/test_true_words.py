@@ -37,7 +37,10 @@ def untrue(simulation: Simulation) -> list[str]:
         return []
     now = contact(simulation, sample)
     terms = budget_terms(simulation, sample, now)
-    note, pills = text(contact_note(simulation, sample, now, terms)[1]), text(promise_html(simulation, sample))
+    note, pills = (
+        text(contact_note(simulation, sample, now, terms)[1]),
+        text(promise_html(simulation, sample)),
+    )
     said = f"{note} | {pills} | {text(status_html(RUNNING, simulation, sample))}"
     d, d_m, v, w = sample.distance, run.law.critical_distance, run.law.nominal_velocity, sample.law_approach
     failed, s = d < d_m - BELOW, least_lever(sample)
@@ -58,7 +61,11 @@ def untrue(simulation: Simulation) -> list[str]:
     }
     faults = [f"{words!r} in {said!r}" for words, false in wrong.items() if words in said and false]
     reach = "joints move this point: s"
-    if reach in pills and 'class="halt"' in str(promise_html(simulation, sample)).split(reach)[0] and not lever_text(s):
+    if (
+        reach in pills
+        and 'class="halt"' in str(promise_html(simulation, sample)).split(reach)[0]
+        and not lever_text(s)
+    ):
         faults.append(f"a weak lever of {s}")
     return faults
 
@@ -83,7 +90,11 @@ def test_no_sentence_is_untrue_at_the_moment_at_which_it_is_shown(index: int) ->
                 before = None
             if simulation.steps % 16 == 0 and sample.pair >= 0:
                 faults += untrue(simulation)
-                before = sample, trend(contact(simulation, sample).true_change, 0), text(promise_html(simulation, sample))
+                before = (
+                    sample,
+                    trend(contact(simulation, sample).true_change, 0),
+                    text(promise_html(simulation, sample)),
+                )
         assert not faults, (run, faults[:3])
 
 

@@ -14,7 +14,9 @@ from tests.tools.monkey.visitor import assert_sound
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_visits_leave_nothing_behind_and_are_no_news(house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture) -> None:
+def test_visits_leave_nothing_behind_and_are_no_news(
+    house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture
+) -> None:
     opened = house()
 
     def visit(number: int) -> None:
@@ -46,13 +48,17 @@ def test_visits_leave_nothing_behind_and_are_no_news(house: OpenHouse, arrive: A
     # Local variables of the frame loop may hold the last one until the next frame.
     witness.run_on(0.1)
     # A socket of the last one may be closed a little later.
-    witness.wait(lambda _: all(now <= then for now, then in zip(count(), (*before[:3], before[3] + 1), strict=True)))
+    witness.wait(
+        lambda _: all(now <= then for now, then in zip(count(), (*before[:3], before[3] + 1), strict=True))
+    )
     assert witness.session.settings.page.autopilot and witness.session.held is None
     witness.ask(assert_sound)
     assert [record.getMessage() for record in caplog.records if record.exc_info] == []
 
 
-def test_an_idle_frame_sends_nothing(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_idle_frame_sends_nothing(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
     built, status_html = list[str](), readout.status_html
     monkeypatch.setattr(readout, "status_html", lambda *given: built.append("status") or status_html(*given))
     one = arrive(house(), "plot=laws")

@@ -23,7 +23,9 @@ DETAILS: tuple[Details, ...] = get_args(Details)
 
 
 @cache
-def played(scene: str = "hold", law: str = "smooth_priority", robot: RobotName = "lwr", seconds: float = 1.5) -> Simulation:
+def played(
+    scene: str = "hold", law: str = "smooth_priority", robot: RobotName = "lwr", seconds: float = 1.5
+) -> Simulation:
     """An experiment that its own person has moved for a while; not to be moved on."""
     settings = RunSettings(scene=scene, robot=robot, law=LawSettings(law=law))
     return moved(settings, lambda simulation: simulation.time >= seconds)
@@ -67,7 +69,10 @@ class Gui:
 
     def add_uplot(self, **options: Any) -> Any:
         """A plot; viser asks for arrays of one length here."""
-        assert len(options["data"]) == len(options["series"]) and len({len(line) for line in options["data"]}) == 1
+        assert (
+            len(options["data"]) == len(options["series"])
+            and len({len(line) for line in options["data"]}) == 1
+        )
         return self._add(self.plots, **options)
 
     def _add(self, to: list[Any], **options: Any) -> Handle:

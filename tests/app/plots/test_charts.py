@@ -55,7 +55,9 @@ def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: str, d
     sample = replace(simulation.sample(), law_distance=distance, activation=shown.law.activation(distance))
     html = curve_html(shown, None, sample, 150)
     ((x, y),) = marks(html, "dot lam")
-    assert x == pytest.approx(distance / FAR, abs=6e-4) and y == pytest.approx(FRAME.down(sample.activation), abs=6e-4)
+    assert x == pytest.approx(distance / FAR, abs=6e-4) and y == pytest.approx(
+        FRAME.down(sample.activation), abs=6e-4
+    )
     (line,) = paths(html, "lam")
     # Across a jump either end will do; the curve is drawn with straight pieces.
     near = np.interp(1000.0 * x + np.array([-4.0, 0.0, 4.0]), line[:, 0], line[:, 1])
@@ -80,7 +82,9 @@ def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
     now, far = contact(simulation, simulation.sample()), 2.0 * simulation.settings.law.critical_distance
     html = laws_html(simulation, None, now, 150, {name: 0})
     span = float(re.findall(r'<i style="top:0.0%">([^<]*)</i>', html)[0].replace("−", "-"))
-    assert re.findall(r'class="xs">.*?>0</i>.*?>([^<]+)</i>.*?>([^<]+)</i></div>', html, re.DOTALL) == [("0.15", "0.3")]
+    assert re.findall(r'class="xs">.*?>0</i>.*?>([^<]+)</i>.*?>([^<]+)</i></div>', html, re.DOTALL) == [
+        ("0.15", "0.3")
+    ]
     for law in (name, running):
         kind = f"law{list(LAWS).index(law) + 1}"
         (points,) = paths(html, kind)
@@ -88,14 +92,17 @@ def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
         for d in (0.05, 0.22, 0.28):
             rate = all_laws(simulation.settings.law)[law].line_rate(d, now.pull, now.approach, now.square)
             meant = 1000.0 * min(max((span - rate) / (2.0 * span), -1.0), 2.0)
-            assert np.interp(1000.0 * d / far, points[:, 0], points[:, 1]) == pytest.approx(meant, abs=12.0), (law, d)
+            assert np.interp(1000.0 * d / far, points[:, 0], points[:, 1]) == pytest.approx(
+                meant, abs=12.0
+            ), (law, d)
         assert len(marks(html, f"digit {kind}")) == 1
     assert html.count('stroke-width="3.2"') == 1 and html.count("digit ") == 2, "no line of another law"
     ((x, y),) = marks(html, f"dot law{list(LAWS).index(running) + 1}")
     assert x == pytest.approx(now.distance / far, abs=1e-3)
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
     assert not marks(
-        laws_html(simulation, None, now._replace(distance=far + 0.01), 150), f"dot law{list(LAWS).index(running) + 1}"
+        laws_html(simulation, None, now._replace(distance=far + 0.01), 150),
+        f"dot law{list(LAWS).index(running) + 1}",
     )
 
 
@@ -103,7 +110,9 @@ def test_every_line_of_the_laws_has_a_look_of_its_own() -> None:
     simulation, ghost = played("hold"), played("hold", "barrier_qp")
     ticked = {"strict_switched": 0, "unprotected": 1, "potential_field": 2}
     html = laws_html(simulation, ghost, contact(simulation, simulation.sample()), 150, ticked)
-    found = re.findall(r'<path class="law(\d+)" d="[^"]*" stroke-width="([\d.]+)"(?: stroke-dasharray="([^"]*)")?', html)
+    found = re.findall(
+        r'<path class="law(\d+)" d="[^"]*" stroke-width="([\d.]+)"(?: stroke-dasharray="([^"]*)")?', html
+    )
     assert [list(LAWS)[int(law) - 1] for law, _, _ in found] == [*ticked, "barrier_qp", "smooth_priority"]
     assert len({(width, dash) for _, width, dash in found}) == 5
     assert laws_legend(simulation) == (), "the numbers name them"
@@ -194,7 +203,11 @@ def test_one_pair_never_changes() -> None:
 HAND = np.eye(4)[:3]
 """J_b of a task that uses the first three of four joints."""
 
-FREE, ALONG, BETWEEN = np.array([0.0, 0.0, 0.0, 0.5]), np.array([0.5, 0.0, 0.0, 0.0]), np.array([0.5, 0.0, 0.0, 0.1])
+FREE, ALONG, BETWEEN = (
+    np.array([0.0, 0.0, 0.0, 0.5]),
+    np.array([0.5, 0.0, 0.0, 0.0]),
+    np.array([0.5, 0.0, 0.0, 0.1]),
+)
 """J_d orthogonal to it, inside it, and in between."""
 
 
@@ -218,7 +231,9 @@ def at(row: Array, lam: float = 0.7, J_b: Array | None = HAND) -> Analysis:
 )
 def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> None:
     text = condition_text(analysis)
-    assert text.startswith(f"<b>The paper’s condition {'holds' if holds else 'does not hold'}:</b>") and text.endswith(why)
+    assert text.startswith(
+        f"<b>The paper’s condition {'holds' if holds else 'does not hold'}:</b>"
+    ) and text.endswith(why)
     assert analysis.condition_holds is holds
 
 
@@ -229,12 +244,22 @@ def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> No
         (at(FREE), 0.042, -0.013, "The error shrinks: |e| = 42 mm, −13 mm/s."),
         (at(BETWEEN), 0.042, 0.013, "The error grows: |e| = 42 mm, +13 mm/s."),
         (at(FREE), 0.042, 0.013, "The error grows even so: |e| = 42 mm, +13 mm/s."),
-        (at(ALONG), 0.042, 0.0002, "The error stays as it is: |e| = 42 mm, because avoidance and task are dependent."),
+        (
+            at(ALONG),
+            0.042,
+            0.0002,
+            "The error stays as it is: |e| = 42 mm, because avoidance and task are dependent.",
+        ),
         (at(FREE), 0.042, 0.0, "The error stays as it is: |e| = 42 mm."),
         (at(FREE), 0.0018, -0.0009, "The error has died out: |e| = 2 mm."),
         (at(BETWEEN), 0.0022, 0.0011, "The error has died out: |e| = 2 mm."),
         (at(BETWEEN), 0.0022, 0.0111, "The error grows: |e| = 2 mm, +11 mm/s."),
-        (at(ALONG), 0.0012, 0.0002, "The error stays as it is: |e| = 1 mm, because avoidance and task are dependent."),
+        (
+            at(ALONG),
+            0.0012,
+            0.0002,
+            "The error stays as it is: |e| = 1 mm, because avoidance and task are dependent.",
+        ),
         (at(ALONG), 0.0001, -0.0001, "There is no error to bring down."),
         (at(ALONG), 0.0001, 0.1, "The error grows: |e| = 0 mm, +100 mm/s."),
         (at(ALONG, J_b=None), 0.1, -0.2, "The error shrinks all the same: |e| = 5.7°, −11.5°/s."),
@@ -317,7 +342,9 @@ def test_any_numbers_make_sound_html(seed: int, lam: float, posture: bool, numbe
 @pytest.mark.parametrize("joints", [False, True])
 def test_laps_count_from_where_the_circle_begins_and_in_a_replay_too(joints: bool) -> None:
     def gaps(simulation: Simulation) -> list[float]:
-        return [float(gap) for gap in re.findall(r"lap \d: ([\d.]+)", laps_html(simulation, None, joints, 150))]
+        return [
+            float(gap) for gap in re.findall(r"lap \d: ([\d.]+)", laps_html(simulation, None, joints, 150))
+        ]
 
     at_once = moved(RunSettings(scene="solo", path="circle", gain=0.0), lambda s: s.time >= 17.0)
     later = Simulation(RunSettings(scene="solo", gain=0.0))

@@ -70,7 +70,11 @@ def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive)
     guest = arrive(house(), "plot=laws")
 
     def row() -> tuple[str, ...]:
-        (options,) = [one["options"] for one in bodies(guest.visitor, "GuiDropdownMessage") if one["label"] == "also draw"]
+        (options,) = [
+            one["options"]
+            for one in bodies(guest.visitor, "GuiDropdownMessage")
+            if one["label"] == "also draw"
+        ]
         return tuple(options)
 
     def drawn() -> set[str]:
@@ -81,7 +85,12 @@ def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive)
 
     guest.visitor.wait_for(lambda _: drawn() == {"1 Smooth priority"})
     assert said() == row()[0] == "up to three laws" and len(row()) == 1 + len(LAWS)
-    for place, law in ((3, "Strict, switched"), (6, "Barrier QP"), (15, "Unprotected"), (5, "Potential field")):
+    for place, law in (
+        (3, "Strict, switched"),
+        (6, "Barrier QP"),
+        (15, "Unprotected"),
+        (5, "Potential field"),
+    ):
         guest.visitor.set_value("also draw", f"{NOT_DRAWN}{place} {law}")
         guest.visitor.wait_for(lambda _, law=f"{place} {law}": law in drawn())
     assert drawn() == {"1 Smooth priority", "6 Barrier QP", "15 Unprotected", "5 Potential field"}
@@ -149,7 +158,9 @@ def test_another_experiment_changes_lines_and_names() -> None:
     shown.show(0.5, scene="imitation")
     assert len(error.series) == len(error.data) == 5 and shown.says("[rad²]")
     assert [plot.visible for plot in shown.show(0.5, scene="solo")] == [False, False, True, True]
-    assert [plot.visible for plot in shown.show(0.5, scene="ball")] == [True, True, False, False] and len(error.series) == 5
+    assert [plot.visible for plot in shown.show(0.5, scene="ball")] == [True, True, False, False] and len(
+        error.series
+    ) == 5
     assert sum(name == "series" for name, _ in error.sent) == 1
 
 
@@ -163,7 +174,11 @@ def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> Non
     shown.session.control.halt.set("visitor")
     shown.session.reset()
     shown.show()
-    assert error.data[1][0] == 0.0 and np.isnan(error.data[1][1]) and [len(line) for line in error.data[2:]] == [0, 0, 0]
+    assert (
+        error.data[1][0] == 0.0
+        and np.isnan(error.data[1][1])
+        and [len(line) for line in error.data[2:]] == [0, 0, 0]
+    )
 
 
 def test_another_theme_dresses_all_plots_again() -> None:
@@ -171,7 +186,9 @@ def test_another_theme_dresses_all_plots_again() -> None:
     before = [plot.series[1]["stroke"] for plot in shown.show()]
     shown.panel.dress(PageSettings(theme="dark", profile="projector"), 200)
     plots = shown.gui.plots
-    assert len(plots) == 3 and all(plot.series[1]["stroke"] != old for plot, old in zip(plots, before, strict=True))
+    assert len(plots) == 3 and all(
+        plot.series[1]["stroke"] != old for plot, old in zip(plots, before, strict=True)
+    )
     # What the page makes again gets no data in that moment, and is begun afresh.
     sent = [len(plot.sent) for plot in plots]
     shown.show(0.3)
@@ -186,7 +203,10 @@ def plots(visitor: BlockingClient) -> list[tuple[np.ndarray, ...]]:
 
 
 def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
-    return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
+    return [
+        (element["series"][1]["stroke"], element["series"][1]["width"])
+        for element in bodies(visitor, "GuiUplotMessage")
+    ]
 
 
 def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive) -> None:
@@ -199,7 +219,9 @@ def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, a
         one.visitor.wait_for(lambda _, old=old: looks(one.visitor) != old)
         count = 3 if change[0] == "more plots" else 2
         one.visitor.wait_for(
-            lambda _, count=count: len(plots(one.visitor)) == count and all(np.ptp(plot[0]) > 1.5 for plot in plots(one.visitor))
+            lambda _, count=count: (
+                len(plots(one.visitor)) == count and all(np.ptp(plot[0]) > 1.5 for plot in plots(one.visitor))
+            )
         )
         for times, *lines in plots(one.visitor):
             assert times[0] < 0.2 and np.isfinite(lines[0]).all()

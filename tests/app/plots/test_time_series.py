@@ -24,7 +24,9 @@ from tests.app.plots.helpers import DETAILS, SCENES, played
 
 def test_where_no_plot_that_is_asked_for_is_possible_the_first_two_are_shown() -> None:
     alone = RunSettings(scene="solo")
-    assert cells(alone, "none", ("pairs",)) == first_plots(alone) and cells(alone, "none", ("pairs", "rates")) == ("rates",)
+    assert cells(alone, "none", ("pairs",)) == first_plots(alone) and cells(
+        alone, "none", ("pairs", "rates")
+    ) == ("rates",)
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -54,14 +56,23 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: str) -> N
 def test_a_plot_has_the_same_lines_in_every_experiment() -> None:
     """The page would make one with other lines again, in the moment in which its data change too."""
     settings = [RunSettings(scene=scene) for scene in ("hold", "master_slave", "imitation")]
-    settings += [RunSettings(scene="imitation", avoid="both"), RunSettings(scene="master_slave", robot=get_args(RobotName)[-1])]
+    settings += [
+        RunSettings(scene="imitation", avoid="both"),
+        RunSettings(scene="master_slave", robot=get_args(RobotName)[-1]),
+    ]
     simulations = [Simulation(s) for s in settings]
     for name in ("distance", "error", "joints", "rates", "follow"):
-        assert len({tuple(line.column for line in time_plot_of(name, one).lines) for one in simulations}) == 1, name
+        assert (
+            len({tuple(line.column for line in time_plot_of(name, one).lines) for one in simulations}) == 1
+        ), name
 
 
 def test_a_column_for_every_plot() -> None:
-    for shown in (("distance", "error"), ("distance", "error", "laws"), ("distance", "error", "follow", "follow_other")):
+    for shown in (
+        ("distance", "error"),
+        ("distance", "error", "laws"),
+        ("distance", "error", "follow", "follow_other"),
+    ):
         wide, narrow = re.findall(r"--duet-\w+:([^;}]*)", layout_html(shown))
         assert wide.count("minmax") == len(shown)
         assert narrow.count("minmax") == (2 if shown[-1] == "laws" else min(len(shown), 3))
@@ -77,9 +88,15 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     series = buffer.newest([COLUMNS[name] for name in names])
     sample = simulation.sample()
     newest = np.array([line[-1] for line in series[1:]])
-    assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
+    assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(
+        newest[7 : 7 + count], sample.velocities[own]
+    )
     assert np.isnan(newest[count:7]).all()
-    assert len(time_plot_of("joints", simulation).legend()) == len(time_plot_of("rates", simulation).legend()) == count
+    assert (
+        len(time_plot_of("joints", simulation).legend())
+        == len(time_plot_of("rates", simulation).legend())
+        == count
+    )
     for name in ("joints", "rates"):
         *joints, ghost = time_plot_of(name, simulation).legend(("ghost",))
         assert ghost == ("", "mix", "ghost") and "mix" not in {dash for _, dash, _ in joints}
@@ -172,10 +189,17 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
     assert times[-1] - times[0] <= WINDOW
     stats = np.moveaxis(buffer.bins.at(numbers, list(range(len(NAMES)))), 2, 0)
-    of_rows, dq = bin_numbers(table[:, 0]), simulation.history.velocities(table)[:, simulation.avoiding.joints]
+    of_rows, dq = (
+        bin_numbers(table[:, 0]),
+        simulation.history.velocities(table)[:, simulation.avoiding.joints],
+    )
     for number, b, end in zip(numbers.tolist(), stats, times.tolist(), strict=True):
         rows = of_rows == number
-        for name, values in (("d", table[rows, COLUMN["d"]]), ("e2", table[rows, COLUMN["e2"]]), ("dq3", dq[rows, 2])):
+        for name, values in (
+            ("d", table[rows, COLUMN["d"]]),
+            ("e2", table[rows, COLUMN["e2"]]),
+            ("dq3", dq[rows, 2]),
+        ):
             assert (b[LOW, COLUMNS[name]], b[HIGH, COLUMNS[name]]) == (values.min(), values.max())
         assert end == table[rows, 0][-1]
     assert (stats[:, [LOW, HIGH], COLUMNS["d_m"]] == settings.law.critical_distance).all()
@@ -279,7 +303,9 @@ def test_the_extremes_of_every_bin_are_drawn(run: tuple[int, float, int, int, in
 
 
 @given(runs, st.integers(1, 3999), st.floats(0.1, 2.0), st.booleans())
-def test_a_single_step_is_drawn_as_an_edge(run: tuple[int, float, int, int, int], at: int, size: float, spike: bool) -> None:
+def test_a_single_step_is_drawn_as_an_edge(
+    run: tuple[int, float, int, int, int], at: int, size: float, spike: bool
+) -> None:
     _, dt, _, steps, batch = run
     at = at % (steps - 1) + 1
     times, values = np.linspace(0.0, (steps - 1) * dt, steps), np.zeros((steps, 1))
@@ -326,4 +352,8 @@ def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
     assert bins.at(np.array([0]), [1])[LAST, 0, 0] != 1.0
     # After a long pause only what is new is there.
     bins.take(np.array([4.0 + 2.0 * WINDOW]), np.array([[7.0, 8.0, 9.0]]))
-    assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[[LOW, HIGH, AT_HIGH], 0, 0].tolist() == [7.0, 7.0, 44.0]
+    assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[[LOW, HIGH, AT_HIGH], 0, 0].tolist() == [
+        7.0,
+        7.0,
+        44.0,
+    ]

@@ -23,7 +23,9 @@ def piece(
 ) -> tuple[Recorded, Array]:
     """A piece of a run with the experiment's own person, and its table; in a lively one the settings change twice."""
     settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
-    changes: dict[float, dict[str, Any]] = {0.45: {"dm": 0.11}, 0.7: {"k": 3.0, "dt": 0.004, "v": 0.4}} if lively else {}
+    changes: dict[float, dict[str, Any]] = (
+        {0.45: {"dm": 0.11}, 0.7: {"k": 3.0, "dt": 0.004, "v": 0.4}} if lively else {}
+    )
     simulation, recorded = recorded_run(settings, seconds, window, changes)
     return recorded, simulation.history.table(recorded.steps)
 

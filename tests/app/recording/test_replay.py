@@ -21,7 +21,14 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
     replay = Replay(make_film(recorded))
     targets = [encoded(target) for target in recorded.targets()]
     generator = np.random.default_rng(3)
-    for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
+    for step in (
+        1,
+        2,
+        recorded.steps,
+        recorded.steps - 1,
+        7,
+        *generator.integers(1, recorded.steps + 1, 12).tolist(),
+    ):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
         assert replay.step == step and encoded(replay.target) == targets[step - 1]
@@ -108,11 +115,17 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("seconds", "states"), [(6.0, 4000), (1.0, 7)])
-def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPatch, seconds: float, states: int) -> None:
+def test_a_film_has_few_states_and_the_nearest_rows(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, states: int
+) -> None:
     monkeypatch.setattr(replay_module, "MOST_STATES", states)
     recorded, table = piece("hold", seconds)
     kept = make_film(recorded)
-    assert len(kept.states) == min(-(-recorded.steps // replay_module.SPACING), states) == -(-recorded.steps // kept.spacing)
+    assert (
+        len(kept.states)
+        == min(-(-recorded.steps // replay_module.SPACING), states)
+        == -(-recorded.steps // kept.spacing)
+    )
     assert len(kept.rows) == pytest.approx(seconds / PERIOD, abs=1)
     for row, step in zip(kept.rows, kept.row_steps.tolist(), strict=True):
         assert row.tobytes() == table[step].tobytes()

@@ -11,7 +11,9 @@ PATIENCE = 120.0
 """Starting a process takes a while on a busy machine."""
 
 
-def until(true: Callable[[], object], process: subprocess.Popen[bytes] | None = None, patience: float = PATIENCE) -> None:
+def until(
+    true: Callable[[], object], process: subprocess.Popen[bytes] | None = None, patience: float = PATIENCE
+) -> None:
     deadline = time.monotonic() + patience
     while not true():
         assert time.monotonic() < deadline and (process is None or process.poll() is None), "not in time"

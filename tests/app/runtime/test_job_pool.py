@@ -84,10 +84,15 @@ def test_a_job_is_done_and_wakes_its_owner(others: set[BaseProcess], shared: Job
     assert [child.pid for child in set(multiprocessing.active_children()) - others] == [number]
 
 
-def test_the_newest_request_has_the_place_of_the_older_ones(shared: JobPool, tmp_path: Path, busy: Callable[[], None]) -> None:
+def test_the_newest_request_has_the_place_of_the_older_ones(
+    shared: JobPool, tmp_path: Path, busy: Callable[[], None]
+) -> None:
     words = tmp_path / "words"
     jobs = [shared.submit("me", "a", note, words, "0")]
-    jobs += [shared.submit("you", "a", note, words, "other owner"), shared.submit("me", "b", note, words, "other kind")]
+    jobs += [
+        shared.submit("you", "a", note, words, "other owner"),
+        shared.submit("me", "b", note, words, "other kind"),
+    ]
     jobs += [shared.submit("me", "a", note, words, str(i)) for i in range(1, 5)]
     assert [job.state for job in jobs] == ["dropped", "waiting", "waiting", *["dropped"] * 3, "waiting"]
     assert load(shared) == (1, 3)
@@ -129,7 +134,9 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, t
     second = shared.submit("you", "urgent", double, 1.0, urgent=True)
     tell(tmp_path / "gate", "done")
     finish(first, second)
-    assert (first.result, second.result) == ("done", 2.0) and (tmp_path / "begun").read_text().split() == ["gate"]
+    assert (first.result, second.result) == ("done", 2.0) and (tmp_path / "begun").read_text().split() == [
+        "gate"
+    ]
 
 
 @pytest.mark.usefixtures("busy")
@@ -151,9 +158,17 @@ def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) 
     ids=["a visitor's mistake", "a mistake of ours", "arguments that cannot be sent"],
 )
 def test_a_failure_has_a_message_and_fails_alone(
-    shared: JobPool, caplog: pytest.LogCaptureFixture, function: Callable[..., Any], arguments: tuple[Any, ...], logged: str
+    shared: JobPool,
+    caplog: pytest.LogCaptureFixture,
+    function: Callable[..., Any],
+    arguments: tuple[Any, ...],
+    logged: str,
 ) -> None:
-    message = "The computation failed; the server's log says why." if logged else "dm = 9 is out of range; give less."
+    message = (
+        "The computation failed; the server's log says why."
+        if logged
+        else "dm = 9 is out of range; give less."
+    )
     with caplog.at_level(logging.WARNING, "duet.background"):
         job, other = shared.submit("me", "a", function, *arguments), shared.submit("me", "b", double, 1.0)
         finish(job, other)
@@ -222,7 +237,12 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     root = Path(__file__).parents[3]
     environment = os.environ | {"PYTHONPATH": str(root)}
     with subprocess.Popen(
-        [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, cwd=root, text=True
+        [sys.executable, str(script)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+        cwd=root,
+        text=True,
     ) as parent:
         assert parent.stdout is not None
         worker = int(parent.stdout.readline())

@@ -30,7 +30,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def owner(folder: Path) -> "tuple[subprocess.Popen[str], Path]":
     """A process with a folder of its own."""
     command = [sys.executable, "-c", OWNER]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"TMPDIR": str(folder)})
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, env=os.environ | {"TMPDIR": str(folder)}
+    )
     assert process.stdout is not None
     return process, Path(process.stdout.readline().strip())
 
@@ -50,7 +52,12 @@ def test_what_a_killed_process_left_goes_and_the_rest_stays(here: Path) -> None:
             (here / "duet-link").symlink_to(here / "other-1")
             assert left.is_dir() and kept.is_dir()
             remove_abandoned()
-            assert not left.exists() and kept.is_dir() and (kept / "in" / "content").is_file() and mine.path.is_dir()
+            assert (
+                not left.exists()
+                and kept.is_dir()
+                and (kept / "in" / "content").is_file()
+                and mine.path.is_dir()
+            )
             assert all(other.is_dir() for other in others) and (here / "other-1" / LOCK).exists()
         finally:
             living.terminate()
@@ -66,6 +73,10 @@ def test_what_a_killed_process_left_goes_and_the_rest_stays(here: Path) -> None:
 def test_it_goes_at_the_end_of_its_process(here: Path) -> None:
     code = OWNER.replace("signal.pause()", "")
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | {"TMPDIR": str(here)}, check=True
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"TMPDIR": str(here)},
+        check=True,
     )
     assert Path(done.stdout.strip()).name.startswith("duet-test-") and list(here.iterdir()) == []

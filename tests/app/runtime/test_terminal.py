@@ -20,7 +20,10 @@ from app.__main__ import run_command as main
 from app.runtime.terminal import INTERRUPTED
 from tests.app.runtime.processes import PATIENCE, gone, until
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="signals and descriptors as POSIX has them"),
+]
 
 ROOT: Final = Path(__file__).parents[3]
 OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"))
@@ -68,7 +71,9 @@ Moment = Callable[[Process, Path], object]
 
 
 @contextmanager
-def started(command: Sequence[str], folder: Path, more: Mapping[str, str] = {}) -> Iterator[tuple[Process, Path]]:
+def started(
+    command: Sequence[str], folder: Path, more: Mapping[str, str] = {}
+) -> Iterator[tuple[Process, Path]]:
     """A command in a group of its own, as a shell starts it; and the file that gets what it says on stderr. `more`: of the environment."""
     said = folder / "stderr"
     with said.open("wb") as errors:
@@ -115,7 +120,9 @@ def group(number: int) -> list[int]:
 
 def importing(module: str) -> Moment:
     seen = re.compile(rf"\| +{re.escape(module)}\n")
-    return lambda process, folder: until(lambda: seen.search((folder / "stderr").read_text(encoding="utf-8")), process)
+    return lambda process, folder: until(
+        lambda: seen.search((folder / "stderr").read_text(encoding="utf-8")), process
+    )
 
 
 def there(name: str) -> Moment:
@@ -156,20 +163,46 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         importing("tyro.conf"),
     ),
     "serve, importing": (
-        ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "1"],
+        [
+            "-X",
+            "importtime",
+            "-c",
+            ENTRY,
+            "serve",
+            "--no-open",
+            "--store",
+            "memory",
+            "--port",
+            "0",
+            "--workers",
+            "1",
+        ],
         importing("viser.infra._infra"),
     ),
-    "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"], answering),
+    "serve": (
+        ["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"],
+        answering,
+    ),
     "serve, reading": (
         ["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"],
         reading_heads,
     ),
-    "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
+    "run": (
+        ["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"],
+        there("calls"),
+    ),
     "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
-    "lessons": (["-X", "importtime", "-c", ENTRY, "lessons", "--check"], importing("app.features.lessons.check")),
+    "lessons": (
+        ["-X", "importtime", "-c", ENTRY, "lessons", "--check"],
+        importing("app.features.lessons.check"),
+    ),
     "sweep": (
-        ["-c", ENTRY, *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"]],
+        [
+            "-c",
+            ENTRY,
+            *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"],
+        ],
         members(3),
     ),
     "bench": (["-c", VISITOR], members(2)),
@@ -194,7 +227,9 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     del held
     # On a machine where nothing has run yet, the log says that loops are compiled.
     unsaid = re.compile(r"import time:|[\d-]+ [\d:,]+ INFO duet\.")
-    words = [line for line in own_words(said.read_text(encoding="utf-8")).splitlines() if not unsaid.match(line)]
+    words = [
+        line for line in own_words(said.read_text(encoding="utf-8")).splitlines() if not unsaid.match(line)
+    ]
     assert process.returncode == INTERRUPTED, words
     assert out == b"" and len(words) == (1 if case == "sweep" else 0), (out, words)
     if (tmp_path / "calls").exists():
@@ -209,12 +244,18 @@ def ended(command: Sequence[str | bytes], **options: object) -> subprocess.Compl
     return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]
 
 
-OUTPUTS = [["--help"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--store", "memory", "--port", "0"]]
+OUTPUTS = [
+    ["--help"],
+    ["run", "--seconds", "0.05"],
+    ["serve", "--no-open", "--store", "memory", "--port", "0"],
+]
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(arguments: list[str]) -> None:
+def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(
+    arguments: list[str],
+) -> None:
     command = [sys.executable, "-m", "app", *arguments]
     # The server's end is the same, whichever way its output is lost.
     reader, writer = os.pipe()
@@ -240,7 +281,11 @@ def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_on
 
 @pytest.mark.thorough
 def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> None:
-    law, out, again = tmp_path / in_utf_8("größe.py"), tmp_path / in_utf_8("über.csv"), tmp_path / "nochmal.json"
+    law, out, again = (
+        tmp_path / in_utf_8("größe.py"),
+        tmp_path / in_utf_8("über.csv"),
+        tmp_path / "nochmal.json",
+    )
     # A name that no locale reads is in the file, and was what could not be written.
     odd = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.py")
     odd_in_utf_8 = os.fsencode(odd).decode("utf-8", "surrogateescape")
@@ -251,7 +296,17 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
         ["run", "--seconds", "0.1", "--law-file", str(law), "--csv", str(out)],
         ["law-test", str(law)],
         ["lessons", "--check", "--only", "strict-priority", "--out", str(again)],
-        ["sweep", "--over", "n=1:2", "--seconds", "0.1", "--workers", "1", "--out", str(tmp_path / in_utf_8("δ"))],
+        [
+            "sweep",
+            "--over",
+            "n=1:2",
+            "--seconds",
+            "0.1",
+            "--workers",
+            "1",
+            "--out",
+            str(tmp_path / in_utf_8("δ")),
+        ],
         ["run", "--inputs", str(tmp_path / in_utf_8("ž.csv"))],
         ["serve", "--no-open", "--store", "memory", "--port", "0", "--key", in_utf_8("Küchentürschloss")],
     ]
@@ -264,7 +319,11 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
             said.append(process.stdout.readline().decode("utf-8", "surrogateescape"))
             assert said[-1], errors.read_text(encoding="utf-8")
         # A key that was given is not printed.
-        assert said[-1].endswith("/?key=KEY\n") and "Küchen" not in said[-1] and quote("Küchentürschloss") not in said[-1]
+        assert (
+            said[-1].endswith("/?key=KEY\n")
+            and "Küchen" not in said[-1]
+            and quote("Küchentürschloss") not in said[-1]
+        )
         process.terminate()
         process.wait(PATIENCE)
     said_of_ours = own_words(errors.read_text(encoding="utf-8", errors="surrogateescape"))
@@ -272,6 +331,11 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
     codes = [line for line in said if line.startswith("code ")]
     assert codes == [f"code {code}\n" for code in (0, 0, 0, 0, 1, 0, 0, 2)], said_of_ours
     text = "".join(said) + said_of_ours
-    assert all(word in text for word in ("Žlajpah", "größe.py", odd_in_utf_8, "ž.csv", "d ≥")) and "\\u" not in text
+    assert (
+        all(word in text for word in ("Žlajpah", "größe.py", odd_in_utf_8, "ž.csv", "d ≥"))
+        and "\\u" not in text
+    )
     assert "law(situation)" in Path(odd).read_text(encoding="utf-8")
-    assert "größe.py" in law.read_text(encoding="utf-8") and "# law = größe.py\n" in out.read_text(encoding="utf-8")
+    assert "größe.py" in law.read_text(encoding="utf-8") and "# law = größe.py\n" in out.read_text(
+        encoding="utf-8"
+    )

@@ -40,7 +40,9 @@ def lines(caplog: pytest.LogCaptureFixture) -> list[str]:
     return logged
 
 
-def over_time(clock: SimpleNamespace, seconds: int, caplog: Caplog, event: Callable[[], None]) -> list[tuple[float, str]]:
+def over_time(
+    clock: SimpleNamespace, seconds: int, caplog: Caplog, event: Callable[[], None]
+) -> list[tuple[float, str]]:
     """When which lines were logged by an event in every frame."""
     logged: list[tuple[float, str]] = []
     for frame in range(1, seconds * FRAMES + 1):
@@ -57,13 +59,20 @@ def test_an_exception_of_every_frame_is_logged_once_and_counted(
     assert caplog.records[0].exc_info is not None and "at 1 s" in caplog.text
     caplog.clear()
     # The numbers in the message change, the place does not.
-    logged = over_time(clock, 1300, caplog, lambda: throttled.exception("a frame failed", raised(text=f"at {clock.now} s"), 7))
+    logged = over_time(
+        clock,
+        1300,
+        caplog,
+        lambda: throttled.exception("a frame failed", raised(text=f"at {clock.now} s"), 7),
+    )
     assert [time for time, _ in logged] == [10.0, 70.0, 670.0, 1270.0] and EVER_RARER == (10.0, 60.0, 600.0)
     assert logged[0][1] == "a frame failed: 320 times more in 10 s (ValueError)"
     assert logged[1][1] == "a frame failed: 1920 times more in 60 s (ValueError)"
 
 
-def test_a_warning_has_one_line_a_kind_and_interval(clock: SimpleNamespace, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_warning_has_one_line_a_kind_and_interval(
+    clock: SimpleNamespace, caplog: pytest.LogCaptureFixture
+) -> None:
     throttled = ThrottledLog(LOG, (10.0,), lambda: clock.now)
     throttled.warning("slowed down", "client 1")
     throttled.warning("refused origin", "evil.example")
@@ -85,7 +94,9 @@ def test_a_warning_has_one_line_a_kind_and_interval(clock: SimpleNamespace, capl
     ],
     ids=["another source", "another class", "another place", "another line"],
 )
-def test_another_exception_is_new(throttled: ThrottledLog, caplog: Caplog, other: Callable[[ThrottledLog], None]) -> None:
+def test_another_exception_is_new(
+    throttled: ThrottledLog, caplog: Caplog, other: Callable[[ThrottledLog], None]
+) -> None:
     counts: list[int] = []
     for _ in range(2):
         throttled.exception("a frame failed", raised(), 7)
@@ -98,7 +109,9 @@ def test_another_exception_is_new(throttled: ThrottledLog, caplog: Caplog, other
     assert [*counts, len(lines(caplog))] == [1, 1, 0, 0, 1]
 
 
-def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(
+    house: OpenHouse, caplog: pytest.LogCaptureFixture
+) -> None:
     opened = house()
     frames = 0
 

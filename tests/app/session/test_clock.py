@@ -12,7 +12,17 @@ from pytest import MonkeyPatch
 
 from app.session import run_control
 from app.session.actions import Action, Pause, SetSetting, SingleStep
-from app.session.clock import BUDGET, LEAST, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session.clock import (
+    BUDGET,
+    LEAST,
+    LONGEST_GAP,
+    SLOWEST,
+    SPEEDS,
+    TOGETHER,
+    Clock,
+    budget_of,
+    next_speed,
+)
 from app.session.run_control import RunControl
 from app.session.session import Session
 from app.session.session_state import state_of
@@ -97,7 +107,15 @@ def test_time_goes_at_the_chosen_speed(session: Session, speed: float) -> None:
 
 @pytest.mark.parametrize(
     ("speed", "by", "then"),
-    [(1.0, -1, 0.5), (1.0, 1, 2.0), (2.0, 1, 2.0), (0.25, -1, 0.25), (0.8, 1, 2.0), (0.3, 0, 0.25), (1.75, -1, 1.0)],
+    [
+        (1.0, -1, 0.5),
+        (1.0, 1, 2.0),
+        (2.0, 1, 2.0),
+        (0.25, -1, 0.25),
+        (0.8, 1, 2.0),
+        (0.3, 0, 0.25),
+        (1.75, -1, 1.0),
+    ],
 )
 def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: int, then: float) -> None:
     session.change("speed", speed)
@@ -105,7 +123,9 @@ def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: 
     assert session.settings.page.speed == then
 
 
-def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: MonkeyPatch) -> None:
+def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(
+    session: Session, monkeypatch: MonkeyPatch
+) -> None:
     cost = [BUDGET / 2]
     slow_down(monkeypatch, session.simulation, cost)
     made = [session.advance(0.08) for _ in range(20)]
@@ -126,11 +146,15 @@ def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypa
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
     # What drawing takes is left to it, until steps would get next to nothing.
-    assert 10 * budget_of(10, 0.02) == pytest.approx(SLOWEST - 0.02) and 10 * budget_of(10, 0.3) == pytest.approx(LEAST)
+    assert 10 * budget_of(10, 0.02) == pytest.approx(SLOWEST - 0.02) and 10 * budget_of(
+        10, 0.3
+    ) == pytest.approx(LEAST)
     assert 10 * budget_of(10, 0.005) == pytest.approx(TOGETHER * BUDGET)
     clock = itertools.count(0.0, BUDGET / 50.0)
     monkeypatch.setattr(run_control, "perf_counter", lambda: next(clock))
-    assert session.advance(LONGEST_GAP) == 20 and session.control.stepping == pytest.approx(20 * BUDGET / 50.0)
+    assert session.advance(LONGEST_GAP) == 20 and session.control.stepping == pytest.approx(
+        20 * BUDGET / 50.0
+    )
     # However many they are, each goes on.
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 3
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 1000)) == 1
@@ -145,7 +169,11 @@ def test_slower_than_real_time_is_said_without_flicker() -> None:
         clock.note(0 if late else 6, 6, 1.0 / 32.0, DT)
         said.append(clock.pace(False).slowed)
     # Once it is said it stays while every second frame is late; where every fourth one is, it is not said at all.
-    assert [said[0], *(now for before, now in itertools.pairwise(said) if now != before)] == [False, True, False]
+    assert [said[0], *(now for before, now in itertools.pairwise(said) if now != before)] == [
+        False,
+        True,
+        False,
+    ]
     assert not said[10] and all(said[40:160]) and not any(said[230:])
 
 
@@ -173,14 +201,21 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 
 
 @pytest.mark.parametrize("end", ["pause", "halt", "reset"])
-def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session, end: str, monkeypatch: MonkeyPatch) -> None:
+def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(
+    session: Session, end: str, monkeypatch: MonkeyPatch
+) -> None:
     # Every look at the clock uses up a frame's share.
     looks = itertools.count()
     monkeypatch.setattr(run_control, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
     session.control.hurry(3.0)
     assert session.advance(0.0) == 1 and session.advance(0.0) == 1
-    teacher = (lambda: session.control.halt.set("teacher"), lambda: session.control.halt.set("teacher", False))
-    for act in {"pause": (session.control.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
+    teacher = (
+        lambda: session.control.halt.set("teacher"),
+        lambda: session.control.halt.set("teacher", False),
+    )
+    for act in {"pause": (session.control.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[
+        end
+    ]:
         act()
         assert session.advance(0.0) == 0
 

@@ -37,7 +37,9 @@ def the_ghost(session: Session) -> Simulation:
     return session.ghost
 
 
-HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way))
+HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(
+    lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way)
+)
 ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
     st.floats(0.0, 0.1).map(lambda elapsed: lambda s: s.advance(elapsed)),
     HAND.map(lambda target: lambda s: s.hand.hold(target)),
@@ -112,7 +114,15 @@ def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() 
     session.change("k", 3.0)
     session.change("ghost", "frozen")
     frozen = session.settings.run
-    changes = {"dm": 0.25, "law": "unprotected", "pairs": "single", "k": 1.0, "gamma": 7.0, "wmax": 0.4, "dt": 0.004}
+    changes = {
+        "dm": 0.25,
+        "law": "unprotected",
+        "pairs": "single",
+        "k": 1.0,
+        "gamma": 7.0,
+        "wmax": 0.4,
+        "dt": 0.004,
+    }
     for key, value in changes.items():
         session.change(key, value)
         assert the_ghost(session).settings == replace(session.settings.run, law=frozen.law, gain=3.0)
@@ -126,7 +136,9 @@ def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() 
     for law in LAWS:
         session.change("ghost", law)
         session.change("dm", session.settings.run.law.critical_distance - 0.01)
-        assert the_ghost(session).settings == replace(session.settings.run, law=replace(session.settings.run.law, law=law))
+        assert the_ghost(session).settings == replace(
+            session.settings.run, law=replace(session.settings.run.law, law=law)
+        )
 
 
 def test_a_ghost_begins_where_the_run_is_and_follows_the_same_hand() -> None:
@@ -160,7 +172,9 @@ def test_reset_resets_both() -> None:
     assert table(ghost).tobytes() == table(fresh.simulation).tobytes()
 
 
-@pytest.mark.parametrize("change", ["scene=master_slave", "rig=table", "guided=left", "scene=ball", "scene=solo"])
+@pytest.mark.parametrize(
+    "change", ["scene=master_slave", "rig=table", "guided=left", "scene=ball", "scene=solo"]
+)
 def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
     session = at(ghost="unprotected")
     go(session, 6.0)

@@ -51,7 +51,14 @@ def test_who_lets_the_autopilot_go_on_later_does_not_see_it_again(opened: Sessio
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("seed", 3), ("rig", "table"), ("guided", "left"), ("task", "pose"), ("start", "between"), ("scene", "solo")],
+    [
+        ("seed", 3),
+        ("rig", "table"),
+        ("guided", "left"),
+        ("task", "pose"),
+        ("start", "between"),
+        ("scene", "solo"),
+    ],
 )
 def test_other_arms_tasks_and_seeds_begin_without_it(opened: Session, key: str, value: object) -> None:
     opened.change(key, value)
@@ -80,8 +87,14 @@ def test_a_session_goes_on_in_it_to_the_same_bits(opened: Session, seconds: floa
     [
         ({}, True),
         ({"theme": "dark", "lang": "de", "panel": "all", "utm_source": "mail", "resume": "0" * 16}, True),
-        *(({key: text}, False) for key, text in {"seed": "1", "dm": "0.15", "autopilot": "1", "whole": "1"}.items()),
-        *(({key: text}, False) for key, text in {"lesson": "1", "push": "x", "attack": "x", "amp;seed": "3"}.items()),
+        *(
+            ({key: text}, False)
+            for key, text in {"seed": "1", "dm": "0.15", "autopilot": "1", "whole": "1"}.items()
+        ),
+        *(
+            ({key: text}, False)
+            for key, text in {"lesson": "1", "push": "x", "attack": "x", "amp;seed": "3"}.items()
+        ),
     ],
 )
 def test_a_link_that_asks_for_something_is_another_page(query: dict[str, str], usual: bool) -> None:
@@ -103,8 +116,12 @@ def test_a_link_that_does_not_name_it_replays_without(query: dict[str, str]) -> 
     assert not first_settings({}, Settings(RunSettings(rig="table")))[0].run.world
 
 
-@pytest.mark.parametrize(("link", "usual"), [("", True), ("theme=dark", True), ("autopilot=1&seed=3", False), ("seed=1", False)])
-def test_the_page_begins_with_it_unless_its_link_says_otherwise(by_hand: Made, link: str, usual: bool) -> None:
+@pytest.mark.parametrize(
+    ("link", "usual"), [("", True), ("theme=dark", True), ("autopilot=1&seed=3", False), ("seed=1", False)]
+)
+def test_the_page_begins_with_it_unless_its_link_says_otherwise(
+    by_hand: Made, link: str, usual: bool
+) -> None:
     opened = by_hand(sessions=8)
     opened.let_in(link)
     session = visitor_of(opened).session

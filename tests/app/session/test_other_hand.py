@@ -22,7 +22,9 @@ NUMBER = st.floats(-1.0, 1.0)
 POINT = st.tuples(NUMBER, NUMBER, NUMBER).map(np.array)
 HELD = st.one_of(
     st.builds(LinkTarget, st.integers(1, 7), POINT, POINT),
-    st.builds(HandTarget, POINT, st.sampled_from([None, np.eye(3), np.asfortranarray(np.eye(3))]), st.none() | POINT),
+    st.builds(
+        HandTarget, POINT, st.sampled_from([None, np.eye(3), np.asfortranarray(np.eye(3))]), st.none() | POINT
+    ),
 )
 
 
@@ -39,7 +41,9 @@ def test_what_two_people_want_is_kept_to_the_last_bit(
 
 def test_finer_steps_go_between_what_both_want() -> None:
     a, b = np.zeros(3), np.ones(3)
-    middle = target_between(PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5)
+    middle = target_between(
+        PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5
+    )
     assert isinstance(middle, PairTarget) and middle.first is not None
     assert isinstance(middle.first, HandTarget) and middle.first.position[0] == 0.5
     assert isinstance(middle.second, LinkTarget) and middle.second.position[0] == 0.5
@@ -61,7 +65,12 @@ def test_what_is_held_of_the_other_arm_counts_in_experiments_for_two_and_until_a
 
 
 @pytest.mark.parametrize(
-    "second", [LinkTarget(8, np.zeros(3), np.zeros(3)), HandTarget(np.full(3, 99.0)), HandTarget(np.zeros(3), 2.0 * np.eye(3))]
+    "second",
+    [
+        LinkTarget(8, np.zeros(3), np.zeros(3)),
+        HandTarget(np.full(3, 99.0)),
+        HandTarget(np.zeros(3), 2.0 * np.eye(3)),
+    ],
 )
 def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | LinkTarget) -> None:
     session = Session(BOTH)
@@ -74,4 +83,6 @@ def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | L
         codes=np.array([code], np.uint8), counts=np.array([1], np.uint32), numbers=np.frombuffer(numbers)
     )
     with pytest.raises(BadInputFile):
-        recorded_from(recorded_bytes(replace(recorded, stretches=(Stretch(recorded.settings, targets),))), "two")
+        recorded_from(
+            recorded_bytes(replace(recorded, stretches=(Stretch(recorded.settings, targets),))), "two"
+        )

@@ -29,7 +29,9 @@ from app.settings import PageSettings, Settings
 from tests.app.posted_call import post_call
 
 
-def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Session, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(
+    session: Session, caplog: pytest.LogCaptureFixture
+) -> None:
     done: list[str] = []
     post_call(session, lambda: done.append("before"))
     session.post(SetSetting("dm", math.nan))
@@ -60,8 +62,12 @@ def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: 
     assert session.simulation.steps == 5 + MOST_PRESSES and session.settings.run.law.critical_distance == 0.2
 
 
-@pytest.mark.parametrize(("cost", "first"), [(0.4, [0, 10, 20, 31, 41, 51, 62]), (5.0, [0, 11, 22, 33, 44, 55, 66])])
-def test_actions_go_on_in_the_next_frame(session: Session, clock: SimpleNamespace, cost: float, first: list[int]) -> None:
+@pytest.mark.parametrize(
+    ("cost", "first"), [(0.4, [0, 10, 20, 31, 41, 51, 62]), (5.0, [0, 11, 22, 33, 44, 55, 66])]
+)
+def test_actions_go_on_in_the_next_frame(
+    session: Session, clock: SimpleNamespace, cost: float, first: list[int]
+) -> None:
     done: list[int] = []
 
     def slow(number: int) -> None:
@@ -75,7 +81,9 @@ def test_actions_go_on_in_the_next_frame(session: Session, clock: SimpleNamespac
 
 
 @pytest.mark.parametrize("rate", [30, 600])
-def test_four_rebuilds_a_second_and_the_last_one_asked_for(session: Session, clock: SimpleNamespace, rate: int) -> None:
+def test_four_rebuilds_a_second_and_the_last_one_asked_for(
+    session: Session, clock: SimpleNamespace, rate: int
+) -> None:
     """Another scene at every wish, for three seconds, at 32 frames a second."""
     wishes = islice(cycle(("ball", "solo", "hold", "master_slave")), 3 * rate - 2)
     built: list[float] = []
@@ -106,12 +114,19 @@ def test_four_rebuilds_a_second_and_the_last_one_asked_for(session: Session, clo
 @pytest.mark.parametrize(
     ("key", "choices"),
     [
-        *(("scene", ("ball", "hold")), ("robot", ("ur5", "lwr")), ("rig", ("table", "torso")), ("lang", ("de", "sl"))),
+        *(
+            ("scene", ("ball", "hold")),
+            ("robot", ("ur5", "lwr")),
+            ("rig", ("table", "torso")),
+            ("lang", ("de", "sl")),
+        ),
         *(("ghost", ("frozen", "off")), ("picture", ("fast", "fine")), ("theme", ("dark", "light"))),
         *(("guided", ("left", "right")), ("plot", ("curve", "none"))),
     ],
 )
-def test_whatever_is_built_again_counts(session: Session, clock: SimpleNamespace, key: str, choices: tuple[str, ...]) -> None:
+def test_whatever_is_built_again_counts(
+    session: Session, clock: SimpleNamespace, key: str, choices: tuple[str, ...]
+) -> None:
     done: list[str] = []
     for choice in islice(cycle(choices), 20):
         post_call(session, lambda choice=choice: (session.change(key, choice), done.append(choice))[0])
@@ -133,7 +148,13 @@ def test_what_builds_nothing_is_not_held_back(session: Session, clock: SimpleNam
 def test_what_waits_is_done_in_order_or_dropped() -> None:
     done: list[Action] = []
     queue = ActionQueue(done.append, lambda: 0.0)
-    for action in (Pause(), SetSetting("dm", 0.15), SetSetting("scene", "hold"), SetSetting("dm", 0.2), Pause()):
+    for action in (
+        Pause(),
+        SetSetting("dm", 0.15),
+        SetSetting("scene", "hold"),
+        SetSetting("dm", 0.2),
+        Pause(),
+    ):
         queue.put(action)
     queue.put(Digit(2))
     queue.put(drag := Drag("hand", "end", np.zeros(3)))
@@ -153,10 +174,16 @@ def test_nothing_is_queued_but_values() -> None:
     posted: list[ast.expr] = []
     for path in Path(app.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("post", "put"):
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Attribute)
+                and node.func.attr in ("post", "put")
+            ):
                 posted += node.args
     assert len(posted) > 10
-    assert not [ast.unparse(one) for one in posted if isinstance(one, ast.Lambda) or "partial(" in ast.unparse(one)]
+    assert not [
+        ast.unparse(one) for one in posted if isinstance(one, ast.Lambda) or "partial(" in ast.unparse(one)
+    ]
 
 
 def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest.LogCaptureFixture) -> None:
@@ -166,4 +193,8 @@ def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest
     session.post(Unknown())
     with caplog.at_level(logging.ERROR, "duet.session"):
         session.advance(0.05)
-    assert len(caplog.records) == 1 and "no handler of Unknown is registered" in caplog.text and session.simulation.steps
+    assert (
+        len(caplog.records) == 1
+        and "no handler of Unknown is registered" in caplog.text
+        and session.simulation.steps
+    )

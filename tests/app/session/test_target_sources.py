@@ -31,7 +31,13 @@ def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
     assert isinstance(target, HandTarget) and np.linalg.norm(target.position - now) < 2e-3
 
 
-PEOPLE = {"solo": HandTarget, "ball": BallTarget, "hold": HandTarget, "master_slave": HandTarget, "imitation": AnglesTarget}
+PEOPLE = {
+    "solo": HandTarget,
+    "ball": BallTarget,
+    "hold": HandTarget,
+    "master_slave": HandTarget,
+    "imitation": AnglesTarget,
+}
 
 
 @pytest.mark.parametrize("scene", PEOPLE)
@@ -68,7 +74,14 @@ def test_what_is_taken_hold_of_takes_over_at_once(session: Session, target: Targ
 
 
 CHANGES: list[tuple[str, Any]] = [
-    *(("scene", "solo"), ("rig", "table"), ("guided", "left"), ("path", "circle"), ("point", "arm"), ("ball", "cross")),
+    *(
+        ("scene", "solo"),
+        ("rig", "table"),
+        ("guided", "left"),
+        ("path", "circle"),
+        ("point", "arm"),
+        ("ball", "cross"),
+    ),
     *(("clip", "wave"), ("seed", 7), ("source", "figure")),
 ]
 
@@ -92,7 +105,10 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
     mine = session.target()
     assert type(mine) is type(person)
     if mine is not None and person is not None:
-        assert all(x is y is None or np.array_equal(np.asarray(x), np.asarray(y)) for x, y in zip(mine, person, strict=True))
+        assert all(
+            x is y is None or np.array_equal(np.asarray(x), np.asarray(y))
+            for x, y in zip(mine, person, strict=True)
+        )
 
 
 def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
@@ -100,7 +116,9 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     session.hand.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     asked: list[float] = []
-    guest: Any = SimpleNamespace(target=lambda time: asked.append(time) or HandTarget(np.array([0.4, 0.1, 1.0 + time])))
+    guest: Any = SimpleNamespace(
+        target=lambda time: asked.append(time) or HandTarget(np.array([0.4, 0.1, 1.0 + time]))
+    )
     session.hand.set_source(guest)
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
@@ -130,7 +148,9 @@ def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     session.hand.nudge(np.array([0.0, 0.0, 0.02]))
-    assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, hand + np.array([0.0, 0.0, 0.02]))
+    assert isinstance(session.held, HandTarget) and np.allclose(
+        session.held.position, hand + np.array([0.0, 0.0, 0.02])
+    )
     assert not session.settings.page.autopilot
     for _ in range(100):
         session.hand.nudge(np.array([0.02, 0.0, 0.02]))
@@ -163,7 +183,9 @@ def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
     session.hand.hold(HandTarget(np.zeros(3)))
     for _ in range(3):
         session.hand.nudge(np.array([0.0, 0.02, 0.0]))
-    assert isinstance(session.held, BallTarget) and np.allclose(session.held.position, ball + np.array([0.0, 0.06, 0.0]))
+    assert isinstance(session.held, BallTarget) and np.allclose(
+        session.held.position, ball + np.array([0.0, 0.06, 0.0])
+    )
     go(session, 2.0)
     assert np.allclose(session.simulation.positions[columns], session.held.position, atol=2e-3)
     for _ in range(500):
@@ -188,6 +210,10 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
     monkeypatch.setattr(session_module, "room_of", missing)
     with pytest.raises(BadSetting, match="panda needs"):
         session.change("robot", "panda")
-    assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
+    assert (
+        session.settings is before
+        and session.simulation.settings is before.run
+        and session.simulation.room is room
+    )
     assert session.held is not None
     assert session.advance(0.1) == 20

@@ -35,12 +35,18 @@ def settle(guest: Guest) -> None:
     for theme in ("dark", "light"):
         before = guest.visitor.received.messages["BackgroundImageMessage"]
         guest.ask(lambda s, theme=theme: s.change("theme", theme))
-        guest.visitor.wait_for(lambda v, before=before: v.received.messages["BackgroundImageMessage"] > before)
+        guest.visitor.wait_for(
+            lambda v, before=before: v.received.messages["BackgroundImageMessage"] > before
+        )
 
 
 def drawn(visitor: BlockingClient) -> set[str]:
     """Names of all nodes that are more than a branch of the tree."""
-    return {name for name, node in list(visitor.mirror.nodes.items()) if node.get("type") not in (None, "FrameMessage")}
+    return {
+        name
+        for name, node in list(visitor.mirror.nodes.items())
+        if node.get("type") not in (None, "FrameMessage")
+    }
 
 
 def place(guest: Guest, node: str) -> Array:
@@ -105,5 +111,7 @@ def drawn_pose(guest: Guest, name: str) -> pin.SE3:
         path += f"/{part}"
         node = guest.visitor.mirror.nodes[path]
         w, x, y, z = node["wxyz"]
-        pose = pose * pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(node["position"], float))
+        pose = pose * pin.SE3(
+            pin.Quaternion(w, x, y, z).toRotationMatrix(), np.array(node["position"], float)
+        )
     return pose

@@ -62,9 +62,13 @@ def test_the_mesh_is_the_body_grown(half: float) -> None:
     assert np.abs(beyond(vertices.astype(float), *ends, 0.22)).max() < 1e-6
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     normals, middles = np.cross(b - a, c - a), (a + b + c) / 3.0
-    outward = middles - np.stack([0.0 * middles[:, 0], 0.0 * middles[:, 0], np.clip(middles[:, 2], -half, half)], axis=1)
+    outward = middles - np.stack(
+        [0.0 * middles[:, 0], 0.0 * middles[:, 0], np.clip(middles[:, 2], -half, half)], axis=1
+    )
     # All faces look outwards, as only their front is drawn; at the poles they have no area.
-    assert ((normals * outward).sum(axis=1) >= -1e-9).all() and (np.linalg.norm(normals, axis=1) > 1e-9).mean() > 0.8
+    assert ((normals * outward).sum(axis=1) >= -1e-9).all() and (
+        np.linalg.norm(normals, axis=1) > 1e-9
+    ).mean() > 0.8
 
 
 def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
@@ -79,12 +83,20 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
         points = simulation.detector.witness_points(pair)
         pairs = simulation.detector.geometry.collisionPairs[pair]
         first = pairs.first == avoider
-        return float(simulation.sample().distance), points[0 if first else 1].copy(), simulation.detector.pair_names[pair][first]
+        return (
+            float(simulation.sample().distance),
+            points[0 if first else 1].copy(),
+            simulation.detector.pair_names[pair][first],
+        )
 
     distance, point, obstacle = one.ask(near)
     (skin,) = shells(one, "skin")
     # The orange arm is the obstacle of the silver one.
-    assert obstacle.startswith("right") and skin.startswith("/arms/right") and skin.endswith(obstacle.replace(" ", "_"))
+    assert (
+        obstacle.startswith("right")
+        and skin.startswith("/arms/right")
+        and skin.endswith(obstacle.replace(" ", "_"))
+    )
     vertices = np.array(one.visitor.mirror.nodes[skin]["vertices"], float).reshape(-1, 3)
     radius = float(np.abs(vertices[:, :2]).max())
     half = float(vertices[:, 2].max()) - radius
@@ -94,7 +106,9 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
     # A larger d_m makes the same node larger.
     change(one, dm=0.25)
     one.visitor.wait_for(
-        lambda v: np.abs(np.array(v.mirror.nodes[skin]["vertices"], float)).max() > np.abs(vertices).max() + 0.04
+        lambda v: (
+            np.abs(np.array(v.mirror.nodes[skin]["vertices"], float)).max() > np.abs(vertices).max() + 0.04
+        )
     )
 
 
@@ -108,7 +122,9 @@ def test_d_m_is_written_once_on_the_rim(one: Guest) -> None:
     (skin,) = shells(one, "skin")
     assert rim.split("/rim_around_") == skin.split("/skin_of_"), "on the link of the bubble"
     middle = np.asarray(nodes[skin]["position"], float)
-    assert np.linalg.norm(np.asarray(nodes[rim]["position"], float) - middle) > 0.2, "beyond d_m of the body's axis"
+    assert np.linalg.norm(np.asarray(nodes[rim]["position"], float) - middle) > 0.2, (
+        "beyond d_m of the body's axis"
+    )
 
 
 def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
@@ -121,12 +137,18 @@ def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest)
     one.visitor.wait_for(lambda _: tint(one, "right") == tint(one, "left") > 0.0)
     press(one, "contact")
     assert not one.session.settings.page.contact
-    one.visitor.wait_for(lambda _: tint(one, "left") == tint(one, "right") == 0.0 and not visible(one, "/closest/line"))
+    one.visitor.wait_for(
+        lambda _: tint(one, "left") == tint(one, "right") == 0.0 and not visible(one, "/closest/line")
+    )
     one.visitor.wait_for(lambda _: not shells(one, "skin") and not shells(one, "capsule"))
     press(one, "contact")
-    one.visitor.wait_for(lambda _: shells(one, "skin") and visible(one, "/closest/line") and tint(one, "left") > 0.0)
+    one.visitor.wait_for(
+        lambda _: shells(one, "skin") and visible(one, "/closest/line") and tint(one, "left") > 0.0
+    )
     change(one, scene="solo")
-    one.visitor.wait_for(lambda _: not any("_of_" in name for name in drawn(one.visitor)) and not visible(one, "/closest/line"))
+    one.visitor.wait_for(
+        lambda _: not any("_of_" in name for name in drawn(one.visitor)) and not visible(one, "/closest/line")
+    )
 
 
 def test_an_overlap_is_red_and_said_in_a_word(one: Guest) -> None:
@@ -165,7 +187,9 @@ def test_who_is_the_obstacle(changes: dict[str, Any], obstacle: str) -> None:
     assert simulation.room.geometry.geometryObjects[found].name.split(" ")[0] == obstacle
 
 
-def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_orange(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_orange(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(700, 560)
     session = visit(page, house(), "rig=table&speed=2")
     until(page, lambda: session.simulation.sample().activation > 0.5, "a near hand")
@@ -187,7 +211,11 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_ora
     # An orange arm that gives way stays orange.
     page.keyboard.press("o")
     ask(session, lambda s: [s.change(key, value) for key, value in (("avoid", "both"), ("picture", "fine"))])
-    until(page, lambda: (seen := page.evaluate(PAINT)).get("cover", ("", 0.0))[1] > 0.1 and "body" in seen, "purple covers")
+    until(
+        page,
+        lambda: (seen := page.evaluate(PAINT)).get("cover", ("", 0.0))[1] > 0.1 and "body" in seen,
+        "purple covers",
+    )
     assert page.evaluate(PAINT)["body"][0] == ORANGE
     # There the colours are those of the vertices, and only what is grey of them takes on the tint.
     ask(session, lambda s: s.change("picture", "fast"))
@@ -195,7 +223,9 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_ora
     assert page.evaluate(PAINT)["paint"][0] == "#ffffff"
 
 
-def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_nearest_link_fades_in_while_the_one_before_fades_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     made: dict[str, viser.MeshHandle] = {}
     server = DuetServer("127.0.0.1", 0, max_clients=1)
     try:
@@ -210,14 +240,19 @@ def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatc
         session.simulation.step(None)
         room = session.simulation.room
         arms = tuple(
-            ArmView(scene, f"/{arm.name}", base, "silver", False) for arm, base in zip(room.arms, room.rig.bases, strict=True)
+            ArmView(scene, f"/{arm.name}", base, "silver", False)
+            for arm, base in zip(room.arms, room.rig.bases, strict=True)
         )
         skin = ContactSkin(scene, room, arms)
         skin.dress(session.settings.page)
         skin.show(freeze(session, 0.0))
 
         def opacities() -> list[float]:
-            return [float(handle.opacity or 0.0) for name, handle in made.items() if "/skin_of_" in name and handle.visible]
+            return [
+                float(handle.opacity or 0.0)
+                for name, handle in made.items()
+                if "/skin_of_" in name and handle.visible
+            ]
 
         (full,) = opacities()
         # The other arm gives way now, so that the skin is around this one.

@@ -64,11 +64,17 @@ def test_a_place_without_a_picture_stays() -> None:
     assert watched.follow.keep_free(place, label)[1], "no camera is known"
     watched.follow.first_view(simulation, 0.0)
     assert not watched.follow.keep_free(place, label)[1]
-    watched.camera.position, watched.camera.look_at, watched.follow.left_alone = np.array([0.0, 0.0, 3.0]), np.zeros(3), True
+    watched.camera.position, watched.camera.look_at, watched.follow.left_alone = (
+        np.array([0.0, 0.0, 3.0]),
+        np.zeros(3),
+        True,
+    )
     assert watched.follow.keep_free(place, label)[1], "straight down"
 
 
-def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(house: OpenHouse, arrive: Arrive) -> None:
+def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     """The camera looks past the arms, so that the closest pair is at an edge, or beyond it."""
     opened = house()
     guest = arrive(opened, "autopilot=0")
@@ -78,7 +84,9 @@ def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(hou
     for aside in (-2.5, -0.9, 0.0, 0.9, 2.5):
         eye, look_at = np.array([2.2, aside, 1.3]), np.array([0.2, aside, 1.0])
         guest.visitor.send({**CAMERA, "position": eye.tolist(), "look_at": look_at.tolist()})
-        guest.visitor.wait_for(lambda _, aside=aside: abs(float(follow._camera.look_at[1]) - aside) < 1e-6 and follow.left_alone)
+        guest.visitor.wait_for(
+            lambda _, aside=aside: abs(float(follow._camera.look_at[1]) - aside) < 1e-6 and follow.left_alone
+        )
         settle(guest)
         pose, picture = Pose(eye, look_at, CAMERA["fov"]), follow.picture.free()
         node = guest.visitor.mirror.nodes["/closest/distance"]

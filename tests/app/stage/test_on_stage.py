@@ -23,14 +23,29 @@ from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, Arrive, Guest, OpenHouse
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import ball, change, comes, drag, drawn, drawn_pose, hand, home, place, pull, settle, visible
+from tests.app.stage.conftest import (
+    ball,
+    change,
+    comes,
+    drag,
+    drawn,
+    drawn_pose,
+    hand,
+    home,
+    place,
+    pull,
+    settle,
+    visible,
+)
 
 
 def test_the_hand_of_the_single_arm(one: Guest) -> None:
     change(one, scene="solo")
     visitor, start = one.visitor, one.ask(hand)
     # Where only the position is asked for, there is nothing to turn.
-    visitor.wait_for(lambda v: np.abs(place(one, HAND) - start).max() < 2e-3 and v.mirror.nodes[HAND]["disable_rotations"])
+    visitor.wait_for(
+        lambda v: np.abs(place(one, HAND) - start).max() < 2e-3 and v.mirror.nodes[HAND]["disable_rotations"]
+    )
     goal = start + np.array([0.05, 0.08, 0.04])
     drag(one, HAND, goal)
     one.wait(lambda s: isinstance(s.held, HandTarget) and s.held.rotation is None)
@@ -54,7 +69,12 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest) -> None
         frame, foot = swivel_frame(s.hand)
         return s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy(), hand(s), frame, foot
 
-    for made, task, left in (("lwr", "position", 0.1), ("lwr", "pose", 0.1), ("panda", "pose", 0.1), ("ur5", "position", 0.75)):
+    for made, task, left in (
+        ("lwr", "position", 0.1),
+        ("lwr", "pose", 0.1),
+        ("panda", "pose", 0.1),
+        ("ur5", "position", 0.75),
+    ):
         change(one, robot=made, task=task)
         press(one, "reset")
         # The handles of another robot are new ones; a pull at an old one ends with it.
@@ -74,7 +94,9 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
     change(one, scene="solo", path="circle", speed=2.0)
     nodes = one.visitor.mirror.nodes
     # Each node of the page is a message of its own: the line may arrive before the last handle has left.
-    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and not {HAND, ELBOW, "/path/A"} & v.mirror.nodes.keys())
+    one.visitor.wait_for(
+        lambda v: "/path/line" in v.mirror.nodes and not {HAND, ELBOW, "/path/A"} & v.mirror.nodes.keys()
+    )
     points = np.array(nodes["/path/line"]["points"], float).reshape(-1, 3)
     home = points[0]
     centre = home + np.array([0.0, 0.0, solo.RADIUS])
@@ -93,7 +115,9 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
 
 def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
     change(one, scene="master_slave", avoid="free", speed=2.0)
-    one.visitor.wait_for(lambda _: not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish")))
+    one.visitor.wait_for(
+        lambda _: not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish"))
+    )
     start = one.ask(hand)
     other = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
     goal = start + 0.7 * (other - start)
@@ -135,7 +159,9 @@ def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
     beyond = 0.07 * PATH / np.linalg.norm(PATH)
     for name, end in (("A", start - beyond), ("B", start + PATH + beyond)):
         one.visitor.wait_for(lambda v, name=name: v.mirror.nodes.get(f"/path/{name}", {}).get("text") == name)
-        one.visitor.wait_for(lambda _, name=name, end=end: np.linalg.norm(place(one, f"/path/{name}") - end) < 1e-3)
+        one.visitor.wait_for(
+            lambda _, name=name, end=end: np.linalg.norm(place(one, f"/path/{name}") - end) < 1e-3
+        )
     way = np.array(one.visitor.mirror.nodes["/path/line"]["points"], float).reshape(2, 3)
     assert_allclose(way, [start, start + PATH], atol=1e-6)
     one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
@@ -213,7 +239,9 @@ def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
     assert isinstance(wish, AnglesTarget) and wish.angles is not None
     for i, side in enumerate(get_args(ArmName)):
         _, _, wrist = arm_points(wish.angles[i], side)
-        one.visitor.wait_for(lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3))
+        one.visitor.wait_for(
+            lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3)
+        )
     assert not visible(one, "/person/lost")
     # The autopilot is that person: without it no person is seen.
     press(one, "autopilot")
@@ -256,7 +284,9 @@ def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
 BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 
 
-def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(house: OpenHouse, arrive: Arrive) -> None:
+def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened = house()
     guest = arrive(opened, "autopilot=0")
     guest.ask(lambda s: s.control.toggle_pause())
@@ -267,14 +297,23 @@ def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(hous
 def arm_moves(guest: Guest, scene: SceneApi, name: RobotName) -> None:
     """Look at five poses of an arm that is made, and at one joint of each a little farther; it is gone in the end."""
     visitor, model, is_default = guest.visitor, robot(name).model, name == "lwr"
-    arm = ArmView(scene, "/arm", BASE, "ghost", False) if is_default else ArmView(scene, "/arm", BASE, "orange", False, name)
-    paths = ["/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1]) for n in range(model.njoints)]
+    arm = (
+        ArmView(scene, "/arm", BASE, "ghost", False)
+        if is_default
+        else ArmView(scene, "/arm", BASE, "orange", False, name)
+    )
+    paths = [
+        "/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1])
+        for n in range(model.njoints)
+    ]
     assert paths == [arm.link(joint) for joint in range(model.njoints)]
     shapes = [f"{path}/{SHAPE}" for path in paths]
     visitor.wait_for(lambda v: set(paths) | set(shapes) <= set(v.mirror.nodes))
     # What hangs on a mesh waits until that is loaded: only frames have something below them.
     assert {visitor.mirror.nodes[path]["type"] for path in paths} == {"FrameMessage"}
-    assert not [node for node in visitor.mirror.nodes if node.startswith(tuple(f"{shape}/" for shape in shapes))]
+    assert not [
+        node for node in visitor.mirror.nodes if node.startswith(tuple(f"{shape}/" for shape in shapes))
+    ]
     # A ghost casts no shadow.
     assert all(visitor.mirror.nodes[shape]["cast_shadow"] is not is_default for shape in shapes)
     assert all(visitor.mirror.nodes[shape]["receive_shadow"] is not is_default for shape in shapes)
@@ -284,7 +323,9 @@ def arm_moves(guest: Guest, scene: SceneApi, name: RobotName) -> None:
         drawn = [drawn_pose(guest, path).homogeneous for path in paths]
         return np.allclose(drawn, [(BASE * pose).homogeneous for pose in data.oMi], atol=1e-6)
 
-    for q in np.random.default_rng(2).uniform(model.lowerPositionLimit, model.upperPositionLimit, (5, model.nq)):
+    for q in np.random.default_rng(2).uniform(
+        model.lowerPositionLimit, model.upperPositionLimit, (5, model.nq)
+    ):
         for shift in (0.0, 0.01):
             q[2] += shift
             before = visitor.received.messages["SetOrientationMessage"]
@@ -371,7 +412,9 @@ def test_odd_pulls_are_not_followed_and_a_change_lets_go(guest: Guest) -> None:
     pull(guest, link, "start", start, start)
     guest.wait(lambda s: s.held is not None)
     change(guest, guided="left")
-    guest.visitor.wait_for(lambda v: v.mirror.grabbable and all(n.startswith("/arms/left/") for n in v.mirror.grabbable))
+    guest.visitor.wait_for(
+        lambda v: v.mirror.grabbable and all(n.startswith("/arms/left/") for n in v.mirror.grabbable)
+    )
     assert guest.session.held is None
 
 

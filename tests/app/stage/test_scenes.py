@@ -23,7 +23,11 @@ EXPECTED: dict[str, set[str]] = {
     "hold": {HAND, ELBOW, "/trace", "/place/ring"},
     "master_slave": {HAND, ELBOW, "/trace"},
     "first_task": {HAND, ELBOW, "/trace", "/place/ring", "/wall"},
-    "imitation": {"/person/body", "/person/body/left_upper_arm", "/person/body/right_upper_arm/right_forearm"},
+    "imitation": {
+        "/person/body",
+        "/person/body/left_upper_arm",
+        "/person/body/right_upper_arm/right_forearm",
+    },
 }
 TELLING = set().union(*EXPECTED.values())
 
@@ -35,7 +39,9 @@ def unlike(one: BlockingClient, other: BlockingClient) -> list[str]:
     for name in mine & theirs:
         if name.startswith(("/arms", "/gizmo", "/place", "/ball", "/person")) and name != "/person/lost":
             a, b = (v.mirror.nodes.get(name, {}) for v in (one, other))
-            stands = (np.allclose(a.get(key, np.nan), b.get(key, np.nan), atol=0.02) for key in ("position", "wxyz"))
+            stands = (
+                np.allclose(a.get(key, np.nan), b.get(key, np.nan), atol=0.02) for key in ("position", "wxyz")
+            )
             found += [] if all(stands) else [f"{name} stands elsewhere"]
     return found
 
@@ -49,19 +55,31 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
     ]
     for scene, robot, rig in way:
         change(one, scene=scene, robot=robot, rig=rig)
-        with BlockingClient(opened.url, query=f"autopilot=0&gizmo=1&scene={scene}&robot={robot}&rig={rig}") as fresh:
-            fresh.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/room" in v.mirror.nodes)
+        with BlockingClient(
+            opened.url, query=f"autopilot=0&gizmo=1&scene={scene}&robot={robot}&rig={rig}"
+        ) as fresh:
+            fresh.wait_for(
+                lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/room" in v.mirror.nodes
+            )
             # Handles are put where they belong in the first frames after they were made.
             with suppress(TimeoutError):
-                fresh.wait_for(lambda v, fresh=fresh: v.received.frames >= 4 and not unlike(one.visitor, fresh))
+                fresh.wait_for(
+                    lambda v, fresh=fresh: v.received.frames >= 4 and not unlike(one.visitor, fresh)
+                )
             assert unlike(one.visitor, fresh) == [], (scene, robot)
             shown = {name for name in drawn(fresh) if not name.startswith("/wish")}
         assert (shown & TELLING) >= EXPECTED[scene], scene
         # A trace is seen once the hand has moved; all else that the texts name is seen from the first frame on.
-        one.visitor.wait_for(lambda _, scene=scene: all(visible(one, name) for name in EXPECTED[scene] - {"/trace"}))
-        assert {name for name in shown & TELLING if name.startswith(("/gizmo", "/ball", "/path", "/person"))} <= EXPECTED[scene]
+        one.visitor.wait_for(
+            lambda _, scene=scene: all(visible(one, name) for name in EXPECTED[scene] - {"/trace"})
+        )
+        assert {
+            name for name in shown & TELLING if name.startswith(("/gizmo", "/ball", "/path", "/person"))
+        } <= EXPECTED[scene]
         alone = scene in ("solo", "ball", "first_task")
-        assert {name.split("/")[2] for name in shown if name.startswith("/arms/")} == ({"arm"} if alone else {"left", "right"})
+        assert {name.split("/")[2] for name in shown if name.startswith("/arms/")} == (
+            {"arm"} if alone else {"left", "right"}
+        )
         joints = 6 if robot == "ur5" else 7
         links = [name for name in shown if name.startswith("/arms/") and name.endswith("/shape")]
         assert len(links) == (1 if alone else 2) * (1 + joints)
@@ -83,7 +101,9 @@ def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pyte
     for scene in ("solo", "master_slave", "ball", "imitation", "hold"):
         before = one.visitor.received.messages["SetCameraPositionMessage"]
         change(one, scene=scene)
-        one.visitor.wait_for(lambda v, before=before: v.received.messages["SetCameraPositionMessage"] > before)
+        one.visitor.wait_for(
+            lambda v, before=before: v.received.messages["SetCameraPositionMessage"] > before
+        )
         one.visitor.wait_for(lambda _, scene=scene: said[-1:] == [spec.options()[scene]])
     # A setting that moves no arm leaves the visitor's own view alone.
     before = one.visitor.received.messages["SetCameraPositionMessage"]
@@ -97,7 +117,9 @@ def test_another_look_reaches_every_part(one: Guest) -> None:
     for scene in SCENES:
         one.ask(lambda s, scene=scene: s.change("scene", scene))
         settle(one)
-        looks = {name: node for name, node in list(one.visitor.mirror.nodes.items()) if name in drawn(one.visitor)}
+        looks = {
+            name: node for name, node in list(one.visitor.mirror.nodes.items()) if name in drawn(one.visitor)
+        }
         for name, node in looks.items():
             if node["type"] == "LabelMessage":
                 assert node["font_screen_scale"] == pytest.approx(1.15 * 1.3), name
@@ -122,7 +144,9 @@ def test_the_first_sight_shows_all(scene: str, robot: RobotName) -> None:
         if scene == "ball":
             points += [points[-1], points[-1] + PATH, simulation.positions[simulation.room.ball]]
         if scene == "imitation":
-            points += [on_stage(np.array([0.0, side * 0.5, height])) for side in (-1, 1) for height in (0.4, -0.6)]
+            points += [
+                on_stage(np.array([0.0, side * 0.5, height])) for side in (-1, 1) for height in (0.4, -0.6)
+            ]
         for width, height in ((1096.0, 853.0), (680.0, 721.0), (390.0, 797.0)):
             picture = free_picture((width, height), width, "desk")
             watched = Watched(picture, lambda s=simulation: view_of(s), lambda: np.zeros((0, 3)))

@@ -50,7 +50,9 @@ def test_the_scene_lights_up_with_a_word(one: Guest) -> None:
     change(one, rig="table", world=True, wmax=0.5)
 
     def drag(session: object) -> None:
-        one.session.simulation.positions[:] = touch_after(HandTarget(np.array([0.45, 0.1, 0.3])), rig="table")[0].positions
+        one.session.simulation.positions[:] = touch_after(
+            HandTarget(np.array([0.45, 0.1, 0.3])), rig="table"
+        )[0].positions
         one.session.simulation.world.update()
 
     assert not visible(one, "/touch/light0")

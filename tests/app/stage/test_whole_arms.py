@@ -39,7 +39,10 @@ def test_no_part_of_an_arm_is_drawn_before_its_hand(house: OpenHouse, page_at: P
     for link in (WRIST, "/base/j1/j2", "/base"):
         shape = f"/arms/right{link}/{SHAPE}"
         # As long as viser has no such mesh, it is not loaded.
-        page.evaluate("name => { const all = __viserMutable.nodeRefFromName; window.kept = all[name]; delete all[name]; }", shape)
+        page.evaluate(
+            "name => { const all = __viserMutable.nodeRefFromName; window.kept = all[name]; delete all[name]; }",
+            shape,
+        )
         until(page, lambda: not page.evaluate(base), f"nothing of an arm without {shape}")
         assert page.evaluate("name => __viserMutable.nodeRefFromName[name].visible", others)
         page.evaluate("name => { __viserMutable.nodeRefFromName[name] = window.kept; }", shape)

@@ -56,7 +56,10 @@ def test_formulas_tables_and_numbers_of_equations() -> None:
         ("[a](javascript:x) ![b](http://c)", "<p>[a](javascript:x) !<a>b</a></p>"),
         ("[toml](https://toml.io)", "<p><a>toml</a></p>"),
         ("a\n$$x\n- y$$\nb", '<p>a</p>\n<div class="duet-formula"><svg></div><p>b</p>'),
-        ("a $$x \\tag{3}$$ b", '<p>a <span class="duet-formula"><svg><span class="no">(3)</span></span> b</p>'),
+        (
+            "a $$x \\tag{3}$$ b",
+            '<p>a <span class="duet-formula"><svg><span class="no">(3)</span></span> b</p>',
+        ),
         ("a\n![b](c.svg)\nd", "<p>a</p>\n<p>b</p><p>d</p>"),
     ],
 )

@@ -29,7 +29,9 @@ ROWS = [
 
 @pytest.mark.parametrize(("name", "task"), ROWS, ids=[name for name, _ in ROWS])
 def test_the_table_has_unit_and_thresholds_of_each_first_task(name: str, task: type[FirstTask]) -> None:
-    cells = next(line.strip("| ").split(" | ") for line in SECTION.splitlines() if line.startswith(f"| {name}"))
+    cells = next(
+        line.strip("| ").split(" | ") for line in SECTION.splitlines() if line.startswith(f"| {name}")
+    )
     assert cells[2] == task.unit
     parameters = inspect.signature(task.__init__).parameters
     defaults = [parameters[key].default for key in ("critical_value", "nominal_rate")]
@@ -37,4 +39,6 @@ def test_the_table_has_unit_and_thresholds_of_each_first_task(name: str, task: t
 
 
 def test_sources_are_named() -> None:
-    assert all(name in SECTION for name in ("Žlajpah", "Khatib", "Chan & Dubey", "Yoshikawa", "Sugiura", "Sugihara"))
+    assert all(
+        name in SECTION for name in ("Žlajpah", "Khatib", "Chan & Dubey", "Yoshikawa", "Sugiura", "Sugihara")
+    )

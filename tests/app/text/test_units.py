@@ -9,7 +9,9 @@ from app.text.units import unbroken
 NO_BREAK = "\u00a0"
 
 
-@pytest.mark.parametrize("text", ["d = 177 mm", "0.30 m/s", "5 ms", "at 3.1 s.", "−12 mm/s", "K = 2 1/s", "∞ mm", "12 %"])
+@pytest.mark.parametrize(
+    "text", ["d = 177 mm", "0.30 m/s", "5 ms", "at 3.1 s.", "−12 mm/s", "K = 2 1/s", "∞ mm", "12 %"]
+)
 def test_a_number_keeps_its_unit(text: str) -> None:
     assert unbroken(text).count(NO_BREAK) == 1
     assert unbroken(text).replace(NO_BREAK, " ") == text

@@ -31,7 +31,14 @@ class Room:
         self.upload = gui.add_upload_button("file")
         self.gizmo = server.scene.add_transform_controls("/hand", scale=0.3, position=(0.0, 0.0, 0.5))
         locked = gui.add_slider("locked", min=0.0, max=1.0, step=0.1, initial_value=0.5, disabled=True)
-        named = {"d_m": self.slider, "note": self.text, "law": self.choice, "pair": self.pair, "inner": inner, "locked": locked}
+        named = {
+            "d_m": self.slider,
+            "note": self.text,
+            "law": self.choice,
+            "pair": self.pair,
+            "inner": inner,
+            "locked": locked,
+        }
         for name, handle in named.items():
             self._watch(handle.on_update, name, lambda event: event.target.value)
         self._watch(gui.add_button("go").on_click, "go", lambda event: event.client_id)

@@ -97,7 +97,11 @@ def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its
             page.goto(f"{one.origin}{folder}/?n=8")
         assert health.value.json()["run"] == open_to_both.server.run != first.server.run
         wait_ready(page, "/room")
-        until(page, lambda: any(values(s.settings)["n"] == 8.0 for s in live_sessions(open_to_both).values()), "its link")
+        until(
+            page,
+            lambda: any(values(s.settings)["n"] == 8.0 for s in live_sessions(open_to_both).values()),
+            "its link",
+        )
         assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
         link = page.locator(".duet-link input")
         expect(link).to_have_value(re.compile(rf"^{re.escape(one.origin + folder)}/\?"), timeout=60_000)
@@ -113,4 +117,6 @@ def test_a_program_of_another_origin_is_refused(
     with caplog.at_level(logging.WARNING), pytest.raises(Exception, match="403"):
         BlockingClient(f"http://127.0.0.1:{keeping.server_address[1]}", "http://evil.example'$(x)")
     assert "refused origin" in caplog.text and "--allow-origin" not in caplog.text
-    assert find_address("https://duet.example.org/lab", "127.0.0.1", 8080).url == "https://duet.example.org/lab/"
+    assert (
+        find_address("https://duet.example.org/lab", "127.0.0.1", 8080).url == "https://duet.example.org/lab/"
+    )

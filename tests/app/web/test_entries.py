@@ -12,7 +12,9 @@ from tests.app.web.conftest import Start
 from tests.blocking_client import BlockingClient
 
 
-def entered(entries: Entries, control: str, value: int, into: list[int], queue: ActionQueue | None = None) -> None:
+def entered(
+    entries: Entries, control: str, value: int, into: list[int], queue: ActionQueue | None = None
+) -> None:
     """Deal with a message by which a value is entered; with a queue there is an action that acts upon it."""
     with entries.taking(control, lambda: into.append(value)):
         if queue is not None:
@@ -60,7 +62,9 @@ def test_what_replaces_or_drops_an_action_ends_its_entry() -> None:
     assert done == [1, 2] and entries.dealt_before("a") == 2 and len(queue) == 0
 
 
-def test_a_server_leaves_the_control_alone_and_says_what_it_had_dealt_with(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_leaves_the_control_alone_and_says_what_it_had_dealt_with(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
     server, queue, stamps = start(), ActionQueue(do_call), list[tuple[float, int]]()
     with BlockingClient(server.url) as visitor:
         visitor.wait_for(lambda _: server.get_clients())

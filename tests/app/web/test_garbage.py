@@ -36,7 +36,13 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
     uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
-    drag = {"start_position": point, "start_screen_pos": pixel, "end_position": point, "end_screen_pos": pixel, "modifier": "alt"}
+    drag = {
+        "start_position": point,
+        "start_screen_pos": pixel,
+        "end_position": point,
+        "end_screen_pos": pixel,
+        "modifier": "alt",
+    }
     file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "t"}
     messages = [
         CAMERA,
@@ -45,13 +51,27 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
         {"type": "GuiFormSubmitMessage", "uuid": room.form._impl.uuid},
         {"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid},
         {"type": "CommandTriggerMessage", "uuid": "c"},
-        {"type": "FileTransferStartUpload", **file, "filename": "a", "mime_type": "", "part_count": 1, "size_bytes": 3},
+        {
+            "type": "FileTransferStartUpload",
+            **file,
+            "filename": "a",
+            "mime_type": "",
+            "part_count": 1,
+            "size_bytes": 3,
+        },
         {"type": "FileTransferPart", **file, "part_index": 0, "content": b"abc"},
         {"type": "TransformControlsUpdateMessage", **owned, "wxyz": [1, 0, 0, 0], "position": point},
         {"type": "TransformControlsDragStartMessage", **owned},
         {"type": "TransformControlsDragEndMessage", **owned},
         {"type": "SceneNodeClickMessage", **owned, **ray, "instance_index": None, "screen_pos": pixel},
-        {"type": "SceneNodeDragMessage", **owned, **drag, "phase": "start", "instance_index": 1, "button": "left"},
+        {
+            "type": "SceneNodeDragMessage",
+            **owned,
+            **drag,
+            "phase": "start",
+            "instance_index": 1,
+            "button": "left",
+        },
         {"type": "ScenePointerMessage", **ray, "event_type": "click", "screen_pos": [pixel]},
         {"type": "GetRenderResponseMessage", "payload": b"", "render_uuid": "r"},
         {"type": "LocalStorageGetItemResponseMessage", "value": None, "error": None, "request_uuid": "r"},
@@ -79,7 +99,11 @@ def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
     kinds = r"(\w+Message|\w+Upload|FileTransfer\w+|\w+Request)"
     call = re.compile(r"(?:sendMessage|[sS]end\w*|messageSender)\(\s*\{\s*type:\s*[\"']" + kinds)
     source = Path(viser.__file__).parent / "client" / "src"
-    texts = (path.read_text(encoding="utf-8") for path in source.rglob("*.ts*") if path.name != "WebsocketMessages.ts")
+    texts = (
+        path.read_text(encoding="utf-8")
+        for path in source.rglob("*.ts*")
+        if path.name != "WebsocketMessages.ts"
+    )
     sent = {kind for text in texts for kind in call.findall(text)}
     assert len(sent) >= 8
     assert sent - set(SHAPES) <= {"ShareUrlRequest", "ShareUrlDisconnect"}, sent - set(SHAPES)
@@ -94,7 +118,12 @@ def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str
     for _ in range(rng.randrange(1, 4)):
         flipped[rng.randrange(len(flipped))] = rng.randrange(256)
     surplus = rng.choice(["surplus", "owner", "excluded_self_client", "type"])
-    broken: list[bytes | str] = [rng.randbytes(rng.randrange(200)), "text", bytes(flipped), whole[: rng.randrange(len(whole))]]
+    broken: list[bytes | str] = [
+        rng.randbytes(rng.randrange(200)),
+        "text",
+        bytes(flipped),
+        whole[: rng.randrange(len(whole))],
+    ]
     broken += [pack(rng.choice(odd)), pack({name: value for name, value in message.items() if name != key})]
     broken += [pack({**message, name: rng.choice(odd)}) for name in (surplus, key)]
     return rng.choice([*broken, b"\x81" * rng.randrange(1, 3000) + b"\xc0"])
@@ -102,7 +131,10 @@ def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str
 
 def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
     rng, traffic, gate = random.Random(5), Traffic(TrafficLimits()), room.server.gate
-    messages, outcomes = list(valid_messages(room).values()), dict.fromkeys(("through", "refused", "malformed"), 0)
+    messages, outcomes = (
+        list(valid_messages(room).values()),
+        dict.fromkeys(("through", "refused", "malformed"), 0),
+    )
     for _ in range(6000):
         raw = mutations(rng, messages)
         try:
@@ -119,7 +151,9 @@ def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
     assert min(outcomes.values()) > 100, outcomes
 
 
-def test_garbage_closes_only_its_own_connection(room: Room, join: Join, caplog: pytest.LogCaptureFixture) -> None:
+def test_garbage_closes_only_its_own_connection(
+    room: Room, join: Join, caplog: pytest.LogCaptureFixture
+) -> None:
     witness, rng, messages = join(), random.Random(6), list(valid_messages(room).values())
     codes: set[int] = set()
     # However long this machine takes, nothing is said a second time.
@@ -164,7 +198,16 @@ def bomb(before: dict[str, Any], key: str, filling: bytes, after: dict[str, Any]
         ({}, "surplus", {"type": "GuiUpdateMessage"}),
         ({}, "position", {key: value for key, value in CAMERA.items() if key != "position"}),
         ({"type": "ScenePointerMessage", "event_type": "click"}, "screen_pos", {}),
-        ({"type": "FileTransferPart", "transfer_uuid": "t", "part_index": 0, "source_component_uuid": None}, "content", {}),
+        (
+            {
+                "type": "FileTransferPart",
+                "transfer_uuid": "t",
+                "part_index": 0,
+                "source_component_uuid": None,
+            },
+            "content",
+            {},
+        ),
         ({"uuid": "u"}, "type", {}),
         ({}, "surplus", {"type": "NoSuchMessage"}),
     ],
@@ -172,7 +215,9 @@ def bomb(before: dict[str, Any], key: str, filling: bytes, after: dict[str, Any]
 def test_many_small_elements_are_refused_before_they_cost_memory(
     before: dict[str, Any], key: str, after: dict[str, Any], filling: bytes
 ) -> None:
-    costs_little(Gate(cast(Any, None), TrafficLimits()), bomb(before, key, filling, after), Malformed, Refused)
+    costs_little(
+        Gate(cast(Any, None), TrafficLimits()), bomb(before, key, filling, after), Malformed, Refused
+    )
 
 
 def costs_little(gate: Gate, raw: bytes, *errors: type[Exception]) -> None:
@@ -197,7 +242,9 @@ def test_the_value_of_an_element_is_decoded_as_its_kind_only(room: Room) -> None
         costs_little(room.server.gate, msgspec.msgpack.encode(update), Malformed)
 
 
-def test_too_large_a_message_and_too_many_small_frames_close_only_their_own_connection(room: Room, join: Join) -> None:
+def test_too_large_a_message_and_too_many_small_frames_close_only_their_own_connection(
+    room: Room, join: Join
+) -> None:
     witness, mask, binary = join(), b"\0\0\0\0", b"\x82\xff"
     update = {"type": "GuiUpdateMessage", "uuid": room.text._impl.uuid, "updates": {"value": "x" * 256_000}}
     small = 1008, "too many small frames"
@@ -215,7 +262,9 @@ def test_too_large_a_message_and_too_many_small_frames_close_only_their_own_conn
 
 def test_a_message_may_come_in_pieces(room: Room, join: Join) -> None:
     visitor = join()
-    raw = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}})
+    raw = msgspec.msgpack.encode(
+        {"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}}
+    )
     opened = visitor.visitor._socket
     assert opened is not None
     visitor.run(opened.send([raw[:1], raw[1:20], raw[20:]]))
@@ -233,9 +282,20 @@ def test_real_use_gets_through(room: Room, join: Join) -> None:
     a.send({"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid})
     a.move_gizmo("/hand", (0.1, 0, 0.5))
     roundtrip(a, room)
-    assert room.seen[:5] == [("d_m", 0.2), ("law", "strict"), ("pair", (0.5, -1.0)), ("inner", 7.0), ("go", 0)]
+    assert room.seen[:5] == [
+        ("d_m", 0.2),
+        ("law", "strict"),
+        ("pair", (0.5, -1.0)),
+        ("inner", 7.0),
+        ("go", 0),
+    ]
     assert room.values("hand") == [(0.1, 0.0, 0.5)]
-    b.wait_for(lambda v: v.mirror.labelled("d_m")["value"] == 0.2 and v.mirror.nodes["/hand"]["position"] == (0.1, 0.0, 0.5))
+    b.wait_for(
+        lambda v: (
+            v.mirror.labelled("d_m")["value"] == 0.2
+            and v.mirror.nodes["/hand"]["position"] == (0.1, 0.0, 0.5)
+        )
+    )
     b.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] == 1)
 
 
@@ -245,9 +305,22 @@ def test_what_a_page_would_not_send_is_dropped(room: Room, join: Join) -> None:
     for value in (NAN, INF, 1e9, 0.04):
         visitor.set_value("d_m", value)
     long: tuple[tuple[str, Any], ...] = (("note", "x" * 100_001), ("note", "é" * 50_001))
-    for label, value in (*long, ("law", "rm -rf"), ("pair", [0.0, NAN]), ("pair", [0.0, 1.5]), ("locked", 0.7)):
+    for label, value in (
+        *long,
+        ("law", "rm -rf"),
+        ("pair", [0.0, NAN]),
+        ("pair", [0.0, 1.5]),
+        ("locked", 0.7),
+    ):
         visitor.set_value(label, value)
-    for updates in ({"update_cb": []}, {"sync_cb": None}, {"value": 0.2, "update_cb": []}, {"removed": True}, {"props": {}}, {}):
+    for updates in (
+        {"update_cb": []},
+        {"sync_cb": None},
+        {"value": 0.2, "update_cb": []},
+        {"removed": True},
+        {"props": {}},
+        {},
+    ):
         visitor.send({**slider, "updates": updates})
     for x in (NAN, INF, 1e300):
         visitor.move_gizmo("/hand", (x, 0.0, 0.0))
@@ -278,7 +351,11 @@ def test_unknown_forms_do_not_pile_up(room: Room, join: Join) -> None:
 
 def test_no_tunnel_can_be_asked_for(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
-    for kind, name in ((viser.ViserServer, "request"), (viser.ViserServer, "disconnect"), (DuetServer, "request")):
+    for kind, name in (
+        (viser.ViserServer, "request"),
+        (viser.ViserServer, "disconnect"),
+        (DuetServer, "request"),
+    ):
         monkeypatch.setattr(kind, f"{name}_share_url", lambda *args, **options: asked.append(args))
     visitor = join()
     for message in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
@@ -294,5 +371,7 @@ def test_messages_while_nothing_is_on_the_page() -> None:
     nothing: Any = SimpleNamespace(control=lambda *_: None, form=lambda *_: None, command=lambda *_: None)
     with pytest.raises(Refused, match="unknown element"):
         Gate(nothing, TrafficLimits()).check(
-            0, Traffic(TrafficLimits()), msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "x"})
+            0,
+            Traffic(TrafficLimits()),
+            msgspec.msgpack.encode({"type": "CommandTriggerMessage", "uuid": "x"}),
         )

@@ -38,8 +38,14 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     for path in ("/", "/?dm=0.1", "/healthz"):
         status, headers, _ = get(room.server.url + path)
         assert status == 200
-        assert headers["x-content-type-options"] == "nosniff" and headers["content-security-policy"] == "frame-ancestors 'self'"
-        assert headers["referrer-policy"] == "no-referrer" and headers["cache-control"] in ("no-cache", "no-store")
+        assert (
+            headers["x-content-type-options"] == "nosniff"
+            and headers["content-security-policy"] == "frame-ancestors 'self'"
+        )
+        assert headers["referrer-policy"] == "no-referrer" and headers["cache-control"] in (
+            "no-cache",
+            "no-store",
+        )
     assert get(room.server.url + "/nothing")[0] == 404
     assert get(room.server.url + "/../../../etc/passwd")[0] == 404
     assert get(room.server.url + "/index.html?dm=1")[0] == 200
@@ -47,7 +53,12 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     _, headers, body = get(room.server.url + "/healthz")
     state = json.loads(body)
     assert headers["content-type"] == "application/json"
-    assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
+    assert (
+        state["ok"] is True
+        and state["clients"] == 1
+        and state["room"] is True
+        and re.match(r"\d", state["version"])
+    )
 
 
 def test_who_may_show_the_page_in_a_frame(start: Start) -> None:
@@ -56,22 +67,43 @@ def test_who_may_show_the_page_in_a_frame(start: Start) -> None:
         _, headers, _ = get(server.url + path)
         allowed = "frame-ancestors 'self' https://moodle.example.org http://slides.example.org:8000"
         assert headers["content-security-policy"] == allowed and "x-frame-options" not in headers
-    with pytest.raises(BadSetting, match=r"embed origin .*/course' has a path; give https://moodle\.example\.org$"):
+    with pytest.raises(
+        BadSetting, match=r"embed origin .*/course' has a path; give https://moodle\.example\.org$"
+    ):
         start(embed_origins=("https://moodle.example.org/course",))
 
 
 def measured(body: bytes) -> dict[str, float]:
-    return {sample.name: sample.value for family in text_string_to_metric_families(body.decode()) for sample in family.samples}
+    return {
+        sample.name: sample.value
+        for family in text_string_to_metric_families(body.decode())
+        for sample in family.samples
+    }
 
 
 def test_prometheus_reads_what_the_health_says_here_or_with_the_key(start: Start) -> None:
     behind, open_to_all = start(allowed_origins=("https://duet.example.org",)), start(host="0.0.0.0")
     for server in (behind, open_to_all):
-        store = {"lasting": True, "problem": "the disk is full", "set_aside": "visitors.sqlite.damaged-20260101-000000"}
-        server.app_state = lambda store=store: {"store": store, "sessions": 7, "frames": 21, "load": 95, "places": 8}
+        store = {
+            "lasting": True,
+            "problem": "the disk is full",
+            "set_aside": "visitors.sqlite.damaged-20260101-000000",
+        }
+        server.app_state = lambda store=store: {
+            "store": store,
+            "sessions": 7,
+            "frames": 21,
+            "load": 95,
+            "places": 8,
+        }
         server.may_measure = lambda query: query.get("key") == "chalk-dust"
     health = json.loads(get(open_to_all.url + "/healthz")[2])
-    assert (health["sessions"], health["frames"], health["load"], health["store"]["problem"]) == (7, 21, 95, "the disk is full")
+    assert (health["sessions"], health["frames"], health["load"], health["store"]["problem"]) == (
+        7,
+        21,
+        95,
+        "the disk is full",
+    )
     for url, headers, status in (
         (open_to_all.url + "/metrics", {}, 200),
         (open_to_all.url + "/metrics", {"X-Forwarded-For": "203.0.113.9"}, 403),
@@ -83,11 +115,23 @@ def test_prometheus_reads_what_the_health_says_here_or_with_the_key(start: Start
         answered, answer, body = get(url, **headers)
         assert answered == status, (url, headers)
         if status == 200:
-            assert answer["content-type"].startswith("text/plain; version=0.0.4") and answer["cache-control"] == "no-store"
+            assert (
+                answer["content-type"].startswith("text/plain; version=0.0.4")
+                and answer["cache-control"] == "no-store"
+            )
             values = measured(body)
-            assert [values[f"duet_{name}"] for name in ("ok", "clients", "room", "sessions")] == [1.0, 0.0, 1.0, 7.0]
+            assert [values[f"duet_{name}"] for name in ("ok", "clients", "room", "sessions")] == [
+                1.0,
+                0.0,
+                1.0,
+                7.0,
+            ]
             assert (values["duet_frames_per_second"], values["duet_load_ratio"]) == (21.0, 0.95)
-            assert (values["duet_store_lasting"], values["duet_store_ok"], values["duet_store_set_aside"]) == (1.0, 0.0, 1.0)
+            assert (
+                values["duet_store_lasting"],
+                values["duet_store_ok"],
+                values["duet_store_set_aside"],
+            ) == (1.0, 0.0, 1.0)
     assert not OriginPolicy("0.0.0.0", 8080).is_local("192.168.1.5", ())
 
 
@@ -106,10 +150,19 @@ def test_index_is_patched_once_and_safely(room: Room) -> None:
 @pytest.mark.parametrize(
     ("path", "query"),
     [
-        *(("/?dm=0.1&n=10", {"dm": "0.1", "n": "10"}), ("/", {}), ("?a=1", {"a": "1"}), ("/?a=1&a=2", {"a": "1"})),
+        *(
+            ("/?dm=0.1&n=10", {"dm": "0.1", "n": "10"}),
+            ("/", {}),
+            ("?a=1", {"a": "1"}),
+            ("/?a=1&a=2", {"a": "1"}),
+        ),
         *(("/?empty=", {"empty": ""}), ("/?x=%3Cscript%3E&y=a+b", {"x": "<script>", "y": "a b"})),
         *(("/?" + "k" * 41 + "=1&ok=2", {"ok": "2"}), ("/?long=" + "v" * 401 + "&ok=2", {"ok": "2"})),
-        *(("/?" + "&".join(f"k{i}=1" for i in range(65)), {}), ("//evil.example/?a=1", {"a": "1"}), ("//[?a=1", {"a": "1"})),
+        *(
+            ("/?" + "&".join(f"k{i}=1" for i in range(65)), {}),
+            ("//evil.example/?a=1", {"a": "1"}),
+            ("//[?a=1", {"a": "1"}),
+        ),
     ],
 )
 def test_page_query(path: str, query: dict[str, str]) -> None:
@@ -124,7 +177,9 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
         status, headers, body = get(server.url + "/?dm=0.1")
         assert status == 503 and headers["retry-after"] == "10" and body.decode() == full_page(8)
         assert "8 places" in full_page(8) and "one place" in full_page(1)
-        assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), "it needs nothing from elsewhere"
+        assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), (
+            "it needs nothing from elsewhere"
+        )
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
         with BlockingClient(server.url) as late:
             assert ended(late) == (1013, ROOM_IS_FULL)
@@ -140,11 +195,16 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
 
 
 def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) -> None:
-    url = start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url + "/documents/model"
+    url = (
+        start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url
+        + "/documents/model"
+    )
     for address, accept, language in ((url, "sl", "sl"), (f"{url}?lang=de", "sl", "de")):
         status, headers, body = get(address, **{"Accept-Language": accept})
         assert (status, headers["vary"], body) == (200, "Accept-Language", f"<p>{language}".encode())
-        assert headers["content-type"].startswith("text/html") and headers["x-content-type-options"] == "nosniff"
+        assert (
+            headers["content-type"].startswith("text/html") and headers["x-content-type-options"] == "nosniff"
+        )
     assert get(f"{url}s")[0] == 404
 
 
@@ -176,16 +236,29 @@ def test_head_is_get_without_the_body_and_may_come_letter_by_letter(room: Room) 
     assert (status, headers["content-type"], body) == (200, "application/json", b"")
 
 
-ODD_BODIES = ((), b""), (("Content-Length: 9",), b"some=data"), (("Transfer-Encoding: chunked",), b"1\r\nx\r\n0\r\n\r\n")
+ODD_BODIES = (
+    ((), b""),
+    (("Content-Length: 9",), b"some=data"),
+    (("Transfer-Encoding: chunked",), b"1\r\nx\r\n0\r\n\r\n"),
+)
 
 
 def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "M-SEARCH"):
         for headers, sent in ODD_BODIES:
             status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
-            assert (status, answered["allow"], body) == (405, "GET, HEAD", b"Only GET and HEAD are possible.\n"), method
+            assert (status, answered["allow"], body) == (
+                405,
+                "GET, HEAD",
+                b"Only GET and HEAD are possible.\n",
+            ), method
             assert answered["x-content-type-options"] == "nosniff"
-    upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + "A" * 22 + "==")
+    upgrade = (
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: " + "A" * 22 + "==",
+    )
     for method in ("HEAD", "POST"):
         assert ask(room, request(method, "/", *upgrade))[0] == 405
 
@@ -224,7 +297,9 @@ def test_a_faulty_request_is_answered_with_what_is_wrong_and_logged_with_its_add
     assert ask(room, request("HEAD"))[0] == 200
 
 
-def test_what_hangs_up_and_what_says_more_than_a_request_are_no_warnings(room: Room, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_hangs_up_and_what_says_more_than_a_request_are_no_warnings(
+    room: Room, caplog: pytest.LogCaptureFixture
+) -> None:
     room.server.log = ThrottledLog(log, (0.0,))
     asked = request("GET", "/healthz")
     with caplog.at_level(logging.DEBUG):
@@ -255,7 +330,8 @@ def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{"port": 70000}, {"port": -1}, {"host": "203.0.113.9"}, {"host": "no such host"}, {"max_clients": 0}]
+    "options",
+    [{"port": 70000}, {"port": -1}, {"host": "203.0.113.9"}, {"host": "no such host"}, {"max_clients": 0}],
 )
 def test_impossible_settings_are_explained(options: dict[str, Any]) -> None:
     with pytest.raises(BadSetting, match="valid: "):
@@ -279,7 +355,9 @@ def test_stopping_releases_port_thread_and_page(start: Start, capfd: pytest.Capt
     assert capfd.readouterr().out == ""
 
 
-def test_a_visitor_at_the_door_during_construction_is_served(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_visitor_at_the_door_during_construction_is_served(
+    start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
     early: list[BlockingClient] = []
     original = infra.WebsockServer.start
 
@@ -292,4 +370,6 @@ def test_a_visitor_at_the_door_during_construction_is_served(start: Start, monke
     server = start()
     early[0].wait_for(lambda v: v.mirror.replayed and server.get_clients())
     early[0].close()
-    assert early[0].closed is not None and early[0].closed.rcvd is not None and early[0].closed.rcvd.code == 1000
+    assert (
+        early[0].closed is not None and early[0].closed.rcvd is not None and early[0].closed.rcvd.code == 1000
+    )

@@ -82,7 +82,9 @@ def test_a_place_is_taken_with_the_first_message(start: Start) -> None:
     with ExitStack() as opened:
 
         def silent(number: int) -> BlockingClient:
-            return opened.enter_context(BlockingClient(server.url, camera=False, query=f"resume={number:032d}"))
+            return opened.enter_context(
+                BlockingClient(server.url, camera=False, query=f"resume={number:032d}")
+            )
 
         first, second, third = map(silent, range(3))
         third.wait_for(lambda _: len(server.holders) == 3)
@@ -99,7 +101,9 @@ def test_a_place_is_taken_with_the_first_message(start: Start) -> None:
 
 
 @pytest.mark.parametrize("query", ["resume=0123456789abcdef", ""], ids=["one tab", "one address"])
-def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, join: Join, query: str) -> None:
+def test_a_tab_has_so_many_connections_and_an_address_for_programs(
+    room: Room, join: Join, query: str
+) -> None:
     eight = [join(query=query) for _ in range(8)]
     with BlockingClient(room.server.url, query=query) as ninth:
         assert ended(ninth) == (1013, OPEN_TOO_OFTEN)
@@ -112,7 +116,9 @@ def test_a_tab_has_so_many_connections_and_an_address_for_programs(room: Room, j
     assert all(one.closed is None for one in (*eight, *pages))
 
 
-def parts_of(visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t") -> list[dict[str, Any]]:
+def parts_of(
+    visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t"
+) -> list[dict[str, Any]]:
     """The announcement of a file of `size` bytes in `parts` parts, and the pieces, part number → number of bytes."""
     file = {"source_component_uuid": visitor.mirror.labelled("file")["uuid"], "transfer_uuid": transfer}
     announced = {"filename": "a.bvh", "mime_type": "", "part_count": parts, "size_bytes": size}
@@ -123,7 +129,9 @@ def parts_of(visitor: BlockingClient, size: int, pieces: dict[int, int], parts: 
     ]
 
 
-def upload(visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t") -> None:
+def upload(
+    visitor: BlockingClient, size: int, pieces: dict[int, int], parts: int, transfer: str = "t"
+) -> None:
     for message in parts_of(visitor, size, pieces, parts, transfer):
         visitor.send(message)
 
@@ -141,13 +149,20 @@ def test_files_up_to_the_cap_arrive(start: Start) -> None:
         assert room.server.gui._current_file_upload_states == {}
 
 
-@pytest.mark.parametrize(("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")])
-def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(start: Start, query: str, said: str) -> None:
+@pytest.mark.parametrize(
+    ("query", "said"), [("", "up to 2 MB"), ("lang=de", "bis 2 MB"), ("lang=sl", "do 2 MB")]
+)
+def test_a_file_that_is_too_large_is_refused_in_the_language_of_the_page(
+    start: Start, query: str, said: str
+) -> None:
     room = Room(start(limits=TrafficLimits(upload_bytes=2_000_000)))
     with visiting(room.server, query=query, camera=False) as visitor:
         # In one piece with the first message: on a busy server they wait side by side.
         messages = (CAMERA, *parts_of(visitor, 2_000_001, {}, 4))
-        write(visitor, b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages))
+        write(
+            visitor,
+            b"".join(Frame(OP_BINARY, msgspec.msgpack.encode(one)).serialize(mask=True) for one in messages),
+        )
         visitor.wait_for(lambda _: len(notes(visitor)) == 1)
         assert said in notes(visitor)[0]
 
@@ -180,7 +195,9 @@ def test_unfinished_files_count_and_belong_to_their_sender(start: Start) -> None
             visitor.send({"type": "FileTransferPart", **file, "part_index": index, "content": b"x" * 500_000})
         visitor.wait_for(lambda v: room.values("file") == [1_500_000])
     with BlockingClient(room.server.url) as late:
-        late.wait_for(lambda v: room.server.count_clients() == 1 and not buffers and not room.server.gate._open_uploads)
+        late.wait_for(
+            lambda v: room.server.count_clients() == 1 and not buffers and not room.server.gate._open_uploads
+        )
 
 
 def test_one_who_comes_often_leaves_room_for_all_others() -> None:
@@ -189,7 +206,11 @@ def test_one_who_comes_often_leaves_room_for_all_others() -> None:
     assert [room.enter(one, "a") for one in range(4, 8)] == [None, None, 2, 3], "of one address"
     assert [room.enter(one, f"b{one}") for one in range(8, 13)] == [None, None, None, None, 4], "in all"
     # A word may become known later; the oldest of it may be the one that says it.
-    assert room.enter(5, "a", "late") is None and room.enter(8, "b8", "late") is None and room.enter(6, "a", "late") == 5
+    assert (
+        room.enter(5, "a", "late") is None
+        and room.enter(8, "b8", "late") is None
+        and room.enter(6, "a", "late") == 5
+    )
     room.leave(8)
     room.leave(8)
     assert list(room) == [6, 7, 9, 10, 11, 12] and len(room) == 6

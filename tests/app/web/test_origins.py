@@ -17,8 +17,21 @@ ORIGINS: list[tuple[str, str, list[str | None], list[str | None]]] = [
         "127.0.0.1:8080",
         [None, "http://127.0.0.1:8080", "https://localhost:8080", LISTED, "https://LAB.example.org:443"],
         [
-            *("http://lab.example.org", f"{LISTED}:8443", f"{LISTED}/duet", "https://evil.example", "http://localhost:3000", ""),
-            *("http://localhost", "null", "file://", "http://127.0.0.1:8080.evil.example", "http://127.0.0.1:8080@evil.example"),
+            *(
+                "http://lab.example.org",
+                f"{LISTED}:8443",
+                f"{LISTED}/duet",
+                "https://evil.example",
+                "http://localhost:3000",
+                "",
+            ),
+            *(
+                "http://localhost",
+                "null",
+                "file://",
+                "http://127.0.0.1:8080.evil.example",
+                "http://127.0.0.1:8080@evil.example",
+            ),
             "http://evil.example#127.0.0.1:8080",
         ],
     ),
@@ -27,7 +40,12 @@ ORIGINS: list[tuple[str, str, list[str | None], list[str | None]]] = [
     ("127.0.0.1", "LOCALHOST:8080", ["http://LocalHost:8080"], []),
     ("127.0.0.1", "localhost:9000", ["http://localhost:9000"], []),  # ssh -L 9000:localhost:8080
     ("127.0.0.1", "upstream", [LISTED], []),  # a proxy that writes another Host
-    ("127.0.0.1", "evil.example:8080", [], ["http://evil.example:8080", "http://127.0.0.1:8080"]),  # DNS rebinding
+    (
+        "127.0.0.1",
+        "evil.example:8080",
+        [],
+        ["http://evil.example:8080", "http://127.0.0.1:8080"],
+    ),  # DNS rebinding
     ("0.0.0.0", "192.168.1.5:8080", ["http://192.168.1.5:8080"], ["http://evil.example"]),
     ("0.0.0.0", "lab-pc-7:8080", ["http://lab-pc-7:8080"], []),
     ("0.0.0.0", "lab-pc.local:8080", ["http://lab-pc.local:8080"], []),
@@ -86,13 +104,25 @@ def test_what_jupyter_vouches_for_is_let_in_from_this_computer_only() -> None:
     assert policy.admits([LISTED], [hub], "192.168.1.77", vouched=True)
 
 
-PROXIED = ("X-Forwarded-For", "x-forwarded-context", "Forwarded", "X-Real-IP", "Via", "CF-Connecting-IP", "True-Client-IP")
+PROXIED = (
+    "X-Forwarded-For",
+    "x-forwarded-context",
+    "Forwarded",
+    "X-Real-IP",
+    "Via",
+    "CF-Connecting-IP",
+    "True-Client-IP",
+)
 HERE = ["127.0.0.1:8080"]
 
 
 def test_the_owner_is_at_the_servers_own_computer_with_no_proxy_between() -> None:
     here, none = OriginPolicy("127.0.0.1", 8080), Headers()
-    for origins, hosts in (([], HERE), (["http://127.0.0.1:8080"], HERE), (["http://localhost:9000"], ["localhost:9000"])):
+    for origins, hosts in (
+        ([], HERE),
+        (["http://127.0.0.1:8080"], HERE),
+        (["http://localhost:9000"], ["localhost:9000"]),
+    ):
         assert here.is_owners(origins, hosts, "127.0.0.1", none, "")
     for name in PROXIED:
         assert not here.is_owners([], HERE, "127.0.0.1", Headers({name: "127.0.0.1"}), "")
@@ -110,7 +140,12 @@ def test_behind_a_notebook_server_the_owner_has_its_proof_and_no_one_else() -> N
     assert here.is_owners(*hub, "127.0.0.1", Headers({**forwarded, PROOF: "secret"}), "secret")
     twice = Headers(forwarded)
     twice[PROOF], twice[PROOF] = "wrong", "secret"
-    for headers in (Headers(forwarded), Headers({**forwarded, PROOF: "wrong"}), Headers({**forwarded, PROOF: ""}), twice):
+    for headers in (
+        Headers(forwarded),
+        Headers({**forwarded, PROOF: "wrong"}),
+        Headers({**forwarded, PROOF: ""}),
+        twice,
+    ):
         assert not here.is_owners(*hub, "127.0.0.1", headers, "secret")
     assert not here.is_owners([], HERE, "127.0.0.1", Headers(), "secret")
     assert not here.is_owners(*hub, "192.168.1.77", Headers({PROOF: "secret"}), "secret")

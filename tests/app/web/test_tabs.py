@@ -29,7 +29,10 @@ def test_the_full_page_lets_in_by_itself_and_a_teacher_at_once(start: Start, pag
     page.get_by_text("welcome").wait_for()
     # Now the page is there, but when it connects again the server is full.
     attempts: list[str] = []
-    page.on("console", lambda message: attempts.append(message.text) if message.text.startswith("Connecting") else None)
+    page.on(
+        "console",
+        lambda message: attempts.append(message.text) if message.text.startswith("Connecting") else None,
+    )
     server.max_clients = 0
     server._websock_server.disconnect_all_clients()
     page.get_by_text("Every place is taken").wait_for()
@@ -53,7 +56,9 @@ window.Worker = class extends Worker {
 """
 
 
-def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(start: Start, page_at: PageAt) -> None:
+def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
+    start: Start, page_at: PageAt
+) -> None:
     server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     page = page_at(700, 500, fresh=True)
     page.add_init_script(_IN_THE_BACKGROUND)
@@ -98,4 +103,6 @@ def test_a_lost_connection_is_said_and_taken_back_and_a_tab_that_was_doubled_too
     page.get_by_text("second start").wait_for()
     pill.wait_for(state="hidden")
     # Another server than before: the page was loaded from it.
-    page.wait_for_function("fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))")
+    page.wait_for_function(
+        "fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))"
+    )

@@ -27,7 +27,15 @@ from app.web import viser_internals
 from app.web.headless_client import decode_frame
 from app.web.sending import STAMP, ClientBuffer, Packed
 from app.web.server import DuetServer
-from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, nodes_of, serving_with, shared_messages
+from app.web.viser_internals import (
+    VISER_VERSION,
+    MessageBuffer,
+    ServerView,
+    adapt_viser,
+    nodes_of,
+    serving_with,
+    shared_messages,
+)
 from tests.app.web.conftest import Join, Room, in_a_loop
 from tests.blocking_client import BlockingClient
 
@@ -49,7 +57,9 @@ def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return untouched(viser_infra, monkeypatch)
 
 
-def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1) -> list[bytes]:
+def produced(
+    produce: Callable[..., Any], batches: list[list[viser_messages.Message]], client_id: int = 1
+) -> list[bytes]:
     async def run() -> list[bytes]:
         sent: list[bytes] = []
 
@@ -87,13 +97,22 @@ def some_batches() -> list[list[viser_messages.Message]]:
     return [
         [turned("/a", (1.0, 0.0, 0.0, 0.0)), moved("/a", (0.1, 0.2, 0.3))],
         [updated("u", curve), moved("/a", (0.2, 0.2, 0.3)), updated("v", {"x": "é"})],
-        [viser_messages.SetSceneNodeVisibilityMessage("/a", False), viser_messages.RemoveSceneNodeMessage("/b")],
+        [
+            viser_messages.SetSceneNodeVisibilityMessage("/a", False),
+            viser_messages.RemoveSceneNodeMessage("/b"),
+        ],
         [viser_messages.SceneNodeUpdateMessage("/a", values) for values in odd_values()],
-        [viser_messages.GuiHtmlMessage("w", "root", viser_messages.GuiHtmlProps(order=1, content="<b>", visible=True))],
+        [
+            viser_messages.GuiHtmlMessage(
+                "w", "root", viser_messages.GuiHtmlProps(order=1, content="<b>", visible=True)
+            )
+        ],
     ]
 
 
-def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_sent_is_what_viser_would_send(
+    visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
     send = partial(app.web.sending.send_windows, backlog_done_message=None, seen=lambda: asyncio.sleep(0))
@@ -103,14 +122,20 @@ def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypat
     adapt_viser(ClientBuffer)
     assert produced(viser_infra._message_producer, batches) != ours
     messages, _ = decode_frame(ours[1])
-    assert [message["type"] for message in messages] == ["GuiUpdateMessage", "SetPositionMessage", "GuiUpdateMessage"]
+    assert [message["type"] for message in messages] == [
+        "GuiUpdateMessage",
+        "SetPositionMessage",
+        "GuiUpdateMessage",
+    ]
     np.testing.assert_array_equal(messages[0]["updates"]["data"][1], [0.0, 1.0, 2.0])
 
 
 def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
     room: Room, join: Join, visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = (decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()[:2]))
+    first, second = (
+        decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()[:2])
+    )
     assert second > first > 0.0, "viser's own clock goes on; else there is nothing to hold still"
 
     stamps: list[float] = []
@@ -198,12 +223,17 @@ def test_viser_is_the_version_that_fits_and_is_adapted_once(monkeypatch: pytest.
         (npt.NDArray[np.uint8], np.array([1, 2], np.uint8), "bytes"),
     ],
 )
-def test_a_property_is_cast_as_viser_casts_it(hint: Any, value: Any, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_property_is_cast_as_viser_casts_it(
+    hint: Any, value: Any, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     adapt_viser(ClientBuffer)
     original = untouched(_assignable_props_api, monkeypatch).AssignablePropsBase._cast_value_recursive
     handle: Any = SimpleNamespace()
     handle._cast_value_recursive = lambda *args: original(handle, *args)
-    ours, theirs = AssignablePropsBase._cast_value_recursive(handle, hint, value, name), original(handle, hint, value, name)
+    ours, theirs = (
+        AssignablePropsBase._cast_value_recursive(handle, hint, value, name),
+        original(handle, hint, value, name),
+    )
     assert type(ours) is type(theirs)
     for one, other in zip(ours, theirs, strict=True) if isinstance(ours, tuple) else [(ours, theirs)]:
         assert getattr(one, "dtype", None) == getattr(other, "dtype", None)
@@ -251,15 +281,29 @@ class Handle(AssignablePropsBase[Any]):
         ("visible", [True, 1, False, np.False_]),
         ("opacity", [None, 0.5, 0.5, 1, 1.0, math.nan, math.nan]),
         ("color", [(1, 2, 3), [1, 2, 3], (3, 2, 1), (3, 2, 1)]),
-        ("points", [np.zeros((2, 3)), [[1, 2, 3], [4, 5, 6]], np.ones((3, 3)), np.full((3, 3), np.nan), np.full((3, 3), np.nan)]),
-        ("colors", [np.ones((2, 3)), np.ones((2, 3), np.uint8), np.zeros((2, 3), int), np.zeros(3, np.uint8)]),
+        (
+            "points",
+            [
+                np.zeros((2, 3)),
+                [[1, 2, 3], [4, 5, 6]],
+                np.ones((3, 3)),
+                np.full((3, 3), np.nan),
+                np.full((3, 3), np.nan),
+            ],
+        ),
+        (
+            "colors",
+            [np.ones((2, 3)), np.ones((2, 3), np.uint8), np.zeros((2, 3), int), np.zeros(3, np.uint8)],
+        ),
         ("faces", [np.ones((1, 3), np.uint32), np.ones((1, 3), np.uint32), np.ones((2, 3), np.uint32)]),
         ("data", [(np.zeros(2),), (np.zeros(2), [1, 2]), (np.empty(0),)]),
         ("turned", [1, 1, 2]),
         ("note", [1, 1]),
     ],
 )
-def test_a_property_is_set_as_viser_sets_it(name: str, values: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_property_is_set_as_viser_sets_it(
+    name: str, values: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     adapt_viser(ClientBuffer)
     original = untouched(_assignable_props_api, monkeypatch).props_setattr
     ours: Any = Handle()
@@ -333,7 +377,9 @@ def test_a_view_has_messages_of_its_own(room: Any) -> None:
 
 def test_a_node_has_what_a_browser_is_told_of_it(room: Any) -> None:
     server: DuetServer = room.server
-    line = server.scene.add_line_segments("/over/line", np.zeros((1, 2, 3), np.float32), (0, 0, 0), visible=False)
+    line = server.scene.add_line_segments(
+        "/over/line", np.zeros((1, 2, 3), np.float32), (0, 0, 0), visible=False
+    )
     line.wxyz, line.position, line.thickness = (0.0, 1.0, 0.0, 0.0), (1.0, 2.0, 3.0), 7.0
     line.points = np.ones((1, 2, 3), np.float32)
     with BlockingClient(server.url) as visitor:

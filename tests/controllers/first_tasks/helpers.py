@@ -35,7 +35,8 @@ class PosedTask:
         self.joints = self.world.positions[self.arm.joints]
         self.task = make(self.world, self.arm)
         self.low, self.high = (
-            bound[self.arm.joints].copy() for bound in (room.model.lowerPositionLimit, room.model.upperPositionLimit)
+            bound[self.arm.joints].copy()
+            for bound in (room.model.lowerPositionLimit, room.model.upperPositionLimit)
         )
         wide = self.world.bounds.part(self.arm.joints)
         wide.lower[:], wide.upper[:] = -1e9, 1e9
@@ -102,7 +103,9 @@ def singular(world: World, arm: Arm) -> FirstTask:
 def tipping(world: World, arm: Arm) -> FirstTask:
     base = world.room.rig.bases[0].translation
     # The arm stands near one edge of its cart.
-    cart = Foot(base[:2] - np.array([0.09, 0.0]), np.array([0.16, 0.14]), 40.0, base - np.array([0.0, 0.0, 0.4]))
+    cart = Foot(
+        base[:2] - np.array([0.09, 0.0]), np.array([0.16, 0.14]), 40.0, base - np.array([0.0, 0.0, 0.4])
+    )
     return CentreOfMass(world.kinematics, arm, cart, load=3.0)
 
 

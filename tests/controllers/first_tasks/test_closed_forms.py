@@ -41,7 +41,9 @@ def test_the_rate_is_that_of_the_closed_form(name: str) -> None:
         wanted = distance_rate(lam, task.nominal_rate, u, margin.approach)
         assert float(margin.row @ dq) - margin.approach == pytest.approx(wanted, abs=EXACT)
         # Everything that does not change h is left as the task wants it.
-        across = (dq - nominal) - margin.row * (float(margin.row @ (dq - nominal)) / float(margin.row @ margin.row))
+        across = (dq - nominal) - margin.row * (
+            float(margin.row @ (dq - nominal)) / float(margin.row @ margin.row)
+        )
         assert float(np.abs(across).max()) < EXACT
         t = 2e-6
         h = {k: of.value_after(q, dq, k * t) for k in (-2, -1, 1, 2)}

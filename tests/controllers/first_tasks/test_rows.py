@@ -104,7 +104,9 @@ def test_a_wall_that_moves_and_turns_comes_closer_at_w() -> None:
     for q in postures(of, 50, 8):
         of.at(q)
         w, step = of.task.margin().approach, 1e-6
-        assert w == pytest.approx(-(of.value_after(q, still, step) - of.value_after(q, still, -step)) / (2.0 * step), abs=EXACT)
+        assert w == pytest.approx(
+            -(of.value_after(q, still, step) - of.value_after(q, still, -step)) / (2.0 * step), abs=EXACT
+        )
 
 
 def test_own_links_are_never_farther_apart_than_coal_says() -> None:
@@ -140,7 +142,9 @@ def test_a_capsule_over_boxes_is_a_little_nearer_than_its_samples_are() -> None:
             points = (R @ own[:3] + o) + np.linspace(-1.0, 1.0, 401)[:, None] * (R @ own[3:])
             for box in task._boxes:
                 beyond = np.abs(points - box[:3]) - box[3:]
-                distances = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(beyond.max(axis=1), 0.0)
+                distances = np.linalg.norm(np.maximum(beyond, 0.0), axis=1) + np.minimum(
+                    beyond.max(axis=1), 0.0
+                )
                 nearest = min(nearest, float(distances.min()) - radius)
         inside += nearest < 0.0
         assert nearest - math.log(6) / 100.0 - 0.0025 - 1e-4 <= value <= nearest + 1e-12
@@ -193,4 +197,6 @@ def test_the_distance_of_the_arms_is_that_of_the_detector() -> None:
         other = of.room.arms[1].joints
         assert margin.value == near.law_distance
         assert (margin.row == near.row[of.arm.joints]).all()
-        assert margin.approach == pytest.approx(-float(near.row[other] @ of.world.velocities[other]), abs=1e-14)
+        assert margin.approach == pytest.approx(
+            -float(near.row[other] @ of.world.velocities[other]), abs=1e-14
+        )

@@ -76,7 +76,9 @@ def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
         goal_a = near.distance + e[0]
         dq = LAW(Situation(q, pseudo_inverse(J_b) @ (K_b * e_b), row, near.distance, 0.0))
 
-        def errors(t: float, left: LeftArm = left, q: Array = q, dq: Array = dq, a: float = goal_a, b: Array = goal_b) -> Array:
+        def errors(
+            t: float, left: LeftArm = left, q: Array = q, dq: Array = dq, a: float = goal_a, b: Array = goal_b
+        ) -> Array:
             moved = q + t * dq
             return np.array([a - left.distance(moved), *(b - left.hand(moved).translation)])
 
@@ -84,7 +86,9 @@ def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
         forth, back = errors(h), errors(-h)
         scale = max(1.0, float(np.linalg.norm(dq)))
         assert_allclose((back - forth) / (2.0 * h), analysis.M @ e, atol=1e-6 * scale)
-        assert 0.5 * (forth @ forth - back @ back) / (2.0 * h) == pytest.approx(analysis.lyapunov_rate(e), abs=1e-6 * scale)
+        assert 0.5 * (forth @ forth - back @ back) / (2.0 * h) == pytest.approx(
+            analysis.lyapunov_rate(e), abs=1e-6 * scale
+        )
         assert analysis.lyapunov(e) == pytest.approx(0.5 * (e @ e))
         rising += analysis.lyapunov_rate(e) > 0.0
     # Positive control: among these are moments at which V does rise.
@@ -124,18 +128,25 @@ def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
     for left in near_postures(40, 5, 0.0):
         q, near, row, J_b = left.q, left.near, left.row, left.jacobian[:m]
         pose = left.hand(q)
-        goal = pin.SE3(pin.exp3(random.normal(size=3) * 0.2) @ pose.rotation, pose.translation + random.normal(size=3) * 0.1)
+        goal = pin.SE3(
+            pin.exp3(random.normal(size=3) * 0.2) @ pose.rotation,
+            pose.translation + random.normal(size=3) * 0.1,
+        )
         e_b = pose_error(pose, goal.translation, goal.rotation)
         nominal = damped_solution(J_b, 2.0 * e_b[:m])
         dq = LAW(Situation(q, nominal, row, near.distance, 0.0))
-        damped, exact = (analyse(row, J_b, LAW.activation(near.distance), 2.0, 2.0, damped) for damped in (True, False))
+        damped, exact = (
+            analyse(row, J_b, LAW.activation(near.distance), 2.0, 2.0, damped) for damped in (True, False)
+        )
         e = damped.error(0.3, e_b[:m])
         assert_allclose(damped.M @ e, np.concatenate(((row @ dq,), J_b @ dq)), atol=1e-10)
         apart = max(apart, float(np.abs((exact.M - damped.M) @ e).max()))
         # The logarithm's rate is not the hand's rate of turn, but along the error it is: V̇ and |e_b| are exact for a pose too.
         step = 1e-5
         there, back = (left.hand(q + t * dq) for t in (step, -step))
-        lengths = [float(np.linalg.norm(pose_error(p, goal.translation, goal.rotation)[:m])) for p in (there, back)]
+        lengths = [
+            float(np.linalg.norm(pose_error(p, goal.translation, goal.rotation)[:m])) for p in (there, back)
+        ]
         rate = -float(e[1:] @ (damped.M @ e)[1:]) / float(np.linalg.norm(e[1:]))
         assert (lengths[0] - lengths[1]) / (2.0 * step) == pytest.approx(rate, abs=1e-5)
     assert apart > 1e-3
@@ -143,7 +154,9 @@ def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
 
 def integral(d: float, dm: float, n: float) -> float:
     """∫_d^∞ λ/(1 − λ) ds by quadrature over ln(s − d_m), with the first terms of the series beyond 20 m."""
-    body = quad(lambda t: math.exp(t) / math.expm1(n * math.log1p(math.exp(t) / dm)), math.log(d - dm), 3.0, limit=400)[0]
+    body = quad(
+        lambda t: math.exp(t) / math.expm1(n * math.log1p(math.exp(t) / dm)), math.log(d - dm), 3.0, limit=400
+    )[0]
     x = dm / (dm + math.exp(3.0))
     return body + dm * sum(x ** (n * k - 1.0) / (n * k - 1.0) for k in range(1, 100))
 
@@ -162,7 +175,9 @@ def test_slope_of_the_barrier(n: float) -> None:
         slope = (barrier_integral(d + h, 0.15, n) - barrier_integral(d - h, 0.15, n)) / (2.0 * h)
         lam = (0.15 / d) ** n
         assert slope == pytest.approx(-lam / (1.0 - lam), rel=1e-4)
-    assert barrier_integral(0.2, 0.15, 2.0 + 1e-12) == pytest.approx(barrier_integral(0.2, 0.15, 2.0), rel=1e-9)
+    assert barrier_integral(0.2, 0.15, 2.0 + 1e-12) == pytest.approx(
+        barrier_integral(0.2, 0.15, 2.0), rel=1e-9
+    )
 
 
 def test_at_and_below_the_critical_distance() -> None:
@@ -171,7 +186,11 @@ def test_at_and_below_the_critical_distance() -> None:
     for n in (1.0, 2.0, 6.0):
         for d in (0.15, 0.1, -0.02):
             assert barrier_integral(d, 0.15, n) == math.inf
-            assert barrier(error, 2.0, row, d, 0.15, n, 0.3) == math.inf == barrier(error, 2.0, 0.0 * row, d, 0.15, n, 0.3)
+            assert (
+                barrier(error, 2.0, row, d, 0.15, n, 0.3)
+                == math.inf
+                == barrier(error, 2.0, 0.0 * row, d, 0.15, n, 0.3)
+            )
         assert math.isfinite(barrier(error, 2.0, row, 0.15 + 1e-12, 0.15, n, 0.3))
         assert math.isnan(barrier(error, 2.0, np.full(7, 0.04), 0.2, 0.15, n, 0.3))
         assert n == 1.0 or barrier_integral(math.inf, 0.15, n) == 0.0
@@ -233,13 +252,17 @@ def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
     assert seen > 30
 
 
-def frozen_run(arm: Planar, start: Array, n: float, exact: bool, steps: int = 2500) -> tuple[Array, Array, Array]:
+def frozen_run(
+    arm: Planar, start: Array, n: float, exact: bool, steps: int = 2500
+) -> tuple[Array, Array, Array]:
     """W, ½ |q_r − q|² and d along a run towards `GOAL`, the ball at rest; `exact`: v grows with |J_d|², else it is .3 m/s."""
     q, dt, kept = start.copy(), 1e-3, []
     for _ in range(steps):
         row, d, error = arm.row(q), arm.distance(q), GOAL - q
         law = SmoothPriority(0.15, n, 0.6 * float(row @ row) if exact else 0.3)
-        kept.append((barrier(error, 2.0, row, d, 0.15, n, law.nominal_velocity), 0.5 * float(error @ error), d))
+        kept.append(
+            (barrier(error, 2.0, row, d, 0.15, n, law.nominal_velocity), 0.5 * float(error @ error), d)
+        )
         q = q + dt * law(Situation(q, 2.0 * error, row, d, 0.0))
     W, V, distances = np.array(kept).T
     return W, V, distances

@@ -70,7 +70,9 @@ def test_a_posture_task_is_a_task_with_the_identity(seed: int, lam: float, K_a: 
 
 
 @given(SEEDS, DIMENSIONS, SHARES, GAINS, GAINS)
-def test_the_surviving_share_and_the_slowest_mode(seed: int, m: int, lam: float, K_a: float, K_b: float) -> None:
+def test_the_surviving_share_and_the_slowest_mode(
+    seed: int, m: int, lam: float, K_a: float, K_b: float
+) -> None:
     # In the metric e_bᵀ (J_b J_bᵀ)⁻¹ e_b, M_bb/K_b is symmetric with eigenvalues 1 − λ ρ² once, and 1.
     row, J_b = tasks(seed, m)
     a = analyse(row, J_b, lam, K_a, K_b)
@@ -90,7 +92,9 @@ def test_the_surviving_share_and_the_slowest_mode(seed: int, m: int, lam: float,
     assert a.slowest_mode > 0.0 and a.smallest_eigenvalue <= a.slowest_mode + 1e-6
     # While the flag is up no error lets V rise; while it is down the eigenvector of sym(M) does not let V fall.
     if a.condition_holds:
-        for e in np.random.default_rng(seed).normal(size=(20, m + 1)) * ([1.0] * (m + 1) if lam else [0.0] + [1.0] * m):
+        for e in np.random.default_rng(seed).normal(size=(20, m + 1)) * (
+            [1.0] * (m + 1) if lam else [0.0] + [1.0] * m
+        ):
             assert a.lyapunov_rate(e) < 0.0
     else:
         e = np.linalg.eigh(sym(a.M))[1][:, 0]
@@ -127,7 +131,9 @@ def test_the_flag_by_example() -> None:
 
 
 @given(SEEDS, st.sampled_from([1, 3, 6]), SHARES, GAINS, GAINS)
-def test_orthogonal_tasks_have_what_the_paper_proves(seed: int, m: int, lam: float, K_a: float, K_b: float) -> None:
+def test_orthogonal_tasks_have_what_the_paper_proves(
+    seed: int, m: int, lam: float, K_a: float, K_b: float
+) -> None:
     """J_a J_b^# = 0, eq. (16): M = diag(K_a, K_b), nothing of the task is lost, and sym(M) > 0 at any λ."""
     row, J_b = tasks(seed, m)
     row = row - np.linalg.pinv(J_b) @ (J_b @ row)
@@ -229,7 +235,13 @@ def test_what_cannot_be_analysed_is_refused() -> None:
         with pytest.raises(BadSetting, match=rf"{what} is .*; it must be"):
             analyse(*tasks(1, 3), lam, K_a, K_b)
     row, nothing = np.zeros(7), np.zeros(0)
-    wrong = [(row, np.zeros((3, 6))), (row[None], np.zeros((3, 7))), (row, row), (row, np.zeros((0, 7))), (nothing, None)]
+    wrong = [
+        (row, np.zeros((3, 6))),
+        (row[None], np.zeros((3, 7))),
+        (row, row),
+        (row, np.zeros((0, 7))),
+        (nothing, None),
+    ]
     for J_d, J_b in [*wrong, (row + np.nan, None), (row, np.full((3, 7), np.inf))]:
         with pytest.raises(ValueError, match="J_d"):
             analyse(J_d, J_b, 0.5, 1.0, 1.0)

@@ -106,7 +106,10 @@ def test_the_wall_stops_before_the_base_and_at_its_speed() -> None:
         simulation.step(WallTarget(np.array([-2.0, 0.0, 1.4]), np.array([0.3, 0.2])))
         at = simulation.positions[wall]
         assert normal_of(*at[3:].tolist()).dot(shoulder - at[:3]) > BASE_CLEAR - 1e-6
-        assert np.abs(simulation.velocities[wall][:3]).max() <= min(simulation.settings.hand_speed, WALL_SPEED) + 1e-9
+        assert (
+            np.abs(simulation.velocities[wall][:3]).max()
+            <= min(simulation.settings.hand_speed, WALL_SPEED) + 1e-9
+        )
     assert simulation.velocities[wall] == pytest.approx(np.zeros(5), abs=1e-6)
 
 
@@ -121,7 +124,9 @@ def test_the_wall_s_angles_and_its_orientation_are_one() -> None:
 
 def test_a_wall_that_comes_no_faster_than_v_is_kept_away_while_it_turns() -> None:
     def push(time: float) -> Target:
-        return WallTarget(np.array([0.30 - 0.12 * min(time, 3.0), 0.05, 1.4]), np.array([0.25 * np.sin(time), 0.2]))
+        return WallTarget(
+            np.array([0.30 - 0.12 * min(time, 3.0), 0.05, 1.4]), np.array([0.25 * np.sin(time), 0.2])
+        )
 
     done = run(of("wall", n=6.0), 5.0, Scripted(push))
     assert done.table[:, COLUMN["w_law"]].max() > 0.05
@@ -179,7 +184,9 @@ def test_a_file_with_an_impossible_wall_is_refused() -> None:
     stretch = recorded.stretches[0]
     numbers = stretch.targets.numbers.copy()
     numbers[3] = 99.0
-    damaged = replace(recorded, stretches=(stretch._replace(targets=stretch.targets._replace(numbers=numbers)),))
+    damaged = replace(
+        recorded, stretches=(stretch._replace(targets=stretch.targets._replace(numbers=numbers)),)
+    )
     with pytest.raises(BadInputFile, match="beyond two turns"):
         recorded_from(recorded_bytes(damaged), "a file")
 

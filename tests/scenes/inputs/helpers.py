@@ -20,7 +20,9 @@ def arrays(count: int, low: float | None = None, high: float | None = None) -> A
     return st.lists(st.floats(low, high, allow_nan=False), min_size=count, max_size=count).map(np.array)
 
 
-def targets(places: Arrays, rotations: Arrays, joints: Arrays, angles: Arrays) -> st.SearchStrategy[Target | None]:
+def targets(
+    places: Arrays, rotations: Arrays, joints: Arrays, angles: Arrays
+) -> st.SearchStrategy[Target | None]:
     """Targets of all kinds, rotations also laid out column by column."""
     turned = rotations | rotations.map(np.asfortranarray)
     hands = st.builds(HandTarget, places, st.none() | turned, st.none() | places)
@@ -43,7 +45,8 @@ def same(a: Target | None, b: Target | None) -> bool:
     if isinstance(a, PairTarget) and isinstance(b, PairTarget):
         return same(a.first, b.first) and same(a.second, b.second)
     fields = (
-        [(x.tobytes("A"), x.shape, x.flags.fnc) if isinstance(x, np.ndarray) else None for x in target] for target in (a, b)
+        [(x.tobytes("A"), x.shape, x.flags.fnc) if isinstance(x, np.ndarray) else None for x in target]
+        for target in (a, b)
     )
     return next(fields) == next(fields)
 

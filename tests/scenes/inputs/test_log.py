@@ -23,7 +23,17 @@ from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, logged_run, scene_settings
-from tests.scenes.inputs.helpers import TARGETS, arrays, as_bytes, everything, rewritten, run_with, same, sample_file, targets
+from tests.scenes.inputs.helpers import (
+    TARGETS,
+    arrays,
+    as_bytes,
+    everything,
+    rewritten,
+    run_with,
+    same,
+    sample_file,
+    targets,
+)
 
 
 @given(st.lists(st.tuples(TARGETS, st.integers(1, 300)), min_size=1, max_size=8))
@@ -131,7 +141,9 @@ def test_a_recorded_person_acts_at_other_time_steps_and_rests_at_the_end() -> No
         assert same(person.target(time), wanted[index]), time
 
 
-POSSIBLE = targets(arrays(3, -2.0, 2.0), arrays(3, -3.0, 3.0).map(pin.exp3), arrays(7, -3.0, 3.0), arrays(8, -3.0, 3.0))
+POSSIBLE = targets(
+    arrays(3, -2.0, 2.0), arrays(3, -3.0, 3.0).map(pin.exp3), arrays(7, -3.0, 3.0), arrays(8, -3.0, 3.0)
+)
 
 
 @settings(max_examples=50)
@@ -154,7 +166,9 @@ def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
         read_person(tmp_path / "a.npz", RunSettings())
 
 
-@pytest.mark.parametrize("target", [JointTarget(np.zeros(7)), LinkTarget(7, np.zeros(3), np.array([0.4, 0.0, 1.0]))])
+@pytest.mark.parametrize(
+    "target", [JointTarget(np.zeros(7)), LinkTarget(7, np.zeros(3), np.array([0.4, 0.0, 1.0]))]
+)
 def test_joints_of_other_arms_are_pulled_in_no_run(tmp_path: Path, target: Target) -> None:
     (tmp_path / "a.npz").write_bytes(recorded_bytes(run_with((target, 9))))
     assert same(read_person(tmp_path / "a.npz", RunSettings()).target(0.0), target)
@@ -201,7 +215,9 @@ def test_files_that_are_wrong_as_a_whole() -> None:
     objects[:] = [{"a": 1}, "b"]
     # What the library says of it is English.
     for data in (with_parts(numbers=objects), with_parts()[:500]):
-        with pytest.raises(BadInputFile, match=r"^a\.npz: is not a file of recorded inputs, or is damaged\.$"):
+        with pytest.raises(
+            BadInputFile, match=r"^a\.npz: is not a file of recorded inputs, or is damaged\.$"
+        ):
             recorded_from(data, "a.npz")
 
 
@@ -259,7 +275,9 @@ def test_no_bytes_at_all_do_harm(content: bytes) -> None:
         recorded_from(content, "a.npz")
 
 
-def test_what_is_too_large_is_neither_read_nor_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_too_large_is_neither_read_nor_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("numbers.npy", bytes(3_000_000))

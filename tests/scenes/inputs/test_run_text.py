@@ -103,7 +103,9 @@ def test_a_forged_link_is_refused_like_a_forged_file() -> None:
 def test_what_does_not_fit_says_why() -> None:
     rng = np.random.default_rng(1)
     with pytest.raises(BadSetting, match="too long for a link"):
-        run_text(recorded(lambda s, i: HandTarget(np.array([0.4, 0.0, 1.2]) + rng.normal(size=3), None), 1500))
+        run_text(
+            recorded(lambda s, i: HandTarget(np.array([0.4, 0.0, 1.2]) + rng.normal(size=3), None), 1500)
+        )
     with pytest.raises(BadSetting, match="too long for a link"):
         run_text(recorded(lambda s, i: None, round(LONGEST / 0.02) + 2, 0.02))
     from_the_middle = Recorded(Simulation(RUN.settings, 1).snapshot(), RUN.stretches)

@@ -11,7 +11,9 @@ SIDES: tuple[ArmName, ArmName] = ("left", "right")
 
 def _arm(abduction: tuple[float, float], elbow: tuple[float, float]) -> st.SearchStrategy[Array]:
     ranges = ((-60.0, 179.0), abduction, (-100.0, 100.0), elbow)
-    return st.tuples(*(st.floats(low, high, width=32) for low, high in ranges)).map(lambda arm: np.radians(np.array(arm)))
+    return st.tuples(*(st.floats(low, high, width=32) for low, high in ranges)).map(
+        lambda arm: np.radians(np.array(arm))
+    )
 
 
 arms = _arm((-89.0, 89.0), (0.0, 150.0))

@@ -19,12 +19,16 @@ FORWARD, LEFT, UP = np.eye(3)
 EYE = np.eye(3)
 
 
-def arm_angles(shoulder: Array, elbow: Array, wrist: Array, side: ArmName, previous: Array | None = None) -> Array:
+def arm_angles(
+    shoulder: Array, elbow: Array, wrist: Array, side: ArmName, previous: Array | None = None
+) -> Array:
     upper, forearm = (bone / np.linalg.norm(bone) for bone in (elbow - shoulder, wrist - elbow))
     return person.direction_angles(upper, forearm, side, previous)
 
 
-def body_points(angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0) -> person.BodyPoints:
+def body_points(
+    angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0
+) -> person.BodyPoints:
     """The points of a body with these angles, hips half a metre below the shoulders, moved anywhere."""
     chains = np.array([person.arm_points(angles[i], side) for i, side in enumerate(SIDES)])
     moved = (chains @ turn.T) * scale + place
@@ -113,7 +117,10 @@ def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
     assert np.abs(np.diff(found, axis=0)).max() < math.radians(5.0)
     for angles, true in zip(found[1:], path, strict=True):
         assert_allclose(
-            person.arm_directions(angles, side), person.arm_directions(np.array(true), side), rtol=0.0, atol=math.radians(3.0)
+            person.arm_directions(angles, side),
+            person.arm_directions(np.array(true), side),
+            rtol=0.0,
+            atol=math.radians(3.0),
         )
     assert_allclose(found[-1], path[-1], atol=1e-3)
     # Positive control: without a memory the T is a jump.
@@ -133,7 +140,9 @@ def test_memory_of_angles() -> None:
     assert_allclose(found[-1], path[-1], atol=0.01)
     # Abduction goes on counting too, past the head and down the other side.
     found = tracked(
-        ([0.09, raised, 0.0, 1.4] for raised in np.linspace(0.2, 5.5, 800)), "right", np.radians([5.0, 10.0, 0.0, 80.0])
+        ([0.09, raised, 0.0, 1.4] for raised in np.linspace(0.2, 5.5, 800)),
+        "right",
+        np.radians([5.0, 10.0, 0.0, 80.0]),
     )
     assert np.abs(np.diff(found, axis=0)).max() < 0.1
     assert_allclose(found[-1], [0.09, 5.5, 0.0, 1.4], atol=1e-3)
@@ -153,7 +162,12 @@ def test_points_that_make_no_body_give_no_angles() -> None:
     for hips in (whole.shoulders[0], whole.shoulders.mean(axis=0)):
         assert person.body_angles(whole._replace(hips=hips)) is None
     elbows, wrists = whole.elbows, whole.wrists
-    for place, wrong in ((elbows[0], whole.shoulders[0]), (wrists[1], elbows[1]), (wrists[1], np.nan), (elbows[1], np.inf)):
+    for place, wrong in (
+        (elbows[0], whole.shoulders[0]),
+        (wrists[1], elbows[1]),
+        (wrists[1], np.nan),
+        (elbows[1], np.inf),
+    ):
         right = place.copy()
         place[:] = wrong
         assert person.body_angles(whole) is None

@@ -50,7 +50,9 @@ def test_names_seeds_and_refusals() -> None:
     for name in CLIP_NAMES[:-1]:
         clip = Clip(name, 4)
         for part in (0.1, 0.45, 0.9):
-            assert_allclose(medley.angles(start + part * clip.duration), clip.angles(part * clip.duration), atol=1e-9)
+            assert_allclose(
+                medley.angles(start + part * clip.duration), clip.angles(part * clip.duration), atol=1e-9
+            )
         start += clip.duration
     assert_allclose(medley.duration, start)
     with pytest.raises(BadSetting, match="choose from wave, clap, cross, reach, medley"):
@@ -65,7 +67,9 @@ def test_names_seeds_and_refusals() -> None:
 def test_the_person_does_what_the_name_says(seed: int) -> None:
     def wrists(clip: Clip) -> np.ndarray:
         times = np.arange(0.0, clip.duration, 0.02)
-        return np.array([[arm_points(clip.angles(t)[i], s)[2] for i, s in enumerate(("left", "right"))] for t in times])
+        return np.array(
+            [[arm_points(clip.angles(t)[i], s)[2] for i, s in enumerate(("left", "right"))] for t in times]
+        )
 
     wave, clap, cross, reach = (wrists(Clip(name, seed)) for name in CLIP_NAMES[:4])
     assert np.linalg.norm(clap[:, 0] - clap[:, 1], axis=1).min() < 0.12

@@ -44,10 +44,14 @@ def model_points(angles: Array) -> Array:
     model = human()
     data, q = model.createData(), pin.neutral(model)
     for i, side in enumerate(SIDES):
-        for joint, value in zip(("shoulder_Z", "shoulder_X", "shoulder_Y", "elbow_Z"), angles[i] * [1, 1, -1, 1], strict=True):
+        for joint, value in zip(
+            ("shoulder_Z", "shoulder_X", "shoulder_Y", "elbow_Z"), angles[i] * [1, 1, -1, 1], strict=True
+        ):
             q[model.joints[model.getJointId(f"{side}_{joint}")].idx_q] = value
     pin.framesForwardKinematics(model, data, q)
-    ids = [[model.getJointId(f"{side}_{joint}_Z") for joint in ("shoulder", "elbow", "wrist")] for side in SIDES]
+    ids = [
+        [model.getJointId(f"{side}_{joint}_Z") for joint in ("shoulder", "elbow", "wrist")] for side in SIDES
+    ]
     points = np.array([[data.oMi[id].translation for id in arm] for arm in ids])
     return (points - points[:, 0].mean(axis=0)) @ body.TORSO_FROM_MODEL.T
 
@@ -57,7 +61,9 @@ def drawn_poses(angles: Array) -> dict[str, pin.SE3]:
     turns, placed = body.body_poses(angles), {"body": pin.SE3.Identity()}
     for part in body.body_parts()[1:]:
         w, x, y, z = turns[part.name]
-        placed[part.name] = placed[part.parent] * pin.SE3(pin.Quaternion(w, x, y, z).toRotationMatrix(), part.pose.translation)
+        placed[part.name] = placed[part.parent] * pin.SE3(
+            pin.Quaternion(w, x, y, z).toRotationMatrix(), part.pose.translation
+        )
     return placed
 
 
@@ -225,7 +231,9 @@ def test_straight_arms_bend_somewhere(direction: Array) -> None:
 
 
 @given(bodies(arms), st.sampled_from(SIDES), st.booleans(), st.floats(0.1, 1.5), points)
-def test_what_is_held_comes_along(start: Array, side: ArmName, forearm: bool, share: float, way: Array) -> None:
+def test_what_is_held_comes_along(
+    start: Array, side: ArmName, forearm: bool, share: float, way: Array
+) -> None:
     """From the shoulder to beyond the wrist: a short pull brings the point there, or as far as its bone lets it."""
     figure = Figure(start=start)
     shoulder, elbow, wrist = figure.points(side)

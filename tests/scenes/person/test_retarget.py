@@ -36,7 +36,9 @@ def test_steps_rates_and_inputs() -> None:
     for k in range(1, 800):
         y = float(slow.step(np.array([[2.0]]), 0.01)[0, 0])
         t = 0.01 * k
-        assert math.isclose(y, rate * t if t < reached else 2.0 - knee * math.exp(-omega * (t - reached)), abs_tol=1e-9)
+        assert math.isclose(
+            y, rate * t if t < reached else 2.0 - knee * math.exp(-omega * (t - reached)), abs_tol=1e-9
+        )
         assert slow.rates[0, 0] <= rate + 1e-12
     low_pass = AngleFilter(ZERO)
     wanted = np.linspace(-1.0, 1.0, 8).reshape(2, 4)
@@ -59,7 +61,9 @@ def test_steps_rates_and_inputs() -> None:
     st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=6), st.floats(0.1, 50.0), st.floats(0.05, 20.0), st.floats(1e-4, 0.5),
     st.integers(2, 9),
 )  # fmt: skip
-def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: float, dt: float, parts: int) -> None:
+def test_the_step_does_not_matter(
+    inputs: list[float], cutoff: float, rate: float, dt: float, parts: int
+) -> None:
     one, many = (AngleFilter(np.zeros((1, 1)), cutoff, rate) for _ in range(2))
     for x in inputs:
         before = one.values.copy()
@@ -71,7 +75,9 @@ def test_the_step_does_not_matter(inputs: list[float], cutoff: float, rate: floa
         assert abs(x - a[0, 0]) <= abs(x - before[0, 0]) + 1e-12
 
 
-@pytest.mark.parametrize("missing", [None, np.full((2, 4), np.nan), np.array([[0, 0, 0, np.inf], [0, 0, 0, 0.0]])])
+@pytest.mark.parametrize(
+    "missing", [None, np.full((2, 4), np.nan), np.array([[0, 0, 0, np.inf], [0, 0, 0, 0.0]])]
+)
 def test_lost(missing: np.ndarray | None) -> None:
     low_pass = AngleFilter(ZERO)
     seen = np.full((2, 4), 0.4)
@@ -101,7 +107,9 @@ def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, np.concatenate([q, np.zeros(3)]))
     base = bases(rig)[arm]
-    shoulder, elbow, wrist = (base.act(data.oMi[j].translation) for j in (robot.shoulder, robot.elbow, robot.wrist))
+    shoulder, elbow, wrist = (
+        base.act(data.oMi[j].translation) for j in (robot.shoulder, robot.elbow, robot.wrist)
+    )
     upper, forearm = elbow - shoulder, wrist - elbow
     return upper / np.linalg.norm(upper), forearm / np.linalg.norm(forearm)
 
@@ -110,12 +118,17 @@ def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
     """Whether no limit is in the way of an arm's posture."""
     upper, _ = arm_directions(angles[arm], SIDES[arm])
     axis = bases(rig)[arm].rotation[:, 2]
-    return float(np.arccos(np.clip(upper @ axis, -1.0, 1.0))) < REACHABLE - 1e-6 and angles[arm, 3] < REACHABLE - 1e-6
+    return (
+        float(np.arccos(np.clip(upper @ axis, -1.0, 1.0))) < REACHABLE - 1e-6
+        and angles[arm, 3] < REACHABLE - 1e-6
+    )
 
 
 def arm_joints(upper: Array, forearm: Array, base: Array, before: Array | None) -> Array:
     joints = np.empty(4)
-    fill_joints(upper, forearm, base, LIMITS, before is not None, joints if before is None else before, joints)
+    fill_joints(
+        upper, forearm, base, LIMITS, before is not None, joints if before is None else before, joints
+    )
     return joints
 
 
@@ -139,7 +152,9 @@ def test_directions_match(rig: RigName, angles: Array) -> None:
     assert (np.abs(q) <= LIMITS + 1e-12).all()
     for arm, side in enumerate(SIDES):
         if reachable(angles, arm, rig):
-            for found, wanted in zip(pointed(q[arm], arm, rig), arm_directions(angles[arm], side), strict=True):
+            for found, wanted in zip(
+                pointed(q[arm], arm, rig), arm_directions(angles[arm], side), strict=True
+            ):
                 assert_allclose(found, wanted, atol=1e-6)
 
 
@@ -208,11 +223,16 @@ def test_clips_never_leap(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "seed"), [*((name, seed) for name in ("clap", "cross") for seed in range(6)), ("wave", 1), ("reach", 1)]
+    ("name", "seed"),
+    [*((name, seed) for name in ("clap", "cross") for seed in range(6)), ("wave", 1), ("reach", 1)],
 )
-def test_without_avoidance_clap_and_cross_collide_and_wave_and_reach_keep_apart(name: ClipName, seed: int) -> None:
+def test_without_avoidance_clap_and_cross_collide_and_wave_and_reach_keep_apart(
+    name: ClipName, seed: int
+) -> None:
     clip, retargeter = Clip(name, seed), Retargeter(RIGS["torso"])
-    distances = [joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)]
+    distances = [
+        joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)
+    ]
     assert distances[0] > 0.2
     assert min(distances) < -0.02 if name in ("clap", "cross") else min(distances) > 0.2
 

@@ -34,7 +34,9 @@ def other_reader(name: RobotName) -> yourdfpy.URDF:
     (urdf,) = (Path(str(file.locate())) for file in files if str(file).endswith(EXAMPLES[name].urdf))
     share = next(folder for folder in urdf.parents if folder.name == "robots").parent.parent
     return yourdfpy.URDF.load(
-        str(urdf), load_meshes=False, filename_handler=lambda text: str(share / text.removeprefix("package://"))
+        str(urdf),
+        load_meshes=False,
+        filename_handler=lambda text: str(share / text.removeprefix("package://")),
     )
 
 
@@ -73,17 +75,23 @@ def collision_points(name: RobotName) -> dict[str, Array]:
 
 def postures(model: pin.Model, count: int, seed: int = 7) -> Array:
     """Postures (count, n) anywhere between the stops."""
-    return np.random.default_rng(seed).uniform(model.lowerPositionLimit, model.upperPositionLimit, (count, model.nq))
+    return np.random.default_rng(seed).uniform(
+        model.lowerPositionLimit, model.upperPositionLimit, (count, model.nq)
+    )
 
 
-def outside(name: RobotName, points: dict[str, Array], q: Array, slimmer: dict[str, float] | None = None) -> float:
+def outside(
+    name: RobotName, points: dict[str, Array], q: Array, slimmer: dict[str, float] | None = None
+) -> float:
     """How far the farthest of the links' points is outside the union of the capsules at q, some of them made slimmer [m]."""
     arm = robot(name)
     data = arm.model.createData()
     pin.forwardKinematics(arm.model, data, q)
     poses = link_poses(name, q)
     world = np.vstack([cloud @ poses[link][:3, :3].T + poses[link][:3, 3] for link, cloud in points.items()])
-    return float(np.min([away(capsule, data, world, slimmer or {}) for capsule in arm.capsules], axis=0).max())
+    return float(
+        np.min([away(capsule, data, world, slimmer or {}) for capsule in arm.capsules], axis=0).max()
+    )
 
 
 def away(capsule, data: pin.Data, world: Array, slimmer: dict[str, float]) -> Array:
@@ -99,7 +107,9 @@ def assert_they_keep_clear(pair: str, rig: str) -> None:
     simulation = Simulation(settings, 1)
     start, model = simulation.positions.copy(), simulation.room.model
     assert simulation.sample().distance > 1.2 * settings.law.critical_distance
-    assert np.minimum(start - model.lowerPositionLimit, model.upperPositionLimit - start).min() > np.radians(14)
+    assert np.minimum(start - model.lowerPositionLimit, model.upperPositionLimit - start).min() > np.radians(
+        14
+    )
     for arm in simulation.room.arms:
         assert np.linalg.svd(simulation.kinematics.hand_jacobian(arm, 3), compute_uv=False)[-1] > 0.1
     table = run(settings, 5.0).table

@@ -66,7 +66,9 @@ def test_landmarks_make_an_arm(name: RobotName) -> None:
     arm = robot(name)
     data = arm.model.createData()
     pin.forwardKinematics(arm.model, data, start_posture(name, "table", "left"))
-    shoulder, elbow, wrist = (data.oMi[joint].translation.copy() for joint in (arm.shoulder, arm.elbow, arm.wrist))
+    shoulder, elbow, wrist = (
+        data.oMi[joint].translation.copy() for joint in (arm.shoulder, arm.elbow, arm.wrist)
+    )
     upper, fore = elbow - shoulder, wrist - elbow
     assert min(np.linalg.norm(upper), np.linalg.norm(fore)) > 0.3
     bend = np.arccos(upper @ fore / np.linalg.norm(upper) / np.linalg.norm(fore))
@@ -87,13 +89,17 @@ def test_missing_packages_are_named_with_their_remedy(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("name", NAMES)
-def test_arms_start_clear_of_each_other_and_of_their_stops_and_mirrored(name: RobotName, rig: RigName) -> None:
+def test_arms_start_clear_of_each_other_and_of_their_stops_and_mirrored(
+    name: RobotName, rig: RigName
+) -> None:
     """25 cm apart, 15° from every stop; hands at the same height, on either side, in front."""
     room = build_room(rig, name)
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
     assert ProximityDetector(kinematics, room.geometry).detect("single").distance >= 0.25
-    margin = np.minimum(room.start - room.model.lowerPositionLimit, room.model.upperPositionLimit - room.start)
+    margin = np.minimum(
+        room.start - room.model.lowerPositionLimit, room.model.upperPositionLimit - room.start
+    )
     assert margin.min() > np.radians(15)
     left, right = (kinematics.hand_pose(arm).translation for arm in room.arms)
     assert_allclose(left, right * ((1, -1, 1) if rig == "torso" else (-1, -1, 1)), atol=2e-3)
@@ -124,7 +130,9 @@ def test_given_bases(registry: None) -> None:
 
 
 def test_a_robot_that_was_not_given_is_named_with_its_remedy() -> None:
-    with pytest.raises(BadSetting, match=r"not given here: start Duet with --robot and the same file, other\.urdf, unchanged"):
+    with pytest.raises(
+        BadSetting, match=r"not given here: start Duet with --robot and the same file, other\.urdf, unchanged"
+    ):
         changed(RunSettings(), "robot", "lwr_other-0123456789ab")
     with pytest.raises(BadSetting, match=r"--base-left=-0\.5,0,0\.75,0 --base-right=0\.5,0,0\.75,180"):
         changed(RunSettings(), "rig", "-0.5,0,0.75,0:0.5,0,0.75,180")

@@ -33,7 +33,9 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_robot_is_small_and_its_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
     for palette, mode in (("ghost", "BLEND"), ("silver", "OPAQUE")):
         links = robot_glbs(name, palette, coarse)
-        assert len(links) == robot(name).model.njoints and sum(map(len, links)) <= (200_000 if coarse else 1_000_000)
+        assert len(links) == robot(name).model.njoints and sum(map(len, links)) <= (
+            200_000 if coarse else 1_000_000
+        )
         heads = [glb_head(data) for data in links]
         assert not coarse or all(len(head["meshes"]) == 1 for head in heads)
         materials = [material for head in heads for material in head["materials"]]
@@ -73,7 +75,9 @@ def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse:
         if joint == 0 and EXAMPLES[name].column:
             assert seen[:, 2].min() == pytest.approx(0.0, abs=1e-9)
             seen = seen[seen[:, 2] > EXAMPLES[name].column - 0.005]
-        assert_allclose((seen.min(0), seen.max(0)), (solid.min(0), solid.max(0)), atol=0.012 if coarse else 0.006)
+        assert_allclose(
+            (seen.min(0), seen.max(0)), (solid.min(0), solid.max(0)), atol=0.012 if coarse else 0.006
+        )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -99,7 +103,9 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
     for q in postures(arm.model, 5):
         pin.forwardKinematics(arm.model, data, q)
         drawn = [
-            (data.oMi[joint], part) for joint, parts in enumerate(robot_link_meshes(name, coarse)) for part in parts.values()
+            (data.oMi[joint], part)
+            for joint, parts in enumerate(robot_link_meshes(name, coarse))
+            for part in parts.values()
         ]
         world = np.vstack([part.vertices @ pose.rotation.T + pose.translation for pose, part in drawn])
         assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < (
@@ -115,7 +121,9 @@ def test_capsules_enclose_all_that_can_collide(name: RobotName) -> None:
         assert outside(name, points, q) < 1e-9
 
 
-@pytest.mark.parametrize(("name", "part"), [(name, segment.name) for name in OTHERS for segment in EXAMPLES[name].segments])
+@pytest.mark.parametrize(
+    ("name", "part"), [(name, segment.name) for name in OTHERS for segment in EXAMPLES[name].segments]
+)
 def test_capsules_are_tight(name: RobotName, part: str) -> None:
     points = collision_points(name)
     assert max(outside(name, points, q, {part: 0.003}) for q in postures(robot(name).model, 8)) > 0

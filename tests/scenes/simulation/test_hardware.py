@@ -50,7 +50,9 @@ def test_again_to_the_last_bit(scene: str) -> None:
     piece = newest_piece(recorded, 0.45)
     assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
     # The same start gives the same bits; another seed another noise.
-    once, again, other = (run(one, 0.5).table.tobytes() for one in (settings, settings, changed(settings, "seed", 7)))
+    once, again, other = (
+        run(one, 0.5).table.tobytes() for one in (settings, settings, changed(settings, "seed", 7))
+    )
     assert once == again != other
 
 
@@ -67,7 +69,9 @@ def test_a_lag_alone_goes_on_after_a_slider_and_in_what_is_made_again() -> None:
 
 def test_a_slow_camera_leaves_both_hands_what_their_task_asks() -> None:
     """d and J_d are those of the last frame, the hands' Jacobians are not."""
-    settings = with_values(scene_settings("hold"), avoid="both", law="null_space_avoidance", fps=5.0, d0=0.6, wmax=0.5)
+    settings = with_values(
+        scene_settings("hold"), avoid="both", law="null_space_avoidance", fps=5.0, d0=0.6, wmax=0.5
+    )
     simulation = Simulation(settings, 10)
     person, arms = simulation.source(), {arm.joints.start: arm for arm in simulation.room.arms}
     kinematics, moved = Kinematics(simulation.room.model, simulation.room.arms), 0.0
@@ -217,6 +221,8 @@ def test_the_true_joints_keep_stops_and_top_speeds_whatever_their_sensors_show(
     index: int, sensors: dict[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn = random_run(5, index)
-    seen_badly = replace(drawn, settings=real(replace(drawn.settings, hardware=HardwareSettings()), **sensors))
+    seen_badly = replace(
+        drawn, settings=real(replace(drawn.settings, hardware=HardwareSettings()), **sensors)
+    )
     monkeypatch.setattr(random_runs, "random_run", lambda seed, index: seen_badly)
     assert random_runs.run_verdict(5, index, 3.0).faults == ()

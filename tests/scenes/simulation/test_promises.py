@@ -47,7 +47,9 @@ SCRIPT = 16.0
 
 
 @cache
-def hold_run(rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005) -> Run:
+def hold_run(
+    rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005
+) -> Run:
     """The hold scene with the autopilot; computed once for all tests, so only to be read."""
     return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
@@ -81,14 +83,18 @@ def test_what_the_law_and_the_minimum_are_for(rig: RigName, seed: int) -> None:
     guided = finished.simulation.guided.joints
     protected = hold_run(rig, seed, "single")
     history = finished.simulation.history
-    assert_array_equal(history.positions(finished.table)[:, guided], history.positions(protected.table)[:, guided])
+    assert_array_equal(
+        history.positions(finished.table)[:, guided], history.positions(protected.table)[:, guided]
+    )
     # No joint of the avoiding arm is accelerated by more than 5 rad/s², though the closest pair switches.
     finished = hold_run(rig, seed, "soft")
     assert finished.summary.ddq_max <= 5.0 and finished.summary.ddq_max > 0.1
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_alone_jump(rig: RigName) -> None:
+def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_alone_jump(
+    rig: RigName,
+) -> None:
     """Within 10 % at a quarter of dt; in a concave corner, q̇ jumps as much at half the step when the pair switches (control)."""
     coarse, fine, finest = (hold_run(rig, 6, "soft", dt=dt).summary for dt in (0.005, 0.0025, 0.00125))
     assert max(fine.ddq_max, finest.ddq_max) <= 1.1 * coarse.ddq_max
@@ -102,7 +108,9 @@ def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_a
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 @pytest.mark.parametrize("guided", ["left", "right"])
-def test_it_gets_out_of_contact_whichever_arm_has_to_move(rig: RigName, pairs: Treatment, guided: ArmName) -> None:
+def test_it_gets_out_of_contact_whichever_arm_has_to_move(
+    rig: RigName, pairs: Treatment, guided: ArmName
+) -> None:
     start = np.array(overlapping_start(rig))
     for law in ("smooth_priority", "unprotected"):
         simulation = Simulation(replace(hold_settings(rig, pairs=pairs, law=law), guided=guided))
@@ -124,7 +132,15 @@ def test_it_gets_out_of_contact_whichever_arm_has_to_move(rig: RigName, pairs: T
     st.integers(0, 10_000), st.sampled_from([0.00125, 0.005, 0.02]), st.floats(0.05, 1.0), st.floats(0.3, 10.0), st.booleans(),
 )  # fmt: skip
 def test_joints_stay_finite_and_inside_their_limits(
-    rig: RigName, guided: ArmName, pairs: Treatment, task: str, seed: int, dt: float, speed: float, reach: float, anywhere: bool
+    rig: RigName,
+    guided: ArmName,
+    pairs: Treatment,
+    task: str,
+    seed: int,
+    dt: float,
+    speed: float,
+    reach: float,
+    anywhere: bool,
 ) -> None:
     random = np.random.default_rng(seed)
     chosen = hold_settings(rig, pairs=pairs, dt=dt)
@@ -156,7 +172,9 @@ def test_a_fast_person_meets_the_stops(rig: RigName) -> None:
         for _ in range(120):
             simulation.step(target)
             q = simulation.positions
-            closest = min(closest, float(np.minimum(q - model.lowerPositionLimit, model.upperPositionLimit - q).min()))
+            closest = min(
+                closest, float(np.minimum(q - model.lowerPositionLimit, model.upperPositionLimit - q).min())
+            )
     assert -1e-12 <= closest < np.radians(1.0)
 
 
@@ -186,7 +204,14 @@ def test_resets_start_afresh() -> None:
     # Also after the rig, the arm, and every number were changed and changed back.
     chosen = hold_settings("torso")
     used, fresh = Simulation(chosen), Simulation(chosen)
-    for key, value in (("rig", "table"), ("guided", "left"), ("g", 20.0), ("dt", 0.01), ("law", "unprotected"), ("task", "pose")):
+    for key, value in (
+        ("rig", "table"),
+        ("guided", "left"),
+        ("g", 20.0),
+        ("dt", 0.01),
+        ("law", "unprotected"),
+        ("task", "pose"),
+    ):
         used.apply(changed(used.settings, key, value))
         play(used, wander(used, 20))
     used.apply(chosen)
@@ -205,7 +230,9 @@ def test_resets_start_afresh() -> None:
     assert_array_equal(build_room("torso").start, Simulation(hold_settings()).positions)
 
 
-def cornered(chosen: RunSettings, at_stops: bool, fits: Callable[[Array, Array], bool], tries: int = 3000) -> Simulation:
+def cornered(
+    chosen: RunSettings, at_stops: bool, fits: Callable[[Array, Array], bool], tries: int = 3000
+) -> Simulation:
     """Return a simulation at a posture where the avoiding arm's row J_d and q satisfy a condition.
 
     Args:
@@ -297,7 +324,9 @@ def test_a_missing_lever_is_the_reason() -> None:
     assert simulation.sample().authority == Authority.LEVERAGE
     assert simulation.sample().joint == -1
     assert summarise(simulation, simulation.history.table()).out_of_authority_s == simulation.settings.dt
-    able = cornered(LEVER, False, lambda row, q: float(np.linalg.norm(row)) > 0.3 and float(np.abs(q).max()) < 1.5)
+    able = cornered(
+        LEVER, False, lambda row, q: float(np.linalg.norm(row)) > 0.3 and float(np.abs(q).max()) < 1.5
+    )
     able.step(None)
     assert able.sample().authority == Authority.FULL
     # At λ = 1, a task at top speed that still pulls closer: whatever the box has to do with it, authority is not FULL.
@@ -310,7 +339,9 @@ def test_a_missing_lever_is_the_reason() -> None:
         simulation.step(None)
         sample, joints = simulation.sample(), simulation.avoiding.joints
         simulation.positions[:] = sample.positions
-        at_top = bool((np.abs(sample.velocities[joints]) >= simulation.room.model.velocityLimit[joints] - 1e-9).any())
+        at_top = bool(
+            (np.abs(sample.velocities[joints]) >= simulation.room.model.velocityLimit[joints] - 1e-9).any()
+        )
         row = row_of(simulation, sample)
         if at_top and sample.activation == 1.0 and float(row @ sample.velocities[joints]) < 0.0:
             missed += 1
@@ -318,7 +349,9 @@ def test_a_missing_lever_is_the_reason() -> None:
     assert missed > 5
 
 
-TIGHT = RunSettings(gain=20.0, hand_speed=1.0, limit_gain=2.0, law=LawSettings(nominal_velocity=1.0, critical_distance=0.3))
+TIGHT = RunSettings(
+    gain=20.0, hand_speed=1.0, limit_gain=2.0, law=LawSettings(nominal_velocity=1.0, critical_distance=0.3)
+)
 BOUNDS_TREATMENTS: tuple[BoundsTreatment, ...] = get_args(BoundsTreatment)
 
 

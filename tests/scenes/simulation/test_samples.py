@@ -58,7 +58,11 @@ def test_the_levers_before_any_step_are_those_of_the_first_one(avoid: AvoidChoic
     later = simulation.sample()
     assert first.lever == later.lever > 0.0
     if avoid == "both":
-        assert first.second is not None and later.second is not None and first.second.lever == later.second.lever > 0.0
+        assert (
+            first.second is not None
+            and later.second is not None
+            and first.second.lever == later.second.lever > 0.0
+        )
 
 
 def test_an_arm_that_leads_from_now_on_follows_no_more() -> None:
@@ -68,7 +72,10 @@ def test_an_arm_that_leads_from_now_on_follows_no_more() -> None:
     simulation.apply(changed(simulation.settings, "guided", simulation.avoiding.name))
     simulation.step(None)
     desired = simulation.sample().desired
-    assert np.isnan(desired[simulation.guided.joints]).all() and not np.isnan(desired[simulation.avoiding.joints]).any()
+    assert (
+        np.isnan(desired[simulation.guided.joints]).all()
+        and not np.isnan(desired[simulation.avoiding.joints]).any()
+    )
 
 
 def test_samples_and_tables() -> None:
@@ -76,7 +83,17 @@ def test_samples_and_tables() -> None:
     simulation = Simulation(hold_settings("table"))
     table = play(simulation, wander(simulation, 200))
     sample = simulation.sample()
-    names = ("time", "distance", "activation", "squared_error", "pull", "approach", "pair", "law_distance", "law_approach")
+    names = (
+        "time",
+        "distance",
+        "activation",
+        "squared_error",
+        "pull",
+        "approach",
+        "pair",
+        "law_distance",
+        "law_approach",
+    )
     columns = ("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law")
     assert [getattr(sample, name) for name in names] == [column(table, name)[-1] for name in columns]
     assert_array_equal(sample.positions, simulation.history.positions(table)[-1])
@@ -92,7 +109,9 @@ def test_samples_and_tables() -> None:
     for k in (0, 150, 299):
         assert true_distance(simulation, q[k]) == column(table, "d")[k]
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
-        assert float(np.sum((place_of(simulation) - hand) ** 2)) == pytest.approx(column(table, "e2")[k], abs=1e-15)
+        assert float(np.sum((place_of(simulation) - hand) ** 2)) == pytest.approx(
+            column(table, "e2")[k], abs=1e-15
+        )
     assert np.abs(dq).max() > 0.05
     # A simulation that keeps 50 steps makes the same last 50 as one that keeps them all.
     short, long = Simulation(hold_settings(), capacity=50), Simulation(hold_settings())
@@ -130,14 +149,18 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
             history.last()
 
 
-@pytest.mark.parametrize(("capacity", "count"), [(700, 699), (700, 701), (700, 2_000), (256, 600), (300, 256)])
+@pytest.mark.parametrize(
+    ("capacity", "count"), [(700, 699), (700, 701), (700, 2_000), (256, 600), (300, 256)]
+)
 def test_its_room_grows_up_to_its_capacity_and_what_is_not_given_is_nan(capacity: int, count: int) -> None:
     history = History(capacity, 1)
     for k in range(count):
         history.append((float(k), *[0.0] * (COLUMN["e2_b"] - 1)), np.full(1, float(k)), np.zeros(1))
     kept = min(count, capacity)
     assert column(history.table(), "t").tolist() == list(range(count - kept, count))
-    assert np.isnan(history.desired(history.table())).all() and np.isnan(column(history.table(), "e2_b")).all()
+    assert (
+        np.isnan(history.desired(history.table())).all() and np.isnan(column(history.table(), "e2_b")).all()
+    )
 
 
 def test_summaries() -> None:
@@ -197,7 +220,10 @@ def test_a_slider_moves_no_arm(key: str, value: object) -> None:
     assert (simulation.time, simulation.history.count) == (time, count)
     simulation.step(None)
     assert_array_equal(simulation.sample().positions, q)
-    assert np.abs(simulation.positions - q).max() <= simulation.room.model.velocityLimit.max() * simulation.settings.dt
+    assert (
+        np.abs(simulation.positions - q).max()
+        <= simulation.room.model.velocityLimit.max() * simulation.settings.dt
+    )
     assert simulation.history.count == count + 1
 
 

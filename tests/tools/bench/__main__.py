@@ -36,7 +36,9 @@ def _capacity(chosen: argparse.Namespace) -> dict[str, Any]:
     from tests.tools.bench.crowds import measure_capacity, measure_crowds
 
     seconds = chosen.seconds
-    return printed_with_limits(measure_capacity(chosen.sessions, seconds) if chosen.sessions else measure_crowds(seconds))
+    return printed_with_limits(
+        measure_capacity(chosen.sessions, seconds) if chosen.sessions else measure_crowds(seconds)
+    )
 
 
 def _fairness(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -59,7 +61,9 @@ def _at_least_one(text: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m tests.tools.bench", description="Benchmarks for developers.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.tools.bench", description="Benchmarks for developers."
+    )
     kinds = parser.add_subparsers(required=True, metavar="peers|capacity|fairness|waits")
     peers = kinds.add_parser(
         "peers",
@@ -87,8 +91,12 @@ def _parser() -> argparse.ArgumentParser:
         help="what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class",
     )
     fairness.set_defaults(measure=_fairness)
-    fairness.add_argument("--seconds", type=float, default=2.0, help="duration of each row [s]; 2 ends within two minutes")
-    waits = kinds.add_parser("waits", help='how long a run takes at the command line, and the curves of "what if"')
+    fairness.add_argument(
+        "--seconds", type=float, default=2.0, help="duration of each row [s]; 2 ends within two minutes"
+    )
+    waits = kinds.add_parser(
+        "waits", help='how long a run takes at the command line, and the curves of "what if"'
+    )
     waits.set_defaults(measure=_waits)
     for kind in (peers, capacity, fairness, waits):
         kind.add_argument("--out", type=Path, help="save the figures to this JSON file")

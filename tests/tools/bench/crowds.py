@@ -76,7 +76,11 @@ async def _crowd(
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
     visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
     # Those that are sent elsewhere begin at once, not one after the other.
-    visitors = list(await asyncio.gather(*(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))))
+    visitors = list(
+        await asyncio.gather(
+            *(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))
+        )
+    )
     await asyncio.sleep(SETTLING)
     for visitor in visitors:
         visitor.reset_counters()

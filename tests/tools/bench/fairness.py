@@ -51,7 +51,11 @@ def _value(uuid: str, value: object) -> dict[str, Any]:
 
 
 async def _set(
-    visitor: HeadlessClient, seconds: float, key: str, choices: tuple[object, ...] = (), rate: float = FLOOD_RATE
+    visitor: HeadlessClient,
+    seconds: float,
+    key: str,
+    choices: tuple[object, ...] = (),
+    rate: float = FLOOD_RATE,
 ) -> None:
     """Set a control to the values in turn; without choices, to all of its own."""
     spec = specs(Settings)[key]
@@ -103,7 +107,9 @@ async def _drag(visitor: HeadlessClient, seconds: float) -> None:
     name = max(visitor.mirror.grabbable, key=len)
     x, y, z = place = (0.3, 0.0, 1.0)
     await visitor.pull(name, "start", place, place)
-    await _paced(FLOOD_RATE, seconds, lambda i: visitor.pull(name, "update", place, (x + 0.1 * (i % 2), y, z)))
+    await _paced(
+        FLOOD_RATE, seconds, lambda i: visitor.pull(name, "update", place, (x + 0.1 * (i % 2), y, z))
+    )
     await visitor.pull(name, "end", place, place)
 
 
@@ -160,8 +166,12 @@ DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]
     "30/s of the robots": partial(_set, key="robot", choices=("lwr", "panda", "ur5"), rate=REBUILD_RATE),
     "30/s of the rigs": partial(_set, key="rig", rate=REBUILD_RATE),
     "30/s of the languages": _change_language,
-    "five lists of 15 MB": partial(_send_heavy, content=b"\xdd" + HEAVY_BYTES.to_bytes(4, "big") + bytes(HEAVY_BYTES)),
-    "five texts of 15 MB": partial(_send_heavy, content=b"\xdb" + HEAVY_BYTES.to_bytes(4, "big") + b"a" * HEAVY_BYTES),
+    "five lists of 15 MB": partial(
+        _send_heavy, content=b"\xdd" + HEAVY_BYTES.to_bytes(4, "big") + bytes(HEAVY_BYTES)
+    ),
+    "five texts of 15 MB": partial(
+        _send_heavy, content=b"\xdb" + HEAVY_BYTES.to_bytes(4, "big") + b"a" * HEAVY_BYTES
+    ),
     "a class of 36 in 4 s, a lesson each": partial(_enter_class, query="lesson=1"),
     "a class of 36 in 4 s, a run each": _enter_class,
     "a class of 36 in 4 s, lecture": _enter_class,
@@ -210,7 +220,9 @@ async def _disturb(pipe: Connection, url: str, names: tuple[str, ...], seconds: 
         pipe.send(problem)
 
 
-def measure_fairness(seconds: float, names: Iterable[str] = tuple(DISTURBANCES)) -> Iterator[tuple[str, dict[str, float]]]:
+def measure_fairness(
+    seconds: float, names: Iterable[str] = tuple(DISTURBANCES)
+) -> Iterator[tuple[str, dict[str, float]]]:
     """Yield what a neighbour sees during each of `DISTURBANCES`, by name, as soon as it is measured.
 
     They follow each other on one server, as long as that gives a lecture or does not.

@@ -33,7 +33,9 @@ class Embodik(Peer):
 
     unsolvable = NotSolved
 
-    def __init__(self, baked: Baked, pairs: int | None = None, speed: Literal["task", "rows"] | None = None) -> None:
+    def __init__(
+        self, baked: Baked, pairs: int | None = None, speed: Literal["task", "rows"] | None = None
+    ) -> None:
         super().__init__(baked)
         settings, self._speed = baked.settings, speed
         with tempfile.TemporaryDirectory() as folder:
@@ -41,7 +43,9 @@ class Embodik(Peer):
             path.write_text(urdf_text(baked), encoding="utf-8")
             self._robot = robot = embodik.RobotModel(str(path))
         names = list(baked.room.model.names)[1:]
-        self._columns: NDArray[np.intp] = np.array([robot.get_joint_config_index(name) for name in names], dtype=np.intp)
+        self._columns: NDArray[np.intp] = np.array(
+            [robot.get_joint_config_index(name) for name in names], dtype=np.intp
+        )
         guided = self._columns[baked.guided]
         known = {name.rpartition("_")[0]: name for name in robot.get_collision_geometry_names()}
         named = [(known[first], known[second]) for first, second in baked.pairs]
@@ -50,7 +54,9 @@ class Embodik(Peer):
         solver.dt = settings.dt
         solver.set_collision_tuning_mode(embodik.CollisionTuningMode.PRECISE)
         rows = len(named) if pairs is None else pairs
-        solver.configure_collision_constraint(settings.law.critical_distance, include_pairs=named, max_constraints=rows)
+        solver.configure_collision_constraint(
+            settings.law.critical_distance, include_pairs=named, max_constraints=rows
+        )
         solver.enable_position_limits(True)
         solver.enable_velocity_limits(True)
         hand = solver.add_frame_task(HAND, HAND)

@@ -57,7 +57,9 @@ class Baked:
     def pairs(self) -> list[tuple[str, str]]:
         """Names of the two bodies of each pair, in the detector's order."""
         bodies = self.room.geometry.geometryObjects
-        return [(bodies[pair.first].name, bodies[pair.second].name) for pair in self.room.geometry.collisionPairs]
+        return [
+            (bodies[pair.first].name, bodies[pair.second].name) for pair in self.room.geometry.collisionPairs
+        ]
 
 
 def bake(settings: RunSettings, steps: int) -> Baked:
@@ -176,11 +178,22 @@ def urdf_text(baked: Baked, ground: str = "universe") -> str:
     ElementTree.SubElement(root, "link", name=ground)
     for i in range(1, model.njoints):
         name, column = model.names[i], model.joints[i].idx_v
-        joint, _ = _link(root, name, "revolute", _body(model, model.parents[i], ground), f"body {name}", model.jointPlacements[i])
+        joint, _ = _link(
+            root,
+            name,
+            "revolute",
+            _body(model, model.parents[i], ground),
+            f"body {name}",
+            model.jointPlacements[i],
+        )
         # The axis in the joint's own frame, whatever kind of revolute joint it is.
         axis = pin.log3(model.jointPlacements[i].actInv(data.liMi[i]).rotation)
         ElementTree.SubElement(joint, "axis", xyz=_text(axis / np.linalg.norm(axis)))
-        low, high, speed = model.lowerPositionLimit[column], model.upperPositionLimit[column], model.velocityLimit[column]
+        low, high, speed = (
+            model.lowerPositionLimit[column],
+            model.upperPositionLimit[column],
+            model.velocityLimit[column],
+        )
         if baked.guided.start <= column < baked.guided.stop:
             low, high, speed = -ENOUGH, ENOUGH, ENOUGH
         bounds = {"lower": _text(low), "upper": _text(high), "velocity": _text(speed), "effort": "1000"}
@@ -189,7 +202,9 @@ def urdf_text(baked: Baked, ground: str = "universe") -> str:
         parent, name, shape = _body(model, capsule.parentJoint, ground), capsule.name, capsule.geometry
         _, link = _link(root, f"at {name}", "fixed", parent, name, capsule.placement)
         geometry = ElementTree.SubElement(ElementTree.SubElement(link, "collision", name=name), "geometry")
-        ElementTree.SubElement(geometry, "cylinder", radius=_text(shape.radius), length=_text(2.0 * shape.halfLength))
+        ElementTree.SubElement(
+            geometry, "cylinder", radius=_text(shape.radius), length=_text(2.0 * shape.halfLength)
+        )
         # Pinocchio reads a cylinder with this mark as a capsule.
         ElementTree.SubElement(ElementTree.SubElement(link, "collision_checking"), "capsule", name=name)
     frame = model.frames[baked.hand]
@@ -209,7 +224,9 @@ def _link(
     joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=parent)
     ElementTree.SubElement(joint, "child", link=child)
-    ElementTree.SubElement(joint, "origin", xyz=_text(placement.translation), rpy=_text(pin.rpy.matrixToRpy(placement.rotation)))
+    ElementTree.SubElement(
+        joint, "origin", xyz=_text(placement.translation), rpy=_text(pin.rpy.matrixToRpy(placement.rotation))
+    )
     return joint, link
 
 

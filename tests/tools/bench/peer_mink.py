@@ -14,7 +14,16 @@ import numpy as np
 from mink.exceptions import NoSolutionFound
 
 from controllers.kinematics import Array
-from tests.tools.bench.peer_method import HAND, PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer, urdf_text
+from tests.tools.bench.peer_method import (
+    HAND,
+    PEER_GAIN,
+    SOLVER,
+    Baked,
+    GivenMotion,
+    PairDistances,
+    Peer,
+    urdf_text,
+)
 
 FAR: Final = 100.0
 """Larger than any distance [m]."""
@@ -51,8 +60,12 @@ class Mink(Peer):
         super().__init__(baked)
         settings, self._model = baked.settings, mujoco_model(baked)
         self.configuration = mink.Configuration(self._model, baked.room.start)
-        self._motion = MinkGivenMotion(baked.guided, self._model.nv, cost=np.ones(baked.guided.stop - baked.guided.start))
-        self._task = mink.FrameTask(HAND, "body", position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt)
+        self._motion = MinkGivenMotion(
+            baked.guided, self._model.nv, cost=np.ones(baked.guided.stop - baked.guided.start)
+        )
+        self._task = mink.FrameTask(
+            HAND, "body", position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt
+        )
         self._task.set_target_from_configuration(self.configuration)
         avoiding = range(baked.avoiding.start, baked.avoiding.stop)
         self.limit = mink.CollisionAvoidanceLimit(
@@ -64,7 +77,9 @@ class Mink(Peer):
         )
         self._limits = [
             mink.ConfigurationLimit(self._model, gain=settings.limit_gain * settings.dt),
-            mink.VelocityLimit(self._model, {self._model.joint(i).name: baked.room.model.velocityLimit[i] for i in avoiding}),
+            mink.VelocityLimit(
+                self._model, {self._model.joint(i).name: baked.room.model.velocityLimit[i] for i in avoiding}
+            ),
             self.limit,
         ]
 

@@ -52,7 +52,9 @@ class Ours(Method):
         self._source = simulation.source() if person else None
         if not person:
             obstacle = BakedArm(baked)
-            simulation.roles = replace(simulation.roles, tasks=(obstacle, simulation.roles.task), held=obstacle)
+            simulation.roles = replace(
+                simulation.roles, tasks=(obstacle, simulation.roles.task), held=obstacle
+            )
             simulation.reset()
         self.positions = simulation.positions
         self._hand = baked.hand
@@ -84,5 +86,7 @@ METHODS: Final = {
     "ours, soft minimum": partial(Ours, law=DEFAULT_LAW, pairs="soft"),
     "ours, smooth everywhere": partial(Ours, law=DEFAULT_LAW, pairs="smooth"),
     "the same and the person's arm": partial(Ours, person=True, law=DEFAULT_LAW, pairs="smooth"),
-    "ours, barrier QP, all pairs +w": partial(Ours, law=BARRIER_LAW, pairs="single", feed_forward=True, barrier_gain=PEER_GAIN),
+    "ours, barrier QP, all pairs +w": partial(
+        Ours, law=BARRIER_LAW, pairs="single", feed_forward=True, barrier_gain=PEER_GAIN
+    ),
 }

@@ -36,23 +36,36 @@ class Pink(Peer):
     def __init__(self, baked: Baked, pairs: int | None = None) -> None:
         super().__init__(baked)
         settings, model, self._geometry = baked.settings, baked.room.model.copy(), baked.room.geometry
-        lower, upper, speed = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy()
+        lower, upper, speed = (
+            model.lowerPositionLimit.copy(),
+            model.upperPositionLimit.copy(),
+            model.velocityLimit.copy(),
+        )
         lower[baked.guided], upper[baked.guided], speed[baked.guided] = -UNBOUNDED, UNBOUNDED, UNBOUNDED
         model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit = lower, upper, speed
-        self._configuration = pink.Configuration(model, model.createData(), baked.room.start, collision_model=self._geometry)
+        self._configuration = pink.Configuration(
+            model, model.createData(), baked.room.start, collision_model=self._geometry
+        )
         self._motion = PinkGivenMotion(baked.guided, model.nv, cost=None, gain=1.0)
         self._hand = model.frames[baked.hand].name
-        self._task = FrameTask(self._hand, position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt)
+        self._task = FrameTask(
+            self._hand, position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt
+        )
         self._task.set_target(pin.SE3(baked.place_rotation, baked.place))
         count = len(self._geometry.collisionPairs) if pairs is None else pairs
         self._barrier = SelfCollisionBarrier(count, gain=PEER_GAIN, d_min=settings.law.critical_distance)
-        self._limits = [ConfigurationLimit(model, config_limit_gain=settings.limit_gain * settings.dt), VelocityLimit(model)]
+        self._limits = [
+            ConfigurationLimit(model, config_limit_gain=settings.limit_gain * settings.dt),
+            VelocityLimit(model),
+        ]
 
     def solve(self, step: int) -> Array:
         self._configuration.update(self.positions)
         self._motion.take(self.baked, step)
         posture, tasks, dt, given = self._configuration, [self._task], self.baked.settings.dt, [self._motion]
-        return pink.solve_ik(posture, tasks, dt, SOLVER, limits=self._limits, barriers=[self._barrier], constraints=given)
+        return pink.solve_ik(
+            posture, tasks, dt, SOLVER, limits=self._limits, barriers=[self._barrier], constraints=given
+        )
 
     def distances(self, positions: Array) -> PairDistances:
         self._configuration.update(positions)

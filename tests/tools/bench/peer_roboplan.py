@@ -33,9 +33,13 @@ class RoboPlan(Peer):
         super().__init__(baked)
         settings, model = baked.settings, baked.room.model
         # It has no two frames of one name, and Pinocchio's is "universe".
-        self._scene = scene = core.Scene("duet", core.loadUrdfSceneDescriptionFromXml(urdf_text(baked, "ground")))
+        self._scene = scene = core.Scene(
+            "duet", core.loadUrdfSceneDescriptionFromXml(urdf_text(baked, "ground"))
+        )
         names = [capsule.name for capsule in baked.room.geometry.geometryObjects]
-        scene.setCollisions([(first, second) for i, first in enumerate(names) for second in names[i + 1 :]], False)
+        scene.setCollisions(
+            [(first, second) for i, first in enumerate(names) for second in names[i + 1 :]], False
+        )
         scene.setCollisions(list(baked.pairs), True)
         self._columns: NDArray[np.int32] = scene.getJointPositionIndices(list(model.names)[1:])
         self._guided = self._columns[baked.guided]
@@ -54,7 +58,10 @@ class RoboPlan(Peer):
             first = optimal_ik.ConfigurationTaskOptions(task_gain=1.0, priority=1)
             self._motion = optimal_ik.ConfigurationTask(solver, np.zeros(model.nv), weights, first)
             self._tasks.insert(0, self._motion)
-        self._limits = [optimal_ik.VelocityLimit(solver, settings.dt, speeds), optimal_ik.PositionLimit(solver)]
+        self._limits = [
+            optimal_ik.VelocityLimit(solver, settings.dt, speeds),
+            optimal_ik.PositionLimit(solver),
+        ]
         rows = optimal_ik.SelfCollisionBarrierOptions(
             n_collision_pairs=len(baked.pairs) if pairs is None else pairs,
             gain=PEER_GAIN,

@@ -25,7 +25,13 @@ from scenes.settings import RunSettings
 from tests.tools.bench.peer_method import Baked, Method, bake
 from tests.tools.bench.peer_ours import METHODS, Ours
 
-PACKAGES: Final = {"pink": "pin-pink", "mink": "mink", "mujoco": "mujoco", "qpsolvers": "qpsolvers", "daqp": "daqp"}
+PACKAGES: Final = {
+    "pink": "pin-pink",
+    "mink": "mink",
+    "mujoco": "mujoco",
+    "qpsolvers": "qpsolvers",
+    "daqp": "daqp",
+}
 """Module → package of the extra `peers`."""
 
 SOMEWHERE: Final = {"embodik": "embodik", "roboplan": "roboplan-oink"}
@@ -57,7 +63,9 @@ def needs_peers() -> None:
     """
     absent = [package for module, package in PACKAGES.items() if find_spec(module) is None]
     if absent:
-        raise BadSetting(f"The peers need {', '.join(absent)}, which is not installed: pip install -e '.[peers]'.")
+        raise BadSetting(
+            f"The peers need {', '.join(absent)}, which is not installed: pip install -e '.[peers]'."
+        )
 
 
 def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
@@ -77,11 +85,15 @@ def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
             distances.append(0.0 if b == (min(a.values()) < 0.0) else abs(min(a.values())))
         elif a.keys() != b.keys():
             pair = " / ".join(min(a.keys() ^ b.keys()))
-            raise DuetError(f"Peers: {pair} is a pair in one engine and not in the other; they cannot be compared.")
+            raise DuetError(
+                f"Peers: {pair} is a pair in one engine and not in the other; they cannot be compared."
+            )
         else:
             distances += [abs(a[pair] - b[pair]) for pair in a]
         nearest = min(nearest, *a.values())
-        poses += [float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)]
+        poses += [
+            float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)
+        ]
     # Unlike Python's, numpy's maximum does not overlook a nan.
     return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
 
@@ -132,7 +144,10 @@ def measure_peers(steps: int) -> dict[str, Any]:
     return {
         "version": duet_version(),
         "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
-        "packages": {package: version(package) for package in (*PACKAGES.values(), *map(SOMEWHERE.__getitem__, names[2:]))},
+        "packages": {
+            package: version(package)
+            for package in (*PACKAGES.values(), *map(SOMEWHERE.__getitem__, names[2:]))
+        },
         "settings": asdict(baked.settings),
         "steps": steps,
         "pairs": len(baked.room.geometry.collisionPairs),
@@ -192,14 +207,19 @@ def peers_table(result: dict[str, Any]) -> str:
     for name, row in result["figures"].items():
         lines.append(
             f"{name:34s} {row['median_us']:8.1f} {row['ratio']:6.1f} {1000.0 * row['d_min']:9.2f} {100.0 * row['share_below']:6.1f}% "
-            f"{row['e2_max']:9.4f} {row['ddq_max']:12.2f}" + (f"   {row['unsolved']:g} steps unsolved" if row["unsolved"] else "")
+            f"{row['e2_max']:9.4f} {row['ddq_max']:12.2f}"
+            + (f"   {row['unsolved']:g} steps unsolved" if row["unsolved"] else "")
         )
     lines.append(
         f"The peers solve for the 14 joints of both arms, ours for the 7 of one. Below d_m: by more than {1000.0 * STILL_KEPT:g} mm. "
         "+w: knows the guided arm's velocity; compare like with like. The person's "
         "arm, where it is computed, too, follows the hand that it is pulled by."
     )
-    lines += [f"{name} is left out: it is not installed." for name in SOMEWHERE if name not in result["agreement"]]
+    lines += [
+        f"{name} is left out: it is not installed." for name in SOMEWHERE if name not in result["agreement"]
+    ]
     for name, row in result["agreement"].items():
-        lines.append(f"{name}'s distances differ from ours by at most {row['distance']:.1e} m ({POSTURES} random postures)")
+        lines.append(
+            f"{name}'s distances differ from ours by at most {row['distance']:.1e} m ({POSTURES} random postures)"
+        )
     return "\n".join(lines)

@@ -93,7 +93,10 @@ def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
 
     times = ServerTimes()
     times.watch()
-    app = start_app(ServeOptions(sessions=sessions, ahead=True, features=(LectureOptions(lecture=lecture),)), features=FEATURES)
+    app = start_app(
+        ServeOptions(sessions=sessions, ahead=True, features=(LectureOptions(lecture=lecture),)),
+        features=FEATURES,
+    )
     pipe.send(app.url)
     while pipe.recv() == REQUEST:
         pipe.send((time.process_time(), dict(times.seconds), times.longest))

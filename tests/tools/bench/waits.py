@@ -46,7 +46,10 @@ def measure_what_if() -> dict[str, float]:
             answer = session.parts.of(BackgroundStudies).questions.what_if
             session.change("dm", distance)
             begin = time.perf_counter()
-            while session.parts.of(BackgroundStudies).questions.what_if is answer and time.perf_counter() - begin < PAST:
+            while (
+                session.parts.of(BackgroundStudies).questions.what_if is answer
+                and time.perf_counter() - begin < PAST
+            ):
                 time.sleep(1.0 / 32.0)
                 session.advance(1.0 / 32.0)
             figures[name] = time.perf_counter() - begin

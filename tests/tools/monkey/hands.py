@@ -9,13 +9,46 @@ from urllib.parse import quote
 from playwright.sync_api import Page
 
 SCRIPT: Final = "<img src=x onerror=alert(1)>"
-KEYS: Final = (*" .[]RAVLG12345NBCHYX?", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "Escape", "Tab", "Enter")
+KEYS: Final = (
+    *" .[]RAVLG12345NBCHYX?",
+    "ArrowLeft",
+    "ArrowRight",
+    "ArrowUp",
+    "ArrowDown",
+    "PageUp",
+    "Escape",
+    "Tab",
+    "Enter",
+)
 TEXTS: Final = ("", SCRIPT, "\u202e", "é" * 300, "0", "-1", "1e999", "NaN", "0.12", "99999999", "12,5")
 SIZES: Final = ((1440, 900), (1024, 768), (800, 600), (390, 844))
 LINKS: Final = (
-    *("", "a" * 3000, f"q={quote(SCRIPT)}", "lesson=1", "lesson=3&step=2", "lesson=10", "lesson=99", "lesson=%3Cb%3E&step=-1"),
-    *("step=2", "scene=imitation&ghost=frozen", "scene=nowhere", "rig=table&law=unprotected&dm=0.1&n=10", "dm=NaN&n=1e999&v="),
-    *("%00%ff=%fe", "dm=0.1&dm=0.2", "lang=de", "lang=xx", "robot=panda&scene=solo", "resume=../../etc", "window=0x0"),
+    *(
+        "",
+        "a" * 3000,
+        f"q={quote(SCRIPT)}",
+        "lesson=1",
+        "lesson=3&step=2",
+        "lesson=10",
+        "lesson=99",
+        "lesson=%3Cb%3E&step=-1",
+    ),
+    *(
+        "step=2",
+        "scene=imitation&ghost=frozen",
+        "scene=nowhere",
+        "rig=table&law=unprotected&dm=0.1&n=10",
+        "dm=NaN&n=1e999&v=",
+    ),
+    *(
+        "%00%ff=%fe",
+        "dm=0.1&dm=0.2",
+        "lang=de",
+        "lang=xx",
+        "robot=panda&scene=solo",
+        "resume=../../etc",
+        "window=0x0",
+    ),
     "whatif=1&plot=speeds",
 )
 RUBBISH: Final = (
@@ -57,7 +90,9 @@ class Hands:
             raise NothingThere(f"finds nothing like {kind}")
         return tuple(found[int(place * len(found))])
 
-    def _pull(self, x: float, y: float, right: int, down: int, steps: int, button: Literal["left", "right"] = "left") -> str:
+    def _pull(
+        self, x: float, y: float, right: int, down: int, steps: int, button: Literal["left", "right"] = "left"
+    ) -> str:
         self._mouse.move(x, y)
         self._mouse.down(button=button)
         for step in range(1, steps + 1):

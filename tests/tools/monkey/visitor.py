@@ -162,7 +162,10 @@ class Monkey:
     def _follow_link(self) -> str:
         link = self._random.choice(LINKS)
         if self._random.random() < 0.4:
-            key, value = self._random.choice(sorted(specs(Settings))), self._random.choice((*TEXTS, "0.3", "solo", "1"))
+            key, value = (
+                self._random.choice(sorted(specs(Settings))),
+                self._random.choice((*TEXTS, "0.3", "solo", "1")),
+            )
             link = f"{link}&{key}={quote(value)}"
         self.arrive(link)
         return f"follows the link ?{link[:120]}"
@@ -200,7 +203,10 @@ class Monkey:
         """Wait until the page is there, with one session of its own."""
         there = "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName"
         self.page.wait_for_function(there, timeout=1000 * PATIENCE)
-        self._until(lambda: len(live_sessions(self.opened)) == 1 and self.opened.server.count_clients() == 1, "one session")
+        self._until(
+            lambda: len(live_sessions(self.opened)) == 1 and self.opened.server.count_clients() == 1,
+            "one session",
+        )
 
     def _session(self) -> Session:
         self._until(lambda: len(live_sessions(self.opened)) == 1, "one session")
@@ -214,10 +220,15 @@ class Monkey:
         except NoAnswer:
             raise Trouble("the session does not answer") from None
         seen = self._frames
-        self.page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        self.page.evaluate(
+            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
         session = self._session()
         self._until(
-            lambda: self._frames > seen or session.paused or session not in live_sessions(self.opened).values(), "a frame"
+            lambda: (
+                self._frames > seen or session.paused or session not in live_sessions(self.opened).values()
+            ),
+            "a frame",
         )
         self.watch.check()
 
@@ -273,7 +284,9 @@ def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lectu
                 except Error:
                     picture = Path("no picture could be taken")
                 did = "\n".join(f"{number:4d} {what}" for number, what in enumerate(monkey.done, 1))
-                raise Trouble(f"seed {seed}, after {len(monkey.done)} actions ({picture}):\n{did}\n\n{trouble}") from None
+                raise Trouble(
+                    f"seed {seed}, after {len(monkey.done)} actions ({picture}):\n{did}\n\n{trouble}"
+                ) from None
             return monkey
     finally:
         context.close()

@@ -24,7 +24,9 @@ from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
-_NUMBER: Final = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE)
+_NUMBER: Final = re.compile(
+    r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE
+)
 """A number and its unit; 1.000,5 with two separators is not a number."""
 
 _GUESS: Final = ORDER["choices"] + 0.5
@@ -37,7 +39,9 @@ class Forecasts:
     after a change of step.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle
+    ) -> None:
         self._gui, self._session, self._run, self._tab = gui, session, run, tab
         self._boxes: dict[tuple[str, str], list[viser.GuiTextHandle]] = {}
         self._shown: tuple[str, str] | None = None
@@ -48,7 +52,9 @@ class Forecasts:
         hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
         with self._tab:
             box = self._gui.add_text(view.forecasts[index], "", hint=hint, order=ORDER["after"] + 1.0 + index)
-        return on_entry(box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text))))
+        return on_entry(
+            box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text)))
+        )
 
     def show(self, view: StepView, challenge: Challenge | None) -> None:
         here = (view.lesson.id, view.step.id) if challenge is not None else None
@@ -121,7 +127,9 @@ class ReasonBox:
         post: performs an action on the session's thread.
     """
 
-    def __init__(self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle
+    ) -> None:
         self._gui, self._post, self._tab = gui, post, tab
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._readers: viser.GuiHtmlHandle | None = None

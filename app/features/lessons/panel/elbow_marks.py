@@ -59,11 +59,19 @@ class Marks:
         larger = scale(self._page().profile)
         for i, place in enumerate(mark_places(simulation.room, self._run.walk.step.marks)):
             ball = self._scene.add_icosphere(
-                f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
+                f"/marks/{i + 1}",
+                radius=RADIUS,
+                subdivisions=3,
+                position=place,
+                cast_shadow=False,
+                receive_shadow=False,
             )
             # The elbow is inside the arm, so the label is outside it.
             label = self._scene.add_label(
-                f"/marks/label{i + 1}", "", position=place + np.array([0.0, 0.0, 0.11]), anchor="bottom-center"
+                f"/marks/label{i + 1}",
+                "",
+                position=place + np.array([0.0, 0.0, 0.11]),
+                anchor="bottom-center",
             )
             label.font_screen_scale = 1.15 * larger
             self._nodes.append((fresh(ball), label))

@@ -35,7 +35,9 @@ def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
     near = _near(simulation, where)
     if where == "room":
         # A ball may begin outside the view of the arm and its table.
-        near = np.vstack([near, view_corners(replace(view, width=INSIDE * view.width, height=INSIDE * view.height))])
+        near = np.vstack(
+            [near, view_corners(replace(view, width=INSIDE * view.width, height=INSIDE * view.height))]
+        )
     return _around(near, view)
 
 
@@ -63,6 +65,8 @@ def _around(points: Array, view: Camera) -> Camera:
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
     along = float((points @ toward).mean())
-    centre = right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
+    centre = (
+        right * (across.min() + across.max()) / 2.0 + up * (high.min() + high.max()) / 2.0 + toward * along
+    )
     x, y, z = (float(number) for number in centre)
     return replace(view, centre=(x, y, z), width=width, height=height)

@@ -40,18 +40,27 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     x_bounds = [bound * k for c in challenge.criteria if _about(c, challenge.search) for bound in _bounds(c)]
     y_bounds = [bound * factor for bound in _bounds(criterion)]
     places = [(one.setting * k, one.measured * factor) for one in tries]
-    x, y = _axis([p[0] for p in places] + x_bounds, LEFT, RIGHT), _axis([p[1] for p in places] + y_bounds, BOTTOM, TOP)
+    x, y = (
+        _axis([p[0] for p in places] + x_bounds, LEFT, RIGHT),
+        _axis([p[1] for p in places] + y_bounds, BOTTOM, TOP),
+    )
     lines = [
         ("grid", f"M{LEFT} {TOP}V{BOTTOM}H{RIGHT}"),
         *(("bound", f"M{LEFT} {y(bound):.1f}H{RIGHT}") for bound in y_bounds),
         *(("bound", f"M{x(bound):.1f} {BOTTOM}V{TOP}") for bound in x_bounds),
     ]
     dots = [(x(place[0]), y(place[1]), one.met) for place, one in zip(places, tries, strict=True)]
-    ends, levels = sorted({p[0] for p in places} | set(x_bounds)), sorted({p[1] for p in places} | set(y_bounds))
+    ends, levels = (
+        sorted({p[0] for p in places} | set(x_bounds)),
+        sorted({p[1] for p in places} | set(y_bounds)),
+    )
     unit = f" [{spec.page_unit}]" if spec.page_unit else ""
     texts = [
         *((decimal(f"{v:.3g}"), x(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])),
-        *((decimal(f"{v:.2g}".replace("-", "−")), LEFT - 5, y(v) + 4, "end") for v in (levels[0], levels[-1])),
+        *(
+            (decimal(f"{v:.2g}".replace("-", "−")), LEFT - 5, y(v) + 4, "end")
+            for v in (levels[0], levels[-1])
+        ),
         (f"{tr(spec.label)}{unit}", (LEFT + RIGHT) / 2.0, BOTTOM + 26, "middle"),
         (f"{label_of(m, language)} [{sign}]" if sign else label_of(m, language), 2.0, 12.0, "start"),
     ]
@@ -83,7 +92,10 @@ def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> M
     end, critical = own.time, own.settings.law.critical_distance
     tracks = [_track(run.history.table()) for run in (own, rival)]
     low, high = min(-0.05, *(float(ys.min()) for _, ys in tracks)), max(float(ys.max()) for _, ys in tracks)
-    levels = [(k / 10.0, f"{100 * k}".replace("-", "−")) for k in range(int(np.ceil(10.0 * low)), int(10.0 * high) + 1)]
+    levels = [
+        (k / 10.0, f"{100 * k}".replace("-", "−"))
+        for k in range(int(np.ceil(10.0 * low)), int(10.0 * high) + 1)
+    ]
     times = [(t, decimal(f"{t:.3g}") + (" s" if t == end else "")) for t in np.linspace(0.0, end, 5).tolist()]
     chart = Chart(ChartAxes((0.0, end), (low, 1.05 * high), tuple(times), tuple(levels)))
     chart.level(critical, "dm", 1.6, "7 5")

@@ -152,7 +152,9 @@ class LessonControls(PagePanel):
         with self._panel.tab:
             listing = self._button(lesson_actions.Press("list"), 1.0)
             self._openers = [self._opener(i, lesson) for i, lesson in enumerate(run.book.lessons)]
-            self._panel.openers = {one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)}
+            self._panel.openers = {
+                one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)
+            }
             self._steps = ChoiceButtons(
                 gui,
                 "step",
@@ -162,10 +164,16 @@ class LessonControls(PagePanel):
                 order=2.0,
             )
             self._board = DrawingBoard(
-                gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)), IN_LESSONS
+                gui,
+                self._session.post,
+                lambda at, curve: run.act(lesson_actions.Draw(*at, curve)),
+                IN_LESSONS,
             )
             self._panel.guess_box = add_guess_box(gui, self._session.post)
-            self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
+            self._choices = [
+                self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i)
+                for i in range(MOST_CHOICES)
+            ]
             self._start = self._button(lesson_actions.Press("run"), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.Press("why"), VERDICT + 0.1)
             self._own_curve = self._button(lesson_actions.Press("curve"), VERDICT + 0.2)
@@ -180,7 +188,9 @@ class LessonControls(PagePanel):
                 gui,
                 "",
                 {"Back": lesson_actions.Press("back"), "Reset step": lesson_actions.Press("reset")},
-                "Reset restarts the step." if self._instead else "B goes back, N goes on. Reset restarts the step.",
+                "Reset restarts the step."
+                if self._instead
+                else "B goes back, N goes on. Reset restarts the step.",
                 self._post,
                 order=ORDER["hints"] + 6.0,
             )
@@ -228,7 +238,9 @@ class LessonControls(PagePanel):
         # An open lesson has its own button to leave it, visible while a narrow window folds the controls.
         self._list_button.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:
-            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._instead)]
+            self._commands = [
+                hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._instead)
+            ]
         elif not run.open and self._commands:
             for command in self._commands:
                 command.remove()
@@ -252,7 +264,9 @@ class LessonControls(PagePanel):
                 changed = view.contrast.keys if view.contrast is not None else ()
                 self._flash.content = flash_style(self._controls.places(changed))
                 self._arrange_challenge(view, self._foremost(view, paused, over) == "check")
-                self._arrange_settings(view.step.controls if view.phase is Phase.CHALLENGE or view.yours else ())
+                self._arrange_settings(
+                    view.step.controls if view.phase is Phase.CHALLENGE or view.yours else ()
+                )
                 drawing = view.step.drawing if view.phase is Phase.PREDICT else None
                 self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
 
@@ -272,7 +286,15 @@ class LessonControls(PagePanel):
             self._forecasts.show(view, None)
             self._arrange_settings(())
             self._board.show((view.lesson.id, view.step.id), None, ())
-            for other in (*self._choices, self._start, self._why, self._own_curve, self._check, self._hint, self._next):
+            for other in (
+                *self._choices,
+                self._start,
+                self._why,
+                self._own_curve,
+                self._check,
+                self._hint,
+                self._next,
+            ):
                 other.visible = False
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
@@ -281,7 +303,9 @@ class LessonControls(PagePanel):
         for i, button in enumerate(self._choices):
             if asking and i < len(view.choices):
                 chosen = i == view.done.choice
-                _offer(button, True, choice_label(i + 1, view.choices[i], chosen), "blue" if chosen else "gray")
+                _offer(
+                    button, True, choice_label(i + 1, view.choices[i], chosen), "blue" if chosen else "gray"
+                )
             else:
                 button.visible = False
         again = N_("Next push") if self._run.walk.pushes else N_("Run again")
@@ -298,7 +322,11 @@ class LessonControls(PagePanel):
     def _foremost(self, view: StepView, paused: bool, over: bool) -> Literal["run", "check", "next"]:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         if challenge is None:
-            return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
+            return (
+                "run"
+                if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing))
+                else "next"
+            )
         if self._run.walk.done.passed:
             return "next"
         if self._run.walk.pushes and over:
@@ -333,7 +361,8 @@ class LessonControls(PagePanel):
 
 def flash_style(places: tuple[tuple[str, str], ...]) -> str:
     rows = ",".join(
-        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
+        f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]'
+        for control, tab in places
     )
     return rules_html(f"{rows}{{animation:var(--duet-flash)}}") if rows else ""
 

@@ -30,14 +30,29 @@ NEXT: Final = {
     "challenge": N_("Next: challenge"),
 }
 
-BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "said", "verdict", "after", "attempt", "learned", "hints")
+BLOCKS: Final = (
+    "list",
+    "head",
+    "text",
+    "drawing",
+    "choices",
+    "live",
+    "said",
+    "verdict",
+    "after",
+    "attempt",
+    "learned",
+    "hints",
+)
 
 _NOTHING: Final = Markup()
 _TEMPLATE: Final = "features/lessons/panel/lesson.html"
 _DUEL: Final = "features/lessons/panel/duel.html"
 
 
-def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
+def blocks_html(
+    view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool
+) -> dict[str, Markup]:
     """HTML of every block, "" for an empty one."""
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
     observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)

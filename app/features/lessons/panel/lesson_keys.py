@@ -14,7 +14,9 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
     Hotkey("back", Press("back"), "B", N_("lesson: go back"), "B", icon=viser.Icon.ARROW_LEFT),
     Hotkey("check", Press("check"), "C", N_("lesson: check the challenge"), "C", icon=viser.Icon.CHECKS),
     Hotkey("hint", Press("hint"), "H", N_("lesson: the next hint"), "H", icon=viser.Icon.BULB),
-    Hotkey("why", Press("why"), "Y", N_("lesson: the run that shows why"), "Y", icon=viser.Icon.QUESTION_MARK),
+    Hotkey(
+        "why", Press("why"), "Y", N_("lesson: the run that shows why"), "Y", icon=viser.Icon.QUESTION_MARK
+    ),
     Hotkey("leave", Press("leave"), "X", N_("lesson: leave the lessons"), "X", icon=viser.Icon.X),
 )
 """← and → are back and next only where the hand cannot be moved."""

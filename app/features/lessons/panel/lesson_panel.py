@@ -126,7 +126,9 @@ class LessonPanel:
     def _list(self) -> dict[str, Markup]:
         self._style.content = self._sheet() + panel_style(self._widen(False))
         self._fold(True)
-        made = macros("features/lessons/panel/lesson_list.html").lessons(self._run.walk.entries(self._book), self.openers)
+        made = macros("features/lessons/panel/lesson_list.html").lessons(
+            self._run.walk.entries(self._book), self.openers
+        )
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
     def _step(self, frame: Frame) -> dict[str, Markup]:
@@ -136,7 +138,9 @@ class LessonPanel:
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
         hidden = hidden_beside(view)
-        self._style.content = self._sheet() + panel_style(self._widen(self.edits and run.own_tests is not None), hidden)
+        self._style.content = self._sheet() + panel_style(
+            self._widen(self.edits and run.own_tests is not None), hidden
+        )
         flashes = view.contrast is not None and bool(view.contrast.keys) and not self._narrow
         self._fold(not (flashes or asks_for_settings(view)))
         blocks = blocks_html(view, numbers, run.computing, self._operated)
@@ -193,4 +197,6 @@ def asks_for_settings(view: StepView) -> bool:
 
 
 def panel_style(width: float, hidden: str = "") -> str:
-    return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))
+    return rules_html(
+        f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else "")
+    )

@@ -26,7 +26,9 @@ class LessonView:
         book = None if view.language is None else self.lessons.english.in_language(view.language)
         sheet = lambda: style_sheet(view.page.profile)  # noqa: E731
         folds = view.folds and view.private
-        self.panel = LessonPanel(view.host.gui, self.lessons, self._width, view.private, folds, view.narrow, sheet, book)
+        self.panel = LessonPanel(
+            view.host.gui, self.lessons, self._width, view.private, folds, view.narrow, sheet, book
+        )
         self._marks = Marks(view.host.scene, self.lessons, lambda: view.page)
         self._step: tuple[object, ...] | None = None
         view.camera, view.keeps_back = self._seen, lambda: self.lessons.withholds

@@ -19,7 +19,12 @@ from scenes.targets import JointTarget
 FARTHEST: Final = 60.0
 """Ends of a slider [°]."""
 
-LABELS: Final = (N_("swing the elbow"), N_("turn the hand, x"), N_("turn the hand, y"), N_("turn the hand, z"))
+LABELS: Final = (
+    N_("swing the elbow"),
+    N_("turn the hand, x"),
+    N_("turn the hand, y"),
+    N_("turn the hand, z"),
+)
 
 
 class MoveInNullSpace(Action, newest_by=("motion",)):
@@ -32,7 +37,9 @@ class MoveInNullSpace(Action, newest_by=("motion",)):
 class NullMotionSliders:
     """The sliders, in the caller's open container. A fresh run sets them to 0."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, handlers: ActionHandlers) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, run: LessonSession, handlers: ActionHandlers
+    ) -> None:
         self._session, self._run = session, run
         self._motions: NullMotions | None = None
         self._of: object = None
@@ -42,11 +49,15 @@ class NullMotionSliders:
     def _make(self, gui: viser.GuiApi, motion: int) -> viser.GuiSliderHandle[float]:
         hint = tr("Motion {number} of 4 in the null space: the hand stays where it is.", number=motion + 1)
         place = ORDER["after"] + 2.0 + motion
-        slider = gui.add_slider(tr(LABELS[motion]), -FARTHEST, FARTHEST, 1.0, 0.0, visible=False, hint=hint, order=place)
+        slider = gui.add_slider(
+            tr(LABELS[motion]), -FARTHEST, FARTHEST, 1.0, 0.0, visible=False, hint=hint, order=place
+        )
 
         def take(value: float) -> None:
             if math.isfinite(value):
-                self._session.post(MoveInNullSpace(motion, math.radians(min(max(value, -FARTHEST), FARTHEST))))
+                self._session.post(
+                    MoveInNullSpace(motion, math.radians(min(max(value, -FARTHEST), FARTHEST)))
+                )
 
         return on_entry(slider, take)
 

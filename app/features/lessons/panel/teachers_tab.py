@@ -32,7 +32,9 @@ class NotesView:
             return
         self._shown = place
         if walk is None or notes is None:
-            no_lesson = tr("Open a lesson: its notes for the teacher are then here, and on no student's page.")
+            no_lesson = tr(
+                "Open a lesson: its notes for the teacher are then here, and on no student's page."
+            )
             said = tr("This lesson has no notes.") if lessons.open else no_lesson
             self._handle.content = macros("page/panels/pills.html").note(said)
         else:

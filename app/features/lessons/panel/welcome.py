@@ -25,11 +25,17 @@ class Welcome:
 
     def __init__(self, gui: viser.GuiApi, session: Session, lessons: LessonSession) -> None:
         self._lessons, self._over = lessons, False
-        self._buttons = [on_press(gui.add_button(tr("Start lesson 1")), lambda: session.post(Enter(lessons.book.first)))]
+        self._buttons = [
+            on_press(gui.add_button(tr("Start lesson 1")), lambda: session.post(Enter(lessons.book.first)))
+        ]
         game = next((i for i, lesson in enumerate(lessons.book.lessons) if lesson.steps[0].at_lever), None)
         if game is not None:
-            self._buttons.append(on_press(gui.add_button(tr("Be λ yourself")), lambda: session.post(Enter(game))))
-        self._card = gui.add_html(macros("features/lessons/panel/welcome.html").card(*map(uuid_of, self._buttons)))
+            self._buttons.append(
+                on_press(gui.add_button(tr("Be λ yourself")), lambda: session.post(Enter(game)))
+            )
+        self._card = gui.add_html(
+            macros("features/lessons/panel/welcome.html").card(*map(uuid_of, self._buttons))
+        )
 
     def show(self, frame: Frame) -> None:
         lessons = self._lessons

@@ -15,7 +15,12 @@ from app.features.lessons.lesson import NO_LESSONS, LessonBook
 from app.features.lessons.progress import SavedLesson
 from app.features.lessons.runs import LONGEST
 from app.features.lessons.session import lesson_actions
-from app.features.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
+from app.features.lessons.session.step_runner import (
+    StepRunner,
+    asks_for_custom_law,
+    deviation_from_lesson,
+    with_look,
+)
 from app.features.lessons.walkthrough import Walkthrough
 from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.catalogue import words_of
@@ -291,7 +296,10 @@ class LessonSession(SessionPart):
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self.session
-        if action in (lesson_actions.Press("next"), lesson_actions.Press("check")) and not self.runner.further.done():
+        if (
+            action in (lesson_actions.Press("next"), lesson_actions.Press("check"))
+            and not self.runner.further.done()
+        ):
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.control.halt
@@ -308,7 +316,12 @@ class LessonSession(SessionPart):
             case lesson_actions.GoTo():
                 walk.go(*self._place(action))
             case lesson_actions.Press("next"):
-                if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
+                if (
+                    walk.phase is Phase.DO
+                    and walk.yours
+                    and walk.step.measurements
+                    and walk.finished(session.simulation)
+                ):
                     self.runner.observe(walk)
                 if not self._fast_forwards():
                     walk.next()
@@ -353,7 +366,12 @@ class LessonSession(SessionPart):
     def _fast_forwards(self) -> bool:
         """Fast-forward to the end; false if impossible, so that the reference run gives the outcome."""
         walk, session = self.walk, self.session
-        to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
+        to_measure = (
+            walk.phase is Phase.DO
+            and walk.step.measurements
+            and walk.done.outcome is None
+            and not walk.showing
+        )
         over = walk.run_id == self._measured or walk.finished(session.simulation)
         possible = bool(to_measure) and not (walk.yours or over or "teacher" in session.control.halt)
         if possible:
@@ -396,7 +414,9 @@ class LessonSession(SessionPart):
             self._stop_trouble(str(error))
         except Exception as error:
             self._errors.exception("a frame of a lesson failed", error)
-            self._stop_trouble("The run could not be measured. Reset restarts the step; Next goes on without it.")
+            self._stop_trouble(
+                "The run could not be measured. Reset restarts the step; Next goes on without it."
+            )
 
     def _stop_trouble(self, text: str) -> None:
         run_id = self.walk.run_id
@@ -431,7 +451,12 @@ class LessonSession(SessionPart):
         if self._waiting is not None and self.runner.further.done():
             self.act(self._waiting)
             return
-        if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
+        if (
+            walk.run_id == self._measured
+            or simulation.steps == 0
+            or not walk.finished(simulation)
+            or self._push_goes_on()
+        ):
             return
         if walk.ends:
             session.control.halt.set("lesson")
@@ -474,7 +499,9 @@ class LessonSession(SessionPart):
         walk = self.walk
         if walk.run_id == self._measured and (mark := walk.decisive(self.session.simulation)) is not None:
             self.session.player.review(mark.time, mark)
-            self.session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self.session.settings.run.dt)
+            self.session.parts.of(BackgroundStudies).microscope.go_to(
+                mark.time - self.session.settings.run.dt
+            )
 
     def vary(self, query: Mapping[str, str]) -> None:
         for key, value in query.items():
@@ -502,7 +529,11 @@ class LessonSession(SessionPart):
             return query
         query = to_query(self.session.settings, self.walk.setup.settings(Settings()))
         query = {key: text for key, text in query.items() if key not in OF_STEPS}
-        return {"lesson": self.walk.lesson.id, "step": str(self.walk.lesson.steps.index(self.walk.step) + 1), **query}
+        return {
+            "lesson": self.walk.lesson.id,
+            "step": str(self.walk.lesson.steps.index(self.walk.step) + 1),
+            **query,
+        }
 
     def begin_with(self, english: LessonBook, language: Language) -> None:
         self.english, self.book = english, english.in_language(language)
@@ -532,7 +563,10 @@ class LessonSession(SessionPart):
         """
         language = self.walk.in_book(book).lesson.language
         try:
-            return tuple((label_of(m, language), words_of(language)(m.text(value))) for m, value in self.walk.live(simulation))
+            return tuple(
+                (label_of(m, language), words_of(language)(m.text(value)))
+                for m, value in self.walk.live(simulation)
+            )
         except Exception as error:
             self._errors.exception("the numbers of a lesson could not be measured", error)
             return ()

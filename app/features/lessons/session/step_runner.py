@@ -60,9 +60,13 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
     """Title and text of a notice if the visitor's choice stops the lesson's run."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
-        return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
+        return N_("The lesson needs its own experiment"), N_(
+            "It has been restarted. Leave the lessons for another one."
+        )
     if not walk.yours and not session.settings.page.autopilot:
-        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
+        return N_("The lesson moves this one"), N_(
+            "The run has been restarted. It is your turn where the step asks you to pull."
+        )
     return None
 
 
@@ -135,7 +139,11 @@ class StepRunner:
 
     def observe(self, walk: Walkthrough) -> None:
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
-        if walk.observe(self._session.simulation).complete and not showing and self._session.law_status.file is None:
+        if (
+            walk.observe(self._session.simulation).complete
+            and not showing
+            and self._session.law_status.file is None
+        ):
             recorded = self._session.inputs.window(LONGEST)
             if recorded is not None:
                 self.seen[step] = recorded

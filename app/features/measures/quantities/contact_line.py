@@ -32,7 +32,11 @@ def activation_now(evidence: Evidence) -> Value:
 @quantity(N_("λ at d = {ratio} dₘ"), "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Reading:
     """λ where d first was `ratio` times d_m, interpolated."""
-    d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
+    d, lam, met = (
+        evidence.column("law_d"),
+        evidence.column("lambda"),
+        ratio * evidence.settings.law.critical_distance,
+    )
     crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
     if not len(crossed):
         return None
@@ -125,4 +129,9 @@ def loss_formula(evidence: Evidence) -> Reading:
     row = _fall(evidence)
     if row is None:
         return None
-    return At(budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row])), row)
+    return At(
+        budget.distance_loss_rate(
+            evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row])
+        ),
+        row,
+    )

@@ -22,7 +22,9 @@ def hand_errors(evidence: Evidence) -> Array:
 @quantity(N_("ways to move while the hand's task is kept"), "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
     """trace (I − J^# J) of the hand's task, eq. (6): number of independent joint motions without it."""
-    J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
+    J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(
+        evidence.arm, TASK_DIMENSION[evidence.settings.task]
+    )
     if np.linalg.matrix_rank(J, tol=1e-3) < len(J):
         return float(J.shape[1] - np.linalg.matrix_rank(J, tol=1e-3))
     return float(np.trace(null_space_projector(J)))

@@ -77,7 +77,11 @@ def _first_switch(evidence: Evidence) -> Row:
 def first_jump(evidence: Evidence) -> Reading:
     """|Δq̇| over all joints at the first switch [rad/s]."""
     row = _first_switch(evidence)
-    return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
+    return (
+        None
+        if row is None
+        else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
+    )
 
 
 @quantity(N_("(v + u)/|J_d|"), "rad/s", 3)

@@ -20,6 +20,8 @@ def way_to_stops(evidence: Evidence) -> Reading:
 def singular_value(evidence: Evidence) -> Reading:
     """Return the smallest singular value of J of the hand's place in the run [m/rad]; 0 for an arm that is stretched out."""
     values = evidence.along(
-        lambda row: np.linalg.svd(evidence.kinematics_at(row).hand_jacobian(evidence.arm, 3), compute_uv=False)[-1]
+        lambda row: np.linalg.svd(
+            evidence.kinematics_at(row).hand_jacobian(evidence.arm, 3), compute_uv=False
+        )[-1]
     )
     return At(float(values.min()), evidence.sampled_rows()[int(values.argmin())])

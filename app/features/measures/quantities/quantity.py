@@ -121,7 +121,9 @@ def quantity(
     return note
 
 
-def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+def read_parameters(
+    what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]
+) -> tuple[tuple[str, Any], ...]:
     """Keyword arguments, checked against a function's parameters: numbers, texts and choices.
 
     Raises:
@@ -129,7 +131,9 @@ def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: M
     """
     for key in given:
         if key not in wanted:
-            raise BadSetting(f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+            raise BadSetting(
+                f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}."
+            )
     found: list[tuple[str, Any]] = []
     for key, parameter in wanted.items():
         if key not in given:
@@ -195,7 +199,15 @@ def significant_digits(value: Value, unit: str, digits: int) -> int:
     return min(max(1 - exponent, 0), digits + 1)
 
 
-_SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "dead": "ms", "since": "s", "until": "s"}
+_SHOWN: Final = {
+    "angle": "deg",
+    "distance": "mm",
+    "gap": "mm",
+    "time": "s",
+    "dead": "ms",
+    "since": "s",
+    "until": "s",
+}
 """Parameter → unit for readers."""
 
 

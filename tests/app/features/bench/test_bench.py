@@ -36,7 +36,9 @@ def test_what_a_process_has_started_counts_as_its_own() -> None:
     # More than the clock's tick, which is 10 ms.
     busy = "import subprocess, sys, time\nwhile time.process_time() < 0.05: pass\n"
     code = f"{busy}child = subprocess.Popen(['sleep', '60']); print(child.pid, flush=True); sys.stdin.read(); child.kill()"
-    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
         assert parent.stdout is not None
         child = used_by_tree(int(parent.stdout.readline()))
         both = used_by_tree(parent.pid)
@@ -46,10 +48,16 @@ def test_what_a_process_has_started_counts_as_its_own() -> None:
     assert math.isnan(used_by_tree(parent.pid).seconds)
 
 
-def test_the_command_measures_the_step_and_one_visitor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_measures_the_step_and_one_visitor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out, before = tmp_path / "figures.json", tmp_path / "before.json"
-    before.write_text('{"version": "0.0", "figures": {"one visitor": {"frames_per_s": 1.0}}}', encoding="utf-8")
-    assert main(["bench", "--steps", "1", "--seconds", "0.5", "--out", str(out), "--compare", str(before)]) == 0
+    before.write_text(
+        '{"version": "0.0", "figures": {"one visitor": {"frames_per_s": 1.0}}}', encoding="utf-8"
+    )
+    assert (
+        main(["bench", "--steps", "1", "--seconds", "0.5", "--out", str(out), "--compare", str(before)]) == 0
+    )
     figures = json.loads(out.read_text(encoding="utf-8"))["figures"]
     steps = {name: row for name, row in figures.items() if "median_us" in row}
     assert list(figures)[len(steps) :] == ["one visitor", "one visitor, ghost and four plots"]
@@ -58,4 +66,7 @@ def test_the_command_measures_the_step_and_one_visitor(tmp_path: Path, capsys: p
         assert figures[name]["frames_per_s"] > 0.0 and figures[name]["arms_s"] > 0.0, name
     table, ratios = capsys.readouterr().out.split("\n\nratio to version 0.0\n")
     assert [line[:36].rstrip() for line in table.splitlines()] == list(figures)
-    assert f"{'one visitor':36s} frames_per_s {figures['one visitor']['frames_per_s']:.2f}x" in ratios.splitlines()
+    assert (
+        f"{'one visitor':36s} frames_per_s {figures['one visitor']['frames_per_s']:.2f}x"
+        in ratios.splitlines()
+    )

@@ -35,7 +35,13 @@ def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str]) -> None:
-    parts = {"step_percent": 10.0, "drawing_percent": 25.0, "packing_percent": 3.0, "sending_percent": 2.0, "other_percent": 10.0}
+    parts = {
+        "step_percent": 10.0,
+        "drawing_percent": 25.0,
+        "packing_percent": 3.0,
+        "sending_percent": 2.0,
+        "other_percent": 10.0,
+    }
     figures = {"one": {"cpu_percent_of_a_core": 14.0}, "many": {"cpu_percent_of_a_core": 50.0, **parts}}
     assert limit_of(figures["one"]) == ""
     said = limit_of(figures["many"])
@@ -49,17 +55,27 @@ def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str])
 def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(crowds, "SETTLING", 0.0)
     figures = measure_crowd(2, 1.0, lecture=True)
-    assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
+    assert (
+        0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9)
+        and figures["kB_per_s"] > 0.0
+    )
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
     parts = sum(figures[f"{part}_percent"] for part in (*PARTS, "other"))
     assert parts == pytest.approx(figures["cpu_percent_of_a_core"])
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memory are read from /proc")
-def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_private_sessions_are_measured_with_all_processes_of_the_server(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(crowds, "SETTLING", 0.0)
     # As many as there are places come at once, and are spread over the workers; none is refused on the way to another one.
     ((name, figures),) = measure_capacity([6], 1.0)
     assert name == "6 private sessions"
-    assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
-    assert figures["cpu_percent_of_a_core"] > 0.0 and figures["memory_MB"] > 50.0 and figures["processes"] >= 1.0
+    assert (
+        0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9)
+        and figures["kB_per_s"] > 0.0
+    )
+    assert (
+        figures["cpu_percent_of_a_core"] > 0.0 and figures["memory_MB"] > 50.0 and figures["processes"] >= 1.0
+    )

@@ -56,7 +56,12 @@ def test_only_engines_that_agree_pass_the_gate() -> None:
     found = gate(baked(), {"itself": Wrong("nothing")})["itself"]
     assert found["distance"] == found["hand_pose"] == 0.0
     pair = "left hand / right hand is a pair"
-    for spoilt, named in {"distance": "distance of it", "nan": "distance of it", "pose": "hand pose of it", "pair": pair}.items():
+    for spoilt, named in {
+        "distance": "distance of it",
+        "nan": "distance of it",
+        "pose": "hand pose of it",
+        "pair": pair,
+    }.items():
         with pytest.raises(DuetError, match=named):
             gate(baked(), {"it": Wrong(spoilt)})
 
@@ -149,14 +154,20 @@ def test_measured() -> None:
     assert len(figures) == 9 + 4 * ("embodik" in peers.peer_names()) + 3 * ("roboplan" in peers.peer_names())
     assert sum("pink" in name for name in figures) == sum("mink" in name for name in figures) == 2
     for name, row in figures.items():
-        assert all(np.isfinite(value) for value in row.values()) and row["median_us"] > 0.0 and row["unsolved"] == 0.0, name
+        assert (
+            all(np.isfinite(value) for value in row.values())
+            and row["median_us"] > 0.0
+            and row["unsolved"] == 0.0
+        ), name
         assert 0.135 < row["d_min"] < 0.25 and row["e2_max"] > 1e-4 and row["ddq_max"] > 0.0, name
         # Every method has to give way, by at most a millimetre below d_m; without w embodik and roboplan come closer.
         alone = name.startswith(("embodik", "roboplan")) and "+w" not in name
         assert (row["d_min"] > 0.149) is not alone, name
         if name.startswith("embodik"):
             # It does not ring.
-            assert (row["share_below"] > figures["embodik, all pairs +w"]["share_below"]) is alone and row["ddq_max"] < 50.0, name
+            assert (row["share_below"] > figures["embodik, all pairs +w"]["share_below"]) is alone and row[
+                "ddq_max"
+            ] < 50.0, name
     assert run(changed(POSE, "law", "unprotected"), 1000 * POSE.dt).summary.d_min < 0.14
     assert figures["ours, single pair (paper)"]["ratio"] == 1.0
     table = peers_table(result)
@@ -171,17 +182,29 @@ def test_a_bare_checkout_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setattr("importlib.metadata.version", installed)
     monkeypatch.setattr(peers, "version", installed)
-    for name, instead in (("needs_peers", lambda: None), ("peer_names", lambda: ()), ("gate", lambda *given: {})):
+    for name, instead in (
+        ("needs_peers", lambda: None),
+        ("peer_names", lambda: ()),
+        ("gate", lambda *given: {}),
+    ):
         monkeypatch.setattr(peers, name, instead)
     result: dict[str, Any] = measure_peers(40)
     assert result["version"] == "0" and result["figures"]
 
 
-def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(peers, "find_spec", lambda name: None if name in ("pink", "mink") else ModuleSpec(name, None))
+def test_what_is_not_installed_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        peers, "find_spec", lambda name: None if name in ("pink", "mink") else ModuleSpec(name, None)
+    )
     with pytest.raises(BadSetting) as error:
         needs_peers()
-    assert "pin-pink, mink" in str(error.value) and "mujoco" not in str(error.value) and ".[peers]" in str(error.value)
+    assert (
+        "pin-pink, mink" in str(error.value)
+        and "mujoco" not in str(error.value)
+        and ".[peers]" in str(error.value)
+    )
     assert main(["peers", "--steps", "10"]) == 2
     assert capsys.readouterr() == ("", f"bench: {error.value}\n")
     monkeypatch.setattr(peers, "find_spec", lambda name: ModuleSpec(name, None))

@@ -17,7 +17,9 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
     walk, room = Walkthrough(our_book()), Classroom(1)
     walk.go("hold")
     walk.choose(0)
-    walk.done.outcome = replace(reference(walk.step, walk.step.setup), unlike=tuple(values(RunSettings()).items()))
+    walk.done.outcome = replace(
+        reference(walk.step, walk.step.setup), unlike=tuple(values(RunSettings()).items())
+    )
     walk.phase = Phase.OBSERVE
     polls = {}
     for language in ("de", "en", "sl"):
@@ -26,7 +28,11 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
         polls[language] = room.poll(walk, our_book(language))
     assert polls["de"] is not None and polls["en"] is not None and polls["sl"] is not None
     for language in TRANSLATIONS:
-        texts = (*polls[language].choices, *polls[language].outcome, *(v.reply for v in polls[language].verdicts if v))
+        texts = (
+            *polls[language].choices,
+            *polls[language].outcome,
+            *(v.reply for v in polls[language].verdicts if v),
+        )
         for text in texts:
             assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
     assert any("law set to “Smooth priority (paper)”" in line for line in polls["en"].outcome)

@@ -12,7 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.__main__ import run_command as main
-from app.features.classroom.class_report import COLUMNS, class_report_bytes, class_table_bytes, class_zip_bytes, report_names
+from app.features.classroom.class_report import (
+    COLUMNS,
+    class_report_bytes,
+    class_table_bytes,
+    class_zip_bytes,
+    report_names,
+)
 from app.features.classroom.class_summary import ClassSummary, HandIn
 from app.features.classroom.classroom import Classroom
 from app.features.classroom.student_work import clean_name
@@ -67,15 +73,28 @@ def rows_of(summary: ClassSummary, book: LessonBook = BOOK) -> list[dict[str, st
 def test_the_page_has_every_round_and_the_reports() -> None:
     page = page_of(class_of())
     text = HtmlReader(page).text
-    parts = ("Class report", "students who answered: 3", "reports handed in: 1", "Round 1: 3 answered · Round 2: 2 answered")
-    more = ("Answered both times: 2, another answer the second time: 2.", "1 drawn", "I see.", "✓ passed", "attempts: 2")
+    parts = (
+        "Class report",
+        "students who answered: 3",
+        "reports handed in: 1",
+        "Round 1: 3 answered · Round 2: 2 answered",
+    )
+    more = (
+        "Answered both times: 2, another answer the second time: 2.",
+        "1 drawn",
+        "I see.",
+        "✓ passed",
+        "attempts: 2",
+    )
     more = (*more, "1 answered (1 chose, 1 drew)")
     assert [part for part in (*parts, *more) if part not in text] == []
     assert "bo" not in re.findall(r"\w+", text) and LOCKED in page
     assert "<td>3 → 2</td>" in page, "each share has the number of answers that it is of"
 
 
-def test_what_was_handed_in_is_graded_from_one_zip_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_was_handed_in_is_graded_from_one_zip_file(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     summary = class_of("../Ann\\")
     (ann,) = summary.hand_ins
     summary = replace(summary, hand_ins=(ann, replace(ann, name="Š: Žan"), replace(ann, name="")))
@@ -85,9 +104,9 @@ def test_what_was_handed_in_is_graded_from_one_zip_file(tmp_path: Path, capfd: p
     with table.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["name"] for row in rows] == ["001 ___Ann_.html", "002 Š_ Žan.html", "003 ohne Namen 1.html"]
-    assert {(row["kind"], row["steps"], row["attempts"], row["passed"], row["reason"][:11]) for row in rows} == {
-        ("report", "2", "2", "1", "redundancy/")
-    }
+    assert {
+        (row["kind"], row["steps"], row["attempts"], row["passed"], row["reason"][:11]) for row in rows
+    } == {("report", "2", "2", "1", "redundancy/")}
     with zipfile.ZipFile(archive) as parts:
         assert "I see." in HtmlReader(parts.read("001 ___Ann_.html").decode()).text
     for content in (b"no archive", archive.read_bytes()[:-200]):
@@ -103,10 +122,21 @@ def test_the_table_has_a_row_a_question_and_round_and_a_challenge() -> None:
     first, second = (row for row in rows if row["lesson"] == "redundancy")
     answers = [f"answer_{i}" for i in range(1, 5)]
     assert place.items() <= first.items() and [first[key] for key in answers] == ["1", "2", "0", "0"]
-    assert [second[key] for key in ("kind", "round", "students", *answers)] == ["question", "2", "2", "0", "0", "2", "0"]
+    assert [second[key] for key in ("kind", "round", "students", *answers)] == [
+        "question",
+        "2",
+        "2",
+        "0",
+        "0",
+        "2",
+        "0",
+    ]
     question = BOOK.lessons[0].steps[0].question
     assert question is not None and second["right_answer"] == str(question.right + 1)
-    assert second["right"] == second[f"answer_{question.right + 1}"] and (first["Ann"], second["Ann"]) == ("1", "3")
+    assert second["right"] == second[f"answer_{question.right + 1}"] and (first["Ann"], second["Ann"]) == (
+        "1",
+        "3",
+    )
     (challenge,) = (row for row in rows if row["kind"] == "challenge")
     assert (challenge["lesson"], challenge["passed"], challenge["Ann"]) == ("drift", "1", "1")
     (drawn,) = (row for row in rows if row["lesson"] == "lambda")
@@ -141,15 +171,22 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     assert record_from_bytes(record_to_bytes(summary), ClassSummary) == summary
     assert ClassSummary(0.0, 0, ()).empty
     rows = [one for one in rows_of(summary, book) if one["kind"] in ("gain", "moved")]
-    assert [(row["students"], row["before"], row["after"], row["gain"]) for row in rows if row["kind"] == "gain"] == [
-        ("5", "1", "2", "0.25")
-    ] * 2
-    moved = [[row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"]
+    assert [
+        (row["students"], row["before"], row["after"], row["gain"]) for row in rows if row["kind"] == "gain"
+    ] == [("5", "1", "2", "0.25")] * 2
+    moved = [
+        [row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"
+    ]
     assert moved == [["1", "1", "1", "1"], ["2", "0", "1", "0"], ["3", "0", "0", "1"]]
     for language in ("de", "en"):
         page = class_report_bytes(summary, book.in_language(language).lessons, language).decode()
         text = HtmlReader(page).text
-        assert "⟨g⟩" in text and ("0.25" if language == "en" else "0,25") in text and "20 %" in text and "40 %" in text
+        assert (
+            "⟨g⟩" in text
+            and ("0.25" if language == "en" else "0,25") in text
+            and "20 %" in text
+            and "40 %" in text
+        )
         assert "validi" in text or "validated" in text
     # Right answers that are lost are a number of the table, too, and no text.
     lost = replace(summary, paired={("beliefs", "closed_path"): ((1, 0), (0, 0), (0, 0))})
@@ -160,16 +197,18 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
 @given(st.text(max_size=80))
 def test_no_cell_is_a_formula(name: str) -> None:
     cell = csv_cell(clean_name(name))
-    assert not cell.lstrip().startswith(("=", "+", "-", "@", "＝", "＋", "－", "＠")) and cell.lstrip("'") == clean_name(
-        name
-    ).lstrip("'")
+    assert not cell.lstrip().startswith(("=", "+", "-", "@", "＝", "＋", "－", "＠")) and cell.lstrip(
+        "'"
+    ) == clean_name(name).lstrip("'")
 
 
 def test_names_that_would_be_computed_or_are_the_same_are_told_apart() -> None:
     evil = ("=1+1", "+1", "-1", "@SUM(A1)", '=HYPERLINK("http://x","y")')
     reports = tuple(HandIn(name, "") for name in (*evil, "Ann", "Ann", "", ""))
     names = report_names(reports)
-    assert names[-4:] == ["Ann", "Ann (2)", "without a name 1", "without a name 2"] and len({*names}) == len(reports)
+    assert names[-4:] == ["Ann", "Ann (2)", "without a name 1", "without a name 2"] and len({*names}) == len(
+        reports
+    )
     table = class_table_bytes(ClassSummary(0.0, 0, (), {}, reports), BOOK.lessons).decode("utf-8-sig")
     (head,) = csv.reader(io.StringIO(table))
     assert head[len(COLUMNS) :] == [*(f"'{name}" for name in evil), *names[-4:]]
@@ -190,11 +229,17 @@ def test_a_report_that_does_not_fit_the_lessons_is_left_out() -> None:
     assert "Ann" in page and "Bo" in page
 
 
-def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(page_at: PageAt, tmp_path: Path) -> None:
+def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(
+    page_at: PageAt, tmp_path: Path
+) -> None:
     (ann,) = class_of(NASTY).hand_ins
     summary = replace(class_of(), hand_ins=(ann, *(replace(ann, name=f"Student {i}") for i in range(6))))
     made, path = page_of(summary), tmp_path / "class.html"
-    assert made.index('<table class="grid">') < made.index('<table class="overview') < made.index("Reports handed in")
+    assert (
+        made.index('<table class="grid">')
+        < made.index('<table class="overview')
+        < made.index("Reports handed in")
+    )
     row = re.findall(r"<tr><th>Student 3</th>(.*?)</tr>", made)
     assert row == ["<td>✗</td><td>★</td>" if "✗" in row[0] else row[0]] and "★" in row[0]
     path.write_text(made, encoding="utf-8")
@@ -203,7 +248,10 @@ def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(p
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     bars = page.locator(".duet-poll .round div > div")
     # Two rounds of four answers: the second stands below the first, on the same scale.
-    assert bars.count() == 8 and len({bars.nth(i).locator("xpath=..").bounding_box()["width"] for i in range(8)}) == 1  # type: ignore[index]
+    assert (
+        bars.count() == 8
+        and len({bars.nth(i).locator("xpath=..").bounding_box()["width"] for i in range(8)}) == 1
+    )  # type: ignore[index]
     screenshot(page, "class-report")
     page.emulate_media(media="print")
     sheets = [len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True)))]

@@ -21,12 +21,16 @@ def class_report() -> str:
     done.choice, done.words, done.because = 0, NASTY, NASTY
     tally = Tally((1,) * len(asked.question.choices), 0, 2)
     question = AskedQuestion((lesson.id, asked.id), (tally, tally))
-    summary = ClassSummary(time.time(), 2, (question,), {(lesson.id, asked.id): 1}, (HandIn(NASTY, to_json(progress)),))
+    summary = ClassSummary(
+        time.time(), 2, (question,), {(lesson.id, asked.id): 1}, (HandIn(NASTY, to_json(progress)),)
+    )
     return class_report_bytes(summary, (lesson,), "en").decode()
 
 
 SURFACES: Surfaces = {
-    "features/classroom/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
+    "features/classroom/poll.html": lambda: iter(
+        (poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))
+    ),
     "features/classroom/class_report.html": class_report,
     "features/classroom/tally.html": lambda: poll_html(poll(), live=True),
 }

@@ -36,7 +36,9 @@ WHO = st.sampled_from(("ann", "bo", "cy", "di", "ed"))
 
 
 @given(st.lists(st.tuples(WHO, st.integers(0, 3))), st.sets(WHO))
-def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: list[tuple[str, int]], here: set[str]) -> None:
+def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(
+    answers: list[tuple[str, int]], here: set[str]
+) -> None:
     ballots = Ballots()
     assert all(ballots.answer(PLACE, who, choice) for who, choice in answers)
     newest = dict(answers)
@@ -45,11 +47,16 @@ def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: 
     assert tally.waiting == len(here - set(newest)) and tally.answered == len(newest)
     assert tally.counts[tally.favourite] == max(tally.counts) if tally.favourite is not None else not newest
     ballots.reveal(PLACE)
-    assert not any(ballots.answer(PLACE, who, 0) for who in here) and ballots.counts(PLACE, 4, here).newest == tally
+    assert (
+        not any(ballots.answer(PLACE, who, 0) for who in here)
+        and ballots.counts(PLACE, 4, here).newest == tally
+    )
     assert ballots.answer(("redundancy", "two"), "ann", 2), "another question is still open"
     ballots.ask_again(PLACE)
     assert PLACE not in ballots.revealed and ballots.counts(PLACE, 4, here).newest.answered == 0
-    assert ballots.ballots_of("ann").get(("redundancy", "two")) == Ballot(2) and ballots.answer(PLACE, "ann", 1)
+    assert ballots.ballots_of("ann").get(("redundancy", "two")) == Ballot(2) and ballots.answer(
+        PLACE, "ann", 1
+    )
 
 
 ROUND = st.dictionaries(WHO, st.integers(0, 3), min_size=1)
@@ -81,7 +88,9 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
         assert ballots.first_ballot_of(PLACE, student).choice == first[student]
     *earlier, newest = ballots.rounds[PLACE]
     again = Ballots(ClassRecord(ballots={PLACE: newest}, earlier={PLACE: tuple(earlier)}))
-    assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of("ann") == ballots.ballots_of("ann")
+    assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of(
+        "ann"
+    ) == ballots.ballots_of("ann")
 
 
 def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None:
@@ -92,7 +101,9 @@ def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None
         for choice in range(len(poll.choices) if poll is not None else 0):
             assert ".." not in re.sub("<[^>]*>", "", str(mine_html(poll or fail(), Ballot(choice))))
         if poll is not None:
-            assert "with the keys 1 to" in mine_html(poll, Ballot()) and "keys" not in mine_html(poll, Ballot(), keys=False)
+            assert "with the keys 1 to" in mine_html(poll, Ballot()) and "keys" not in mine_html(
+                poll, Ballot(), keys=False
+            )
 
 
 def test_both_rounds_stand_side_by_side_and_a_tie_is_said(approve: Approve) -> None:
@@ -112,7 +123,11 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said(approve: Approve) -> N
     poll = classroom.poll(walk) or fail()
     shown = poll_html(poll, live=True)
     HtmlReader(str(shown).replace("/>", "></path>"))
-    assert shown.count(">Round 1<") == shown.count(">Round 2<") == 4 and "width:25%" in shown and "width:50%" in shown
+    assert (
+        shown.count(">Round 1<") == shown.count(">Round 2<") == 4
+        and "width:25%" in shown
+        and "width:50%" in shown
+    )
     approve("poll asked twice.txt", shown_text(shown))
     assert shown.count('class="first"') == 2, "the curve of the first round, and its median"
     mine = mine_html(poll, Ballot(), Ballot(1))
@@ -122,7 +137,9 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said(approve: Approve) -> N
     walk.next()
     shown = poll_html(classroom.poll(walk) or fail())
     approve("poll asked twice, after the run.txt", shown_text(shown))
-    assert "The run" not in poll_html(replace(classroom.poll(walk) or fail(), runs=False)), "of a question without one"
+    assert "The run" not in poll_html(replace(classroom.poll(walk) or fail(), runs=False)), (
+        "of a question without one"
+    )
     walk = Walkthrough(Library().book)
     walk.go("beliefs", 1)
     assert walk.step.concept and walk.step.measurements and not (classroom.poll(walk) or fail()).runs
@@ -149,11 +166,18 @@ def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session()
     assert steps[first] == StepProgress(choice=2, outcome=walk.done.outcome)
     assert steps["lambda", own.step.id].because == "it halves" and steps["lambda", own.step.id].choice == 0
     summary = classroom.summary(BOOK, 5.0)
-    assert summary.students == 1 and summary.hand_ins == (report,) and summary.passed == {("lambda", own.step.id): 1}
+    assert (
+        summary.students == 1
+        and summary.hand_ins == (report,)
+        and summary.passed == {("lambda", own.step.id): 1}
+    )
     assert [tally.counts[:3] for tally in summary.asked[0].rounds] == [(0, 1, 0), (0, 0, 1)]
     # Taken back, nothing of hers is left but the counts.
     del classroom.work.hand_ins["ann"]
-    assert "halves" not in str(classroom.summary(BOOK, 5.0)) and classroom.summary(BOOK, 5.0).asked == summary.asked
+    assert (
+        "halves" not in str(classroom.summary(BOOK, 5.0))
+        and classroom.summary(BOOK, 5.0).asked == summary.asked
+    )
 
 
 def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
@@ -171,7 +195,13 @@ def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
         and not classroom.answer(walk, "ann", -1)
     )
     poll = classroom.poll(walk)
-    assert poll is not None and poll.open and not poll.revealed and poll.tally.waiting == 1 and poll.right is None
+    assert (
+        poll is not None
+        and poll.open
+        and not poll.revealed
+        and poll.tally.waiting == 1
+        and poll.right is None
+    )
     assert not poll.verdicts and not poll.outcome and len(poll.choices) == len(question.choices)
     # While the run goes on, minds may change; with the outcome on the stage they may not.
     walk.choose(0)
@@ -180,8 +210,16 @@ def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
     walk.next()
     assert walk.phase is Phase.OBSERVE and not classroom.answer(walk, "bo", question.right)
     poll = classroom.poll(walk)
-    assert poll is not None and not poll.open and poll.right == question.right and poll.outcome and poll.tally.answered == 2
-    assert [v is not None and v.right for v in poll.verdicts] == [i == question.right for i in range(len(poll.choices))]
+    assert (
+        poll is not None
+        and not poll.open
+        and poll.right == question.right
+        and poll.outcome
+        and poll.tally.answered == 2
+    )
+    assert [v is not None and v.right for v in poll.verdicts] == [
+        i == question.right for i in range(len(poll.choices))
+    ]
     # Going back shows the question again, but not as one that is open.
     walk.back()
     poll = classroom.poll(walk)
@@ -196,7 +234,10 @@ def test_a_step_that_begins_again_is_a_question_asked_again() -> None:
     walk.choose(1)
     assert not classroom.answer(walk, "ann", 2)
     walk.reset()
-    assert classroom.answer(walk, "ann", 2) and classroom.ballots.ballot_of((walk.lesson.id, walk.step.id), "ann").choice == 2
+    assert (
+        classroom.answer(walk, "ann", 2)
+        and classroom.ballots.ballot_of((walk.lesson.id, walk.step.id), "ann").choice == 2
+    )
 
 
 HALF = (0.5,) * COLUMNS
@@ -219,12 +260,18 @@ def test_a_curve_is_counted_beside_the_answers_and_shown_without_its_name() -> N
     poll = classroom.poll(walk)
     assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
     assert (
-        classroom.draw(walk, "ann", question, ()) and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
+        classroom.draw(walk, "ann", question, ())
+        and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
     ), "taken back"
     assert classroom.draw(walk, "ann", question, HALF)
     shown = poll_html(classroom.poll(walk) or poll, live=True)
     assert "2 answered (1 chose, 2 drew) · 1 not yet" in shown
-    assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown
+    assert (
+        "2 drawn" in shown
+        and "ann" not in shown
+        and shown.count('stroke-opacity="0.3"') == 2
+        and "median" in shown
+    )
     assert "100 %" in shown, "the one who only drew is no answer"
     # A student who goes to explore finds the own curve there.
     assert from_json(classroom.progress_of("ann", walk)).steps[question] == StepProgress(drawing=HALF)
@@ -234,7 +281,11 @@ def test_a_curve_is_counted_beside_the_answers_and_shown_without_its_name() -> N
     walk.choose(0)
     walk.next()
     poll = classroom.poll(walk)
-    assert poll is not None and poll.truth == reference(walk.step, walk.step.setup).curve and "by the formula" in poll_html(poll)
+    assert (
+        poll is not None
+        and poll.truth == reference(walk.step, walk.step.setup).curve
+        and "by the formula" in poll_html(poll)
+    )
     assert "Your curve is off by 0.47 on average." in mine_html(poll, Ballot(None, HALF))
 
 
@@ -268,7 +319,9 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
 
 
 @given(st.lists(st.lists(st.integers(0, 12), max_size=14), max_size=8), st.integers(1, 5))
-def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places(rounds: list[list[int]], most: int) -> None:
+def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places(
+    rounds: list[list[int]], most: int
+) -> None:
     places = BreakoutPlaces(most)
     for now, here in enumerate(rounds):
         places.give(map(str, here), 20.0 * now)

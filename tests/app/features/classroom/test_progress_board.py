@@ -31,7 +31,9 @@ def test_names_are_drawn_once_and_no_two_are_alike() -> None:
     students = [f"student {i}" for i in range(2 * len(NAMES) + 5)]
     names = [board.name_of(student) for student in students]
     assert len(set(names)) == len(names) and set(NAMES) <= set(names) and names != sorted(names)
-    assert [board.name_of(student) for student in students] == names and board.student_of(names[7]) == students[7]
+    assert [board.name_of(student) for student in students] == names and board.student_of(
+        names[7]
+    ) == students[7]
     # A class that goes on after a crash keeps them, and draws none twice.
     later = ProgressBoard()
     later.names = dict(board.names)
@@ -65,7 +67,8 @@ def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "steps"), [("2", (1, 1)), (" 2 - 3 ", (1, 2)), ("1–3", (0, 2)), ("2-", (1, 1)), ("", None), ("  ", None)]
+    ("text", "steps"),
+    [("2", (1, 1)), (" 2 - 3 ", (1, 2)), ("1–3", (0, 2)), ("2-", (1, 1)), ("", None), ("  ", None)],
 )
 def test_a_pace_is_typed_as_numbers_of_steps(text: str, steps: tuple[int, int] | None) -> None:
     assert open_steps_from_text(text, LESSON) == (None if steps is None else OpenSteps(LESSON.id, 1, *steps))

@@ -49,7 +49,14 @@ def situation(n: int = 7, pairs: int = 5) -> Situation:
     rows = rng.uniform(-0.5, 0.5, (pairs, n))
     bound = np.full(n, 2.0)
     return Situation(
-        *(rng.uniform(-1.0, 1.0, n), rng.uniform(-0.5, 0.5, n), rows[0], 0.1, 0.2, rng.uniform(-1.0, 1.0, (3, n))),
+        *(
+            rng.uniform(-1.0, 1.0, n),
+            rng.uniform(-0.5, 0.5, n),
+            rows[0],
+            0.1,
+            0.2,
+            rng.uniform(-1.0, 1.0, (3, n)),
+        ),
         *(-bound, bound, rows, np.linspace(0.1, 0.5, pairs), rng.uniform(-0.1, 0.1, pairs)),
     )
 

@@ -8,7 +8,14 @@ from typing import Any
 import pytest
 import websockets
 
-from app.features.custom_law.edited_file import MOST, ChangedMeanwhile, Version, first_text, read_version, save_text
+from app.features.custom_law.edited_file import (
+    MOST,
+    ChangedMeanwhile,
+    Version,
+    first_text,
+    read_version,
+    save_text,
+)
 from app.features.custom_law.student_law import student_law
 from app.start import App
 from app.web.origin_policy import PROOF
@@ -64,7 +71,9 @@ def enter(visitor: BlockingClient, box: str, text: str, number: int = 1, base: s
     visitor.send({"type": "GuiUpdateMessage", "uuid": box, "updates": {"value": f"{number} {base}\n{text}"}})
 
 
-def test_the_owner_saves_runs_and_gets_every_refusal_in_words(house: OpenHouse, arrive: Arrive, file: Path) -> None:
+def test_the_owner_saves_runs_and_gets_every_refusal_in_words(
+    house: OpenHouse, arrive: Arrive, file: Path
+) -> None:
     owner = arrive(house(features=(edited(file),)))
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
@@ -90,10 +99,17 @@ def test_the_owner_saves_runs_and_gets_every_refusal_in_words(house: OpenHouse, 
     assert file.read_text(encoding="utf-8") == texts[1]
 
 
-PROXIES = ({"X-Forwarded-For": "203.0.113.5"}, {"Forwarded": "for=203.0.113.5"}, {"X-Real-IP": "::1"}, {"Via": "1.1 proxy"})
+PROXIES = (
+    {"X-Forwarded-For": "203.0.113.5"},
+    {"Forwarded": "for=203.0.113.5"},
+    {"X-Real-IP": "::1"},
+    {"Via": "1.1 proxy"},
+)
 
 
-def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, join: Join, file: Path) -> None:
+def test_a_visitor_gets_no_editor_and_forges_none(
+    house: OpenHouse, arrive: Arrive, join: Join, file: Path
+) -> None:
     opened: App = house(features=(edited(file),), sessions=12)
     owner = arrive(opened)
     owner.visitor.wait_for(state_of)
@@ -127,7 +143,9 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
         {"host": "0.0.0.0"},
     ],
 )
-def test_where_others_may_come_there_is_no_editor(house: OpenHouse, join: Join, file: Path, options: dict[str, Any]) -> None:
+def test_where_others_may_come_there_is_no_editor(
+    house: OpenHouse, join: Join, file: Path, options: dict[str, Any]
+) -> None:
     opened = house(features=(edited(file),), **options)
     visitor = join(opened)
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)

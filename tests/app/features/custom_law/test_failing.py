@@ -54,7 +54,9 @@ def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
     ],
     ids=["python", "python, not waited for", "asleep", "below", "while it is read", "activation"],
 )
-def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[int, ...], waits: bool) -> None:
+def test_an_endless_loop_is_ended_and_named(
+    file: Path, text: str, line: tuple[int, ...], waits: bool
+) -> None:
     with CustomLaw(write(file, text), SHORT, waits) as law:
         pids: set[int | None] = set()
 
@@ -75,7 +77,11 @@ def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[i
 @pytest.mark.skipif(sys.platform != "linux", reason="only there is a process's memory counted")
 @pytest.mark.parametrize(
     "hog",
-    ["np.zeros(10**10)", "[bytearray(10**6) for _ in range(10**6)]", "kept.append(bytearray(30 * 10**6)) or s.nominal"],
+    [
+        "np.zeros(10**10)",
+        "[bytearray(10**6) for _ in range(10**6)]",
+        "kept.append(bytearray(30 * 10**6)) or s.nominal",
+    ],
     ids=["at once", "piece by piece", "call by call"],
 )
 def test_a_memory_hog_is_ended_and_named(file: Path, hog: str) -> None:
@@ -132,7 +138,11 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
         monkeypatch.setattr(sys, "executable", executable)
         with CustomLaw(write(file, GOOD), waits=True) as law:
             assert_array_equal(law(SITUATION), ZEROS)
-            assert law.problem is not None and "could not be started" in law.problem.text and says in law.problem.text
+            assert (
+                law.problem is not None
+                and "could not be started" in law.problem.text
+                and says in law.problem.text
+            )
 
 
 def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:

@@ -29,13 +29,17 @@ def test_the_laws_process_needs_no_robotics_library() -> None:
 
 
 @pytest.mark.parametrize(("n", "pairs"), [(6, 5), (7, 0), (14, 40)])
-@pytest.mark.parametrize("bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"])
+@pytest.mark.parametrize(
+    "bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"]
+)
 def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) -> None:
     sent = situation(n, max(pairs, 1))
     if pairs == 0:
         sent = sent._replace(rows=np.zeros((0, n)), distances=np.zeros(0), approaches=np.zeros(0))
     assert sent.task_jacobian is not None and sent.rows is not None
-    sent = sent._replace(task_jacobian=np.asfortranarray(sent.task_jacobian), rows=np.repeat(sent.rows, 2, axis=1)[:, ::2])
+    sent = sent._replace(
+        task_jacobian=np.asfortranarray(sent.task_jacobian), rows=np.repeat(sent.rows, 2, axis=1)[:, ::2]
+    )
     sent = sent._replace(distance=float("inf"), **dict.fromkeys(bare.split(), None))  # pyright: ignore[reportArgumentType]
     got = received(sent)
     for name, there, here in zip(sent._fields, sent, got, strict=True):
@@ -98,13 +102,21 @@ def test_messages_and_encodings() -> None:
         "\ufeff# für\n\ndef law(s):\n    return s.nominal / 0 + ü".encode(),
     ):
         law = LawFile("my_law.py", text, 0)
-        with pytest.raises(Wrong, match=r"in “return s.nominal / 0 . ü”") as caught, np.errstate(all="ignore"):
+        with (
+            pytest.raises(Wrong, match=r"in “return s.nominal / 0 . ü”") as caught,
+            np.errstate(all="ignore"),
+        ):
             law.velocities(situation())
         assert caught.value.line == 4
     # Python's own words for these differ between 3.11.2, 3.11.4 and 3.13.
     bytes_after_text, declared = b"def law(s):\n    return s.nominal\n\x00", (b"klingon", b"rot13", b"ascii")
     for no_text in (
-        *(b"def law(s):\n    return '\xff'", b"\x00\x01", bytes_after_text, "def law(s): pass".encode("utf-16")),
+        *(
+            b"def law(s):\n    return '\xff'",
+            b"\x00\x01",
+            bytes_after_text,
+            "def law(s): pass".encode("utf-16"),
+        ),
         *(b"# coding: " + name + b"\ndef law(s):\n    return '\xc3\xbc'" for name in declared),
     ):
         with pytest.raises(Wrong) as caught:
@@ -112,7 +124,9 @@ def test_messages_and_encodings() -> None:
         assert caught.value.text == "it cannot be read as text; save it as Python text in UTF-8", no_text
 
 
-@pytest.mark.parametrize("returned", ["[0.1] * 7", "(1,) * 7", "s.nominal.astype('f4')", "[True] * 7", "list(s.nominal)"])
+@pytest.mark.parametrize(
+    "returned", ["[0.1] * 7", "(1,) * 7", "s.nominal.astype('f4')", "[True] * 7", "list(s.nominal)"]
+)
 def test_what_is_as_good_as_an_array(returned: str) -> None:
     velocities, seconds = file_of(f"def law(s):\n    return {returned}").velocities(situation())
     assert velocities.dtype == np.float64 and velocities.shape == (7,)
@@ -125,14 +139,18 @@ def test_a_file_and_its_curves() -> None:
     assert law.wants_all_pairs and not law.has_activation
     law = file_of(f"WANTS_ALL_PAIRS = False\n{textwrap.dedent(PAPER)}")
     assert not law.wants_all_pairs and law.has_activation
-    assert law.activation(0.3) == 0.5**6 and law.activation(0.1) == 1.0 and law.activation(float("inf")) == 0.0
+    assert (
+        law.activation(0.3) == 0.5**6 and law.activation(0.1) == 1.0 and law.activation(float("inf")) == 0.0
+    )
     # J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for.
     law = file_of(PAPER.replace("0.30, 0.06", "0.30, 0.0"))
     d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
     lam = np.minimum(0.15 / d, 1.0) ** 6
     for square in (0.04, 1.0, 0.0):
         np.testing.assert_allclose(law.rates(d, u, 0.1, square), lam * 0.3 - (1.0 - lam) * u, atol=1e-12)
-    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(d, u, 0.1, 0.25)
+    seen = file_of("def law(s):\n    return s.nominal * 0 + [s.approach, s.pull, 0, 0, 0, 0, 0]").rates(
+        d, u, 0.1, 0.25
+    )
     np.testing.assert_allclose(seen, 0.5 * 0.1)
     near = file_of("def law(s):\n    return s.nominal / (s.distance > 0.2) if s.distance > 0.2 else None")
     found = near.rates(np.array([0.1, 0.3]), 0.1, 0.0, 1.0)

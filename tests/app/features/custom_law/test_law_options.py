@@ -15,8 +15,12 @@ from app.start import App
 from tests.app.cli.test_commands import assert_said, read, refused, run
 
 
-@pytest.mark.parametrize("option", ["--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org"])
-def test_only_the_owner_may_edit_a_law(capsys: pytest.CaptureFixture[str], tmp_path: Path, option: str) -> None:
+@pytest.mark.parametrize(
+    "option", ["--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org"]
+)
+def test_only_the_owner_may_edit_a_law(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, option: str
+) -> None:
     said = f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
     assert_said(capsys, tmp_path, f"serve --edit-law {option}", said)
 
@@ -44,12 +48,17 @@ def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_i
     assert main(["new-law", str(path)]) == 0
     capsys.readouterr()
     out = tmp_path / "out.csv"
-    figures = [run(capsys, "--seconds", "8", *options) for options in ([], ["--law-file", str(path), "--csv", str(out)])]
+    figures = [
+        run(capsys, "--seconds", "8", *options)
+        for options in ([], ["--law-file", str(path), "--csv", str(out)])
+    ]
     top = read(out)[0]
     assert (top["law"], top["law_sha256"]) == ("my_law.py", hashlib.sha256(path.read_bytes()).hexdigest())
     for key in ("d_min", "e2_max"):
         assert figures[1][key] == pytest.approx(figures[0][key], rel=0.02), key
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
+    path.write_text(
+        text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8"
+    )
     line = refused(capsys, "run", "--seconds", "1", "--law-file", str(path))
     assert "ZeroDivisionError" in line and "my_law.py, line" in line

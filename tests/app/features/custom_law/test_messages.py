@@ -21,7 +21,9 @@ def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
     assert isinstance(reply, Failure)
     problem = problem_of("my_law.py", reply.text.text(), reply.line).text
     assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
-    assert words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
+    assert (
+        words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
+    )
 
 
 @pytest.mark.parametrize(
@@ -29,7 +31,10 @@ def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
     [
         b"not msgpack",
         *map(msgpack.encode, (3, ["Failure", ["a"], 1], ["Failure", ["a", 3], 1])),
-        *(msgpack.encode(["Failure", [text, {"a": ["b", None]}], 1]) for text in ("{a", "{a.b}", "{a:99999999}")),
+        *(
+            msgpack.encode(["Failure", [text, {"a": ["b", None]}], 1])
+            for text in ("{a", "{a.b}", "{a:99999999}")
+        ),
         b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
     ],
 )
@@ -47,7 +52,10 @@ class Still(Unprotected):
 
 def test_verdicts_of_the_six_tests_are_said() -> None:
     verdict = verdict_on(Still(), "bounded where J_d is singular")
-    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
+    assert (
+        words_of("de")(verdict.reason)
+        == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
+    )
 
 
 def test_errors_of_a_law_s_file_are_texts_of_the_page() -> None:

@@ -80,7 +80,10 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
         session.control.toggle_pause()
         # Its tenth call, which was a long one, is still in the average.
-        advanced(session, lambda: session.simulation.steps >= 60 and "runs my_law.py" in late_law_html(session.law_status))
+        advanced(
+            session,
+            lambda: session.simulation.steps >= 60 and "runs my_law.py" in late_law_html(session.law_status),
+        )
         recorded, made = session.inputs.window(), session.simulation.steps
         assert recorded is not None and recorded.steps == made
         with CustomLaw(file, waits=True) as law:
@@ -107,7 +110,9 @@ def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path
         assert rerun(recorded).table.tobytes() == session.simulation.history.table().tobytes()
 
 
-def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_frame_waits_no_longer_than_its_share(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     in_vain: list[float] = []
     answer = LawProcess.answer
 
@@ -145,7 +150,11 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
-    write(file, "import time\n" + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="))
+    write(
+        file,
+        "import time\n"
+        + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="),
+    )
     with session_of(file, scene="ball", dt=0.005) as session:
         # Where the machine is busy, it sleeps for longer than a call may take.
         patient(session)
@@ -163,7 +172,8 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
         assert needs >= 0.01 and allowed == pytest.approx(SHARE * 0.005)
         said = late_law_html(status)
         assert (
-            f"slowed: your law needs {1e3 * needs:.2g}\N{NO-BREAK SPACE}ms a call; real time allows 2\N{NO-BREAK SPACE}ms" in said
+            f"slowed: your law needs {1e3 * needs:.2g}\N{NO-BREAK SPACE}ms a call; real time allows 2\N{NO-BREAK SPACE}ms"
+            in said
         )
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
         session.control.toggle_pause()
@@ -177,7 +187,9 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
 
 
 def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
-    write(file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M"))
+    write(
+        file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M")
+    )
     with session_of(file) as session:
         law = student_law(session).law
         assert isinstance(law, CustomLaw)

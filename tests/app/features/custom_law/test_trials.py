@@ -97,14 +97,18 @@ def test_a_law_of_a_student_fails_what_it_should() -> None:
     verdicts = [verdict_on(law, test) for test in TRIALS]
     assert failed(verdicts) == {SMOOTH}, verdicts
     for verdict in (*verdicts, *unprotected.values()):
-        assert verdict.passed == ("fails" not in verdict.reason) and ("≤" in verdict.reason or "≥" in verdict.reason)
+        assert verdict.passed == ("fails" not in verdict.reason) and (
+            "≤" in verdict.reason or "≥" in verdict.reason
+        )
         assert all(math.isfinite(part) for part in parts_of(verdict).values() if isinstance(part, float))
     assert "a jump stays, however small dt" in next(v.reason for v in verdicts if v.name == SMOOTH)
     assert "fails by 184." in unprotected[KEEPS].reason and "fails by 201." in unprotected[OUT].reason
     assert unprotected[KEEPS].reason.endswith("between left hand / right hand.")
 
 
-@pytest.mark.parametrize(("language", "bodies"), [("de", "Hand (links) / Hand (rechts)"), ("sl", "roka (levo) / roka (desno)")])
+@pytest.mark.parametrize(
+    ("language", "bodies"), [("de", "Hand (links) / Hand (rechts)"), ("sl", "roka (levo) / roka (desno)")]
+)
 def test_a_reason_has_names_and_numbers_of_its_language(language: Language, bodies: str) -> None:
     for verdict in verdicts_of("unprotected").values():
         said = words_of(language)(verdict.reason)
@@ -144,7 +148,9 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     text = path.read_text(encoding="utf-8")
     assert "law-test her_law.py" in text and "my_law.py" not in text
     # The other three are made on the same law in this process, see below; through another one they take their time.
-    monkeypatch.setattr("app.features.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)})
+    monkeypatch.setattr(
+        "app.features.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)}
+    )
     assert law_test(LawTest(path)) == 1
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
@@ -180,7 +186,10 @@ def test_what_the_built_in_laws_fail(name: str, failures: set[str]) -> None:
 
 def test_numbers_of_the_built_in_laws() -> None:
     # The barrier keeps d_m as soon as it knows how fast the hand comes; the paper's law with n = 1 harms the task from afar.
-    assert verdict_on(built_in("barrier_qp", feed_forward=True), KEEPS).passed and not verdicts_of("barrier_qp")[KEEPS].passed
+    assert (
+        verdict_on(built_in("barrier_qp", feed_forward=True), KEEPS).passed
+        and not verdicts_of("barrier_qp")[KEEPS].passed
+    )
     flat = built_in(order=1.0)
     early, out, bounded = (verdict_on(flat, test) for test in (ALONE, OUT, BOUNDED))
     assert not early.passed and "the hand leaves its place by 7" in early.reason
@@ -197,7 +206,9 @@ def test_numbers_of_the_built_in_laws() -> None:
     assert parts_of(verdicts_of("strict_switched")[SMOOTH])["share"] == pytest.approx(1.0, abs=0.02)
     # Digit for digit where J_d is regular, with the same λ.
     paper, there = LawSettings().made(), situation()
-    assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [paper.activation(d) for d in (0.1, 0.2, math.inf)]
+    assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [
+        paper.activation(d) for d in (0.1, 0.2, math.inf)
+    ]
     np.testing.assert_allclose(template.law(there), paper(there), rtol=1e-3)
 
 
@@ -216,7 +227,9 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     assert kept.curve is not None and empty.curve is None, "of d = ∞"
     verdicts = list(examine(write(tmp_path / "my_law.py", "def law(s)\n")))
     assert failed(verdicts) == set(TRIALS)
-    assert {verdict.reason for verdict in verdicts} == {"my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"}
+    assert {verdict.reason for verdict in verdicts} == {
+        "my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"
+    }
     with pytest.raises(BadInputFile, match="no such file"):
         list(examine(tmp_path / "other.py"))
 
@@ -234,9 +247,15 @@ def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     assert "a call takes 60 ms" in verdicts[0].reason
 
 
-def test_nothing_is_overwritten_and_names_are_quoted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_overwritten_and_names_are_quoted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = write(tmp_path / "my_law.py", "mine")
-    for there, says in ((path, "is there already"), (tmp_path, "is there already"), (tmp_path / "no" / "my_law.py", "cannot be")):
+    for there, says in (
+        (path, "is there already"),
+        (tmp_path, "is there already"),
+        (tmp_path / "no" / "my_law.py", "cannot be"),
+    ):
         with pytest.raises(BadSetting, match=says):
             new_law(NewLaw(there))
     assert path.read_text(encoding="utf-8") == "mine"
@@ -256,7 +275,9 @@ def names_it(path: Path, text: bytes, name: str) -> TrialResult:
     return TrialResult(name, name.encode() in text, f"{name} is named")
 
 
-def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verdicts_come_in_order_and_on_the_text_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(examination_module, "examine_one", names_it)
     path, background = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1])), Inline()
     examination = Examination(path, background, lambda: None)
@@ -265,7 +286,9 @@ def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkey
     write(path, "# " + ", ".join(NAMES))
     for count, name in enumerate(NAMES):
         assert examination.progress.running and not examination.progress.finished
-        assert [v.name for v in examination.progress.verdicts] == list(NAMES[:count]) and not examination.advance()
+        assert [v.name for v in examination.progress.verdicts] == list(
+            NAMES[:count]
+        ) and not examination.advance()
         assert background.work(name) == [name]
         assert examination.advance()
     assert examination.progress.finished and not examination.progress.running and not examination.advance()
@@ -280,7 +303,9 @@ def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
     examination = Examination(path, background, lambda: None)
     examination.begin()
     examination.drop()
-    assert examination.progress == ExaminationProgress("my_law.py") and {job.state for job in background.jobs} == {"dropped"}
+    assert examination.progress == ExaminationProgress("my_law.py") and {
+        job.state for job in background.jobs
+    } == {"dropped"}
     closed = JobPool(1)
     closed.close()
     examination = Examination(path, closed, lambda: None)
@@ -299,7 +324,9 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
             session.advance(0.02)
             assert session.ghost is not None
             joints = session.simulation.avoiding.joints
-            return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
+            return bool(np.any(session.simulation.velocities[joints])), bool(
+                np.any(session.ghost.velocities[joints])
+            )
 
         session.change("ghost", "smooth_priority")
         assert (session.law_status.file, session.law_status.ghost_file) == ("my_law.py", None)
@@ -320,7 +347,9 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
 
 
 def test_every_test_says_how_it_went_in_words() -> None:
-    verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on") for i, name in enumerate(NAMES))
+    verdicts = tuple(
+        TrialResult(name, name != NAMES[1], f"d < {i} mm & so on") for i, name in enumerate(NAMES)
+    )
     before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
     assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)
     middle = law_html(ExaminationProgress("my_law.py", verdicts[:3], True), "line 2: <script>", False, False)

@@ -35,14 +35,21 @@ def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
     first, again = law(SITUATION), law(SITUATION)
     assert_array_equal(first, again)
     J_d = SITUATION.row
-    np.testing.assert_allclose(first, SITUATION.nominal + J_d * (0.3 + SITUATION.pull) / (J_d @ J_d), rtol=1e-14)
+    np.testing.assert_allclose(
+        first, SITUATION.nominal + J_d * (0.3 + SITUATION.pull) / (J_d @ J_d), rtol=1e-14
+    )
     first[:] = 0.0  # It is the caller's.
     for value, now in zip(before, (v for v in SITUATION if isinstance(v, np.ndarray)), strict=True):
         assert_array_equal(now, value)
     assert law.activation(0.3) == law.activation(0.3) == 0.5**6
     assert law.line_rate(0.1, 0.2, 0.0, 1.0) == pytest.approx(0.3)
-    assert_array_equal(law.line_rates(np.array([0.1, 0.3]), 0.2, 0.0, 1.0), [law.line_rate(d, 0.2, 0.0, 1.0) for d in (0.1, 0.3)])
-    assert law(situation(14)).shape == (14,) and law(SITUATION._replace(rows=None, distances=None)).shape == (7,)
+    assert_array_equal(
+        law.line_rates(np.array([0.1, 0.3]), 0.2, 0.0, 1.0),
+        [law.line_rate(d, 0.2, 0.0, 1.0) for d in (0.1, 0.3)],
+    )
+    assert law(situation(14)).shape == (14,) and law(SITUATION._replace(rows=None, distances=None)).shape == (
+        7,
+    )
     assert law.wants_task and law.wants_all_pairs
     assert law.ready and law.problem is None and law.seconds < 1.0
 
@@ -115,7 +122,12 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
             works = law.problem is None if not says else law.problem is not None and says in law.problem.text
             return bool(np.array_equal(soon(law), SITUATION.nominal * factor)) and works
 
-        saves = ((GOOD, 2, ""), (GOOD.replace("2", "3.5"), 3.5, ""), ("def law(s)\n", 0, "SyntaxError"), (LARGE + GOOD, 2, ""))
+        saves = (
+            (GOOD, 2, ""),
+            (GOOD.replace("2", "3.5"), 3.5, ""),
+            ("def law(s)\n", 0, "SyntaxError"),
+            (LARGE + GOOD, 2, ""),
+        )
         for number, (text, factor, says) in enumerate(saves):
             # Some editors write into the file, others put a new one in its place.
             if number % 2:
@@ -179,6 +191,11 @@ def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(fil
             return not law.refresh() and (says in law.problem.text if law.problem else law.ready and not says)
 
         fails = "# It can be read now.\ndef law(s):\n    return s.nominal / 0 + undefined"
-        for text, says in (("def law(s)", "line 1"), (fails, "line 3"), (GOOD, ""), (ENDLESS, "endless loop")):
+        for text, says in (
+            ("def law(s)", "line 1"),
+            (fails, "line 3"),
+            (GOOD, ""),
+            (ENDLESS, "endless loop"),
+        ):
             write(file, text)
             until(partial(is_said, says))

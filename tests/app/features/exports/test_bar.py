@@ -87,14 +87,22 @@ def look_back(page: Page, session: Session, queue: ExportQueue) -> None:
     assert session.paused
     until(page, lambda: not is_there(page, HAND), "no handles")
     until(page, lambda: "This is the past" in over_the_stage(page), "the word over the 3-D view")
-    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
+    until(
+        page,
+        lambda: queue.player.replay is not None and not queue.player.replay.playing,
+        "at rest at its end",
+    )
     # From now on as slow as the page takes to say that it is replayed.
     ask(session, lambda s: s.change("speed", 1.0))
     press_key(page, "Space")
     until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
     # While it plays the page writes into the box too, but not while a visitor is about to type there.
     moment(page).click()
-    until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest for typing")
+    until(
+        page,
+        lambda: queue.player.replay is not None and not queue.player.replay.playing,
+        "at rest for typing",
+    )
     replay = queue.player.replay
     assert replay is not None
     until(page, lambda: abs(float(moment(page).input_value()) - replay.time) < 0.01, "where")
@@ -148,7 +156,9 @@ def share(page: Page, opened: App, session: Session) -> None:
     copy(page, page.get_by_role("button", name="Copy link"))
     link = page.evaluate("navigator.clipboard.readText()")
     assert link == page.locator(".duet-link input").input_value() and link.startswith(f"{opened.url}/?")
-    settings, problems = from_query(dict(parse_qsl(urlsplit(link).query)), changed(Settings(), "rig", "table"))
+    settings, problems = from_query(
+        dict(parse_qsl(urlsplit(link).query)), changed(Settings(), "rig", "table")
+    )
     assert (settings, problems) == (session.settings, ()) and settings.run.law.critical_distance == 0.12
 
 
@@ -157,7 +167,9 @@ def back_to_live(page: Page, session: Session, queue: ExportQueue) -> None:
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
     until(page, lambda: queue.player.replay is None and not session.paused, "live")
-    until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run")
+    until(
+        page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run"
+    )
     until(page, lambda: is_there(page, HAND), "handles")
     until(page, lambda: over_the_stage(page) == "none", "nothing over the 3-D view")
 
@@ -191,4 +203,6 @@ def report(page: Page, opened: App) -> None:
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
     page.reload()
-    page.wait_for_function("words => [...document.querySelectorAll('textarea')].some(box => box.value === words)", arg=written)
+    page.wait_for_function(
+        "words => [...document.querySelectorAll('textarea')].some(box => box.value === words)", arg=written
+    )

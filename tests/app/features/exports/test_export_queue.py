@@ -83,7 +83,9 @@ def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind:
     desk.run(0.1)  # the live run goes on meanwhile
     assert desk.work() == [kind] and not desk.queue.busy
     (file,) = desk.queue.take_files()
-    assert file.name.startswith("duet-hold-") and file.name.endswith({"run": ".duet.npz"}.get(kind, f".{kind}"))
+    assert file.name.startswith("duet-hold-") and file.name.endswith(
+        {"run": ".duet.npz"}.get(kind, f".{kind}")
+    )
     assert len(file.content) > 1000 and not desk.queue.take_files() and not desk.take_news()
 
 
@@ -126,7 +128,9 @@ def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest
         desk.work()
         snippet = desk.queue.take_snippet()
         (file,) = desk.queue.take_files()
-        assert snippet is not None and f"Path({file.name!r})" in snippet and "from t = 1.7 s to 2.2 s" in snippet
+        assert (
+            snippet is not None and f"Path({file.name!r})" in snippet and "from t = 1.7 s to 2.2 s" in snippet
+        )
         saved = saved_from(file.content, file.name).recorded
         assert saved.begin == pytest.approx(1.7) and saved.steps == 100
         desk.watch(KEEP)
@@ -196,7 +200,9 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
-def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not(desk: Desk, change: tuple[str, Any]) -> None:
+def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not(
+    desk: Desk, change: tuple[str, Any]
+) -> None:
     desk.watch(1.0)
     if change:
         desk.session.change(*change)
@@ -246,7 +252,11 @@ def test_a_run_that_is_being_loaded_is_waited_for(desk: Desk) -> None:
         desk.session.advance(0.05)
         assert player.coming and desk.session.paused and desk.session.simulation.steps == steps
     desk.work()
-    assert player.replay is not None and player.past is not None and "is being loaded" not in replay_html(player.past)
+    assert (
+        player.replay is not None
+        and player.past is not None
+        and "is being loaded" not in replay_html(player.past)
+    )
     # Back to live, as in a replay.
     player.watch_file(recorded, "theirs.duet.npz")
     do(Reset())
@@ -268,7 +278,11 @@ def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Des
     assert title == "Loaded: the same run" and text.startswith("theirs.duet.npz: Repeated: all 200 steps")
     assert desk.work() == ["film"]
     past = desk.queue.player.past
-    assert past is not None and past.settings.run.scene == "ball" and desk.queue.player.loaded == "theirs.duet.npz"
+    assert (
+        past is not None
+        and past.settings.run.scene == "ball"
+        and desk.queue.player.loaded == "theirs.duet.npz"
+    )
     assert past.simulation.history.table(1)[0].tobytes() == table[0].tobytes()
     # What is kept now is kept of the file's run.
     desk.queue.ask("csv", 9.0)

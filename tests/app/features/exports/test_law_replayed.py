@@ -30,9 +30,9 @@ from tests.scenes.inputs.helpers import as_bytes, rewritten
 
 pytestmark = pytest.mark.slow
 
-COUNTED = "    calls = 0\n" + PAPER.replace("\n        c =", "\n        global calls\n        calls += 1\n        c =").replace(
-    "MU**2)", "MU**2) + 1e-4 * (calls % 7)"
-)
+COUNTED = "    calls = 0\n" + PAPER.replace(
+    "\n        c =", "\n        global calls\n        calls += 1\n        c ="
+).replace("MU**2)", "MU**2) + 1e-4 * (calls % 7)")
 """The paper's law with a memory: called again, it does not give the same."""
 
 FAILING = COUNTED.replace("calls += 1\n", "calls += 1\n        assert calls < 120\n")
@@ -102,7 +102,9 @@ def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(file: Path, case
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
     # A part of it is a run of its own, and it can be kept once more.
     part = newest_piece(replay.recorded, 0.3)
-    assert rerun(part).table.tobytes() == table[-len(rerun(part).table) :].tobytes() and part.steps < len(table)
+    assert rerun(part).table.tobytes() == table[-len(rerun(part).table) :].tobytes() and part.steps < len(
+        table
+    )
     assert kept(queue, background).content == saved.content
     assert queue.player.past is not None and freeze(queue.player.past, 0.0).shown.law_status.sha256 == digest
 
@@ -124,7 +126,10 @@ def test_table_picture_and_page_are_of_the_answers_and_say_so(made: tuple[Record
     assert recorded.law is not None
     lines = csv_bytes(recorded, np.inf).decode().splitlines()
     assert "# law = my_law.py" in lines and f"# law_sha256 = {recorded.law.sha256}" in lines
-    assert not any("smooth_priority" in line for line in lines) and float(lines[-1].split(",")[1]) == table[-1, 1]
+    assert (
+        not any("smooth_priority" in line for line in lines)
+        and float(lines[-1].split(",")[1]) == table[-1, 1]
+    )
     page = player_html(recorded, 0.3, PageSettings(details="stability")).decode()
     assert f"The run was made with my_law.py (SHA-256 {recorded.law.sha256[:12]}…) and is replayed" in page
     assert "Smooth priority" not in page.split('id="duet-plots"')[1].split("</h1>")[0]
@@ -171,7 +176,11 @@ def test_a_run_has_one_kind_of_law(file: Path) -> None:
             before = simulation.steps
             ran(session, before + 20)
             recorded = session.inputs.window()
-            assert recorded is not None and recorded.snapshot.steps == before and (recorded.law is None) == (other is None)
+            assert (
+                recorded is not None
+                and recorded.snapshot.steps == before
+                and (recorded.law is None) == (other is None)
+            )
             assert rerun(recorded).table[-1].tobytes() == simulation.history.table(1).tobytes()
 
 
@@ -197,7 +206,9 @@ def test_answers_count_for_the_bound_of_memory(file: Path) -> None:
         ({"law_file": "a\nb"}, "does not name"),
     ],
 )
-def test_a_file_with_wrong_answers_is_refused(made: tuple[Recorded, Array], change: dict[str, object], message: str) -> None:
+def test_a_file_with_wrong_answers_is_refused(
+    made: tuple[Recorded, Array], change: dict[str, object], message: str
+) -> None:
     data = saved_bytes(made[0])
     with np.load(io.BytesIO(data)) as arrays:
         about, answers = arrays["about"].tobytes().decode(), arrays["answers"].copy()

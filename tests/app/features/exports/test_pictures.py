@@ -13,8 +13,23 @@ from PIL import Image
 
 from app.features.exports import csv_table as table_module
 from app.features.exports.csv_table import changes, csv_bytes, csv_suffix
-from app.features.exports.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.features.exports.recorded_curves import MOMENTS, OF_OTHER_RUNS, POINTS, Curves, Panel, thinned_table, without_tags
+from app.features.exports.plot_pictures import (
+    PictureKind,
+    caption,
+    embedded,
+    inline_svg,
+    mathtext,
+    picture_bytes,
+)
+from app.features.exports.recorded_curves import (
+    MOMENTS,
+    OF_OTHER_RUNS,
+    POINTS,
+    Curves,
+    Panel,
+    thinned_table,
+    without_tags,
+)
 from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
@@ -52,10 +67,18 @@ def test_settings_that_changed_stand_with_their_time() -> None:
     changed = [(1.355, "dm", 0.11), (2.105, "k", 3.0), (2.105, "dt", 0.004), (2.105, "v", 0.4)]
     assert [(round(time, 3), key, value) for time, key, value in changes(recorded)] == changed
     settings, _, _ = read(csv_bytes(recorded, math.inf))
-    assert (settings["dm"], settings["from 1.355 s on: dm"], settings["from 2.105 s on: k"]) == ("0.15", "0.11", "3.0")
+    assert (settings["dm"], settings["from 1.355 s on: dm"], settings["from 2.105 s on: k"]) == (
+        "0.15",
+        "0.11",
+        "3.0",
+    )
     # What changed before the first row of a shorter table is simply as it is there.
     settings, _, rows = read(csv_bytes(recorded, 0.6))
-    assert settings["dm"] == "0.11" and settings["k"] == "3.0" and not any(key.startswith("from") for key in settings)
+    assert (
+        settings["dm"] == "0.11"
+        and settings["k"] == "3.0"
+        and not any(key.startswith("from") for key in settings)
+    )
     assert float(rows[0][0]) == pytest.approx(2.4, abs=0.005)
 
 
@@ -118,7 +141,9 @@ def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
     assert {77, 500, 4321, 6542, 6543} <= set(chosen.tolist())
     # Chatter is a band: both ends of it in every bin.
     chatter = rows[(chosen > 9000) & (chosen < 9900), 35]
-    assert np.count_nonzero(chatter == 1.0) > 20 and np.count_nonzero(chatter == 0.0) > 20 and len(chatter) < 450
+    assert (
+        np.count_nonzero(chatter == 1.0) > 20 and np.count_nonzero(chatter == 0.0) > 20 and len(chatter) < 450
+    )
     few, ends = thinned_table(table[:10])
     assert few.tobytes() == table[:10].tobytes() and ends.tolist() == list(range(10))
 
@@ -131,7 +156,9 @@ def test_everything_that_can_be_chosen_is_a_panel(scene: str) -> None:
         if details not in possible_details(recorded.settings):
             continue
         panels: tuple[Panel, ...] = curves.panels(details)
-        assert len(panels) == 2 + (details not in ("none", *OF_OTHER_RUNS)) + (scene == "imitation" and details == "follow")
+        assert len(panels) == 2 + (details not in ("none", *OF_OTHER_RUNS)) + (
+            scene == "imitation" and details == "follow"
+        )
         for panel in panels:
             assert panel.title and "<" not in panel.title and (panel.strokes or panel.note)
             for stroke in panel.strokes:
@@ -154,10 +181,18 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
 
 def test_caption_and_legend_name_settings_and_lines_as_the_page_does() -> None:
     line = caption(given_settings(law="strict_switched", dm=0.2, v=0.4, k=3.0))
-    assert "Hold (Fig. 5)" in line and "switched at $d_m$" in line and "$d_m$ = 200 mm" in line and "K = 3/s" in line
+    assert (
+        "Hold (Fig. 5)" in line
+        and "switched at $d_m$" in line
+        and "$d_m$ = 200 mm" in line
+        and "K = 3/s" in line
+    )
     slave = time_plot_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
     assert slave.legend() == (*(((f"j{i}", "", str(i))) for i in range(1, 5)), ("", "dash", "master"))
-    assert without_tags("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
+    assert (
+        without_tags("a <b class='d'>d</b> [m]") == "a d [m]"
+        and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
+    )
 
 
 PICTURES: list[tuple[str, Details, PictureKind, bool]] = [
@@ -197,7 +232,14 @@ def test_an_svg_for_a_page_keeps_to_itself() -> None:
     assert ids and len(ids) == len(set(ids)) and all(name.startswith("one-") for name in ids)
     used = [value for element in root.iter() for key, value in element.attrib.items() if key.endswith("href")]
     assert used and {name.removeprefix("#") for name in used} <= set(ids)
-    clips = [value[5:-1] for element in root.iter() if (value := element.attrib.get("clip-path", "")).startswith("url(#")]
+    clips = [
+        value[5:-1]
+        for element in root.iter()
+        if (value := element.attrib.get("clip-path", "")).startswith("url(#")
+    ]
     assert clips and set(clips) <= set(ids)
     assert "viewBox" in root.attrib and not {"width", "height"} & set(root.attrib) and "<metadata" not in svg
-    assert embedded('<?xml?><svg width="1" height="2" viewBox="0 0 1 2"></svg>', "a") == '<svg viewBox="0 0 1 2"></svg>'
+    assert (
+        embedded('<?xml?><svg width="1" height="2" viewBox="0 0 1 2"></svg>', "a")
+        == '<svg viewBox="0 0 1 2"></svg>'
+    )

@@ -49,9 +49,15 @@ def test_the_still_scene_is_in_viser_s_format() -> None:
     assert content["durationSeconds"] == 0.0
     names = {message.get("name") for _, message in content["messages"]}
     assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
-    assert {"/room", f"/arms/left{WRIST}/shape", f"/arms/right{WRIST}/shape"} <= set(filmed("hold").bodies) <= names
+    assert (
+        {"/room", f"/arms/left{WRIST}/shape", f"/arms/right{WRIST}/shape"}
+        <= set(filmed("hold").bodies)
+        <= names
+    )
     assert any("/skin_of_right" in name for name in names if name)
-    assert {time for time, _ in content["messages"]} == {0.0} and not any("Gui" in m["type"] for _, m in content["messages"])
+    assert {time for time, _ in content["messages"]} == {0.0} and not any(
+        "Gui" in m["type"] for _, m in content["messages"]
+    )
 
 
 def test_frames_are_a_twentieth_of_a_second_apart_on_the_clock_of_the_run() -> None:
@@ -74,7 +80,9 @@ def test_every_turn_is_the_joint_s_own() -> None:
             turns, angles = [], []
             for frame, turn in zip(track.frames, track.values, strict=True):
                 replay.seek(film.times[frame])
-                angles.append(float(replay.simulation.positions[replay.simulation.room.arms[1].joints][joint]))
+                angles.append(
+                    float(replay.simulation.positions[replay.simulation.room.arms[1].joints][joint])
+                )
                 turns.append(pin.Quaternion(*turn))
             turned += np.ptp(angles) > 0.02
             for turn, angle in zip(turns[1:], angles[1:], strict=True):
@@ -86,7 +94,9 @@ def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     # How the arms ought to stand is drawn from where they do not.
     film = film_scene(piece("imitation", 14.0)[0], 1.0, FAST)
     late = {
-        m["name"] for _, m in read_scene(film.scene)["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")
+        m["name"]
+        for _, m in read_scene(film.scene)["messages"]
+        if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")
     }
     assert f"/wish/left{WRIST}/shape" in late
     tracks = {(t.node, t.what): t for t in film.tracks}
@@ -126,7 +136,9 @@ def test_a_stage_that_is_built_anew_on_the_way_moves_on() -> None:
     seen = tracks[skin, SEEN]
     assert seen.values == [True, False, True] and seen.frames[2] == seen.frames[1] + 1
     (begun,) = piece("hold", 0.05)[0].stretches
-    short = film_scene(Recorded(recorded.snapshot, (stretch, begun._replace(settings=again.settings))), 9.0, FAST)
+    short = film_scene(
+        Recorded(recorded.snapshot, (stretch, begun._replace(settings=again.settings))), 9.0, FAST
+    )
     names = {message["name"] for _, message in read_scene(short.scene)["messages"] if "props" in message}
     assert skin not in names and {track.node for track in short.tracks} <= names
 
@@ -141,15 +153,27 @@ def test_packed_numbers_are_the_tracks_own() -> None:
         Track("/a", "odd", [0, 2], [np.arange(3, dtype=np.float32), np.ones(6, np.float32)]),
     )
     about, numbers = read_film(packed_film(Filmed(b"", tracks, (0.0, 0.05, 0.1, 0.15)), ()))
-    assert about["frames"] == 4 and [t["frames"] for t in about["tracks"]] == [[0, 3], [0, 1], [0, 2], [0, 2], [0, 2], [0, 2]]
+    assert about["frames"] == 4 and [t["frames"] for t in about["tracks"]] == [
+        [0, 3],
+        [0, 1],
+        [0, 2],
+        [0, 2],
+        [0, 2],
+        [0, 2],
+    ]
     kinds = {"i2": np.int16, "f4": np.float32, "u1": np.uint8}
     for packed_track, track in zip(about["tracks"][:4], tracks, strict=False):
         where = packed_track["numbers"]
         assert where["at"] % 8 == 0
-        found = np.frombuffer(numbers, kinds[where["kind"]], where["count"], where["at"]).reshape(2, packed_track["width"])
+        found = np.frombuffer(numbers, kinds[where["kind"]], where["count"], where["at"]).reshape(
+            2, packed_track["width"]
+        )
         wanted = np.array(track.values) * (32767.0 if track.what == TURN else 1.0)
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=0.5 if track.what == TURN else 0.0)
-    assert about["tracks"][4]["values"] == ["d = 1 mm", "d = 2 mm"] and about["tracks"][5]["values"][1] == [1.0] * 6
+    assert (
+        about["tracks"][4]["values"] == ["d = 1 mm", "d = 2 mm"]
+        and about["tracks"][5]["values"][1] == [1.0] * 6
+    )
 
 
 def test_the_page_loads_nothing_and_is_small() -> None:
@@ -161,7 +185,11 @@ def test_the_page_loads_nothing_and_is_small() -> None:
     assert 'src="http' not in page and "@import" not in page
     film = page.split('id="duet-film">')[1].split("<")[0]
     about, _ = read_film(base64.b64decode(film))
-    assert [panel["title"] for panel in about["panels"]] == ["distance d", "error e²", "speeds along the line"]
+    assert [panel["title"] for panel in about["panels"]] == [
+        "distance d",
+        "error e²",
+        "speeds along the line",
+    ]
     assert about["panels"][0]["strokes"][1]["name"] == [["d", False], ["m", True]]
 
 
@@ -194,7 +222,13 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
         assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
         for name, wrist in wrists(recorded, time).items():
             node, place = f"/arms/{name}{WRIST}", wrist
-            until(page, lambda node=node, place=place: np.allclose(world_position(page, node), place, rtol=0.0, atol=2e-4), node)
+            until(
+                page,
+                lambda node=node, place=place: np.allclose(
+                    world_position(page, node), place, rtol=0.0, atol=2e-4
+                ),
+                node,
+            )
         shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
         row = int(np.searchsorted(table[:, 0], time))
         assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)

@@ -80,7 +80,11 @@ def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
     again = Simulation(changed(recorded.settings, "k", 2.5))
     for target in recorded.targets():
         again.step(target)
-    first = next(i for i, (a, b) in enumerate(zip(table, again.history.table(), strict=True)) if a.tobytes() != b.tobytes())
+    first = next(
+        i
+        for i, (a, b) in enumerate(zip(table, again.history.table(), strict=True))
+        if a.tobytes() != b.tobytes()
+    )
     comparison = found.comparison
     assert comparison.first_step == first and f"number {first + 1} of {recorded.steps}." in found.words
     assert comparison.first is not None and comparison.largest is not None
@@ -116,7 +120,9 @@ def test_runs_of_another_length_and_columns_of_another_version_are_compared() ->
     assert (found.largest.column, found.largest.by, found.largest.step) == ("left_q2", 0.25, 5)
 
 
-def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(outcome_module, "MOST_ROWS", 50)
     table = np.arange(600.0)[:, None] * np.array([0.005, 1.0, -2.0])
     kept = outcome_of(table, ("t", "d", "u"))
@@ -162,7 +168,10 @@ FOREIGN, SILENT = "does not belong to its inputs", "says nothing of its outcome"
         *(({"outcome_hashes": None}, "holds inputs but no results"), ({"codes": None}, "a part is missing")),
         *(({"outcome_places": np.array(places, np.uint32)}, FOREIGN) for places in ([5, 5], [0, 99999])),
         *(({"outcome_rows": np.zeros((2, 8, 3), kind)}, FOREIGN) for kind in (np.uint8, float)),
-        *(({"outcome_about": as_bytes(about)}, SILENT) for about in ("{", "[1]", '{"columns": 4, "digest": ""}')),
+        *(
+            ({"outcome_about": as_bytes(about)}, SILENT)
+            for about in ("{", "[1]", '{"columns": 4, "digest": ""}')
+        ),
         ({"outcome_about": as_bytes('{"columns": ["<b>\\n"], "digest": ""}')}, FOREIGN),
         ({"outcome_hashes": np.zeros(3, np.uint32)}, FOREIGN),
     ],
@@ -189,13 +198,17 @@ def test_a_part_that_is_no_array_does_no_harm(data: bytes) -> None:
 
 
 @pytest.mark.parametrize("made", [None, "{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
-def test_what_a_file_says_of_its_making_does_not_keep_it_from_being_read(data: bytes, made: str | None) -> None:
+def test_what_a_file_says_of_its_making_does_not_keep_it_from_being_read(
+    data: bytes, made: str | None
+) -> None:
     file = rewritten(data, **({} if made is None else {"made": as_bytes(made)}))
     assert load_run(file, "mine.npz").verdict == "exact"
     assert max(map(len, saved_from(file, "mine.npz").made.values()), default=0) <= LONGEST_ENTRY
 
 
-def test_a_run_that_cannot_be_made_here_or_is_too_long_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_cannot_be_made_here_or_is_too_long_is_refused(
+    data: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def missing(*_: object, **__: object) -> None:
         raise BadSetting("robot = panda needs a package.")
 

@@ -52,7 +52,9 @@ def any_settings(draw: st.DrawFn) -> Settings:
 
 
 @given(any_settings(), any_settings())
-def test_a_link_gives_the_same_settings_whatever_the_server_was_started_with(settings: Settings, start: Settings) -> None:
+def test_a_link_gives_the_same_settings_whatever_the_server_was_started_with(
+    settings: Settings, start: Settings
+) -> None:
     path = urlsplit(link_to("http://a", to_query(settings)))
     assert from_query(page_query(f"{path.path}?{path.query}"), start) == (settings, ())
 
@@ -67,14 +69,20 @@ def test_what_is_known_need_not_be_said(settings: Settings, known: Settings) -> 
 
 def test_what_is_as_at_first_is_not_said() -> None:
     assert to_query(Settings()) == {WHOLE: "1"}
-    assert to_query(changed(changed(Settings(), "dm", 0.1), "autopilot", False)) == {"dm": "0.1", "autopilot": "0", WHOLE: "1"}
+    assert to_query(changed(changed(Settings(), "dm", 0.1), "autopilot", False)) == {
+        "dm": "0.1",
+        "autopilot": "0",
+        WHOLE: "1",
+    }
     # Without the word a link leaves alone what it does not say.
     start = changed(Settings(), "rig", "table")
     assert from_query({"dm": "0.1"}, start)[0].run.rig == "table"
 
 
 @pytest.mark.parametrize(("step", "key", "value"), [(0, "k", 5.0), (2, "k", 0.5)])
-def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: int, key: str, value: float) -> None:
+def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(
+    step: int, key: str, value: float
+) -> None:
     book = load_lessons()
     session = Session(changed(Settings(), "dm", 0.2))
     run = lessons_in(session, book)
@@ -82,7 +90,13 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: i
     session.change(key, value)
     session.change("theme", "dark")
     query = link_query(session)
-    assert query == {"lesson": book.lessons[0].id, "step": str(step + 1), key: str(value), "theme": "dark", WHOLE: "1"}
+    assert query == {
+        "lesson": book.lessons[0].id,
+        "step": str(step + 1),
+        key: str(value),
+        "theme": "dark",
+        WHOLE: "1",
+    }
 
     query = dict(parse_qsl(urlencode(query)))
     settings, problems = from_query(query, Settings())
@@ -118,7 +132,9 @@ def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
         assert recorded.seconds > 0.45
         snippet = as_python(whole, recorded, 0.4, "mine")
         assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
-        assert ("base64" in snippet.text) == (how == "in the text") and ("LawSettings" not in snippet.text or how != "settings")
+        assert ("base64" in snippet.text) == (how == "in the text") and (
+            "LawSettings" not in snippet.text or how != "settings"
+        )
         steps = round(0.4 / recorded.stretches[-1].settings.dt)
         if how != "settings":
             assert f"from t = {table[-steps, COLUMN['t']]:.6g} s to 2.5" in snippet.text
@@ -132,7 +148,9 @@ def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
     for how, table in tables.items():
         said, d = executed(snippets[how], tmp_path / how)
         assert d.tobytes() == table[:, COLUMN["d"]].tobytes(), how
-        assert how == "all of it" or (f"steps={len(d)}," in said and f"Summary(d_min={float(d.min())!r}," in said)
+        assert how == "all of it" or (
+            f"steps={len(d)}," in said and f"Summary(d_min={float(d.min())!r}," in said
+        )
 
 
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:

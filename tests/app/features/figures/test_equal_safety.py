@@ -64,19 +64,28 @@ def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> 
 @pytest.mark.parametrize("law", ["task_activation", "set_based_task"])
 def test_every_law_has_the_knob_that_its_authors_would_take(law: str) -> None:
     mine = {(knob.setting.key, knob.setting.feed_forward): knob for knob in knobs() if knob.law == law}
-    near, far = (run(mine["dm", False].at(RunSettings(dt=0.01), d_m), 10.0).summary.d_min for d_m in (0.06, 0.19))
+    near, far = (
+        run(mine["dm", False].at(RunSettings(dt=0.01), d_m), 10.0).summary.d_min for d_m in (0.06, 0.19)
+    )
     assert near < 0.15 < far
     moved = mine["dm", False].at(RunSettings(), 0.19).law
-    assert moved.critical_distance == 0.19 and (moved.influence_distance == pytest.approx(0.34)) == (law == "task_activation")
+    assert moved.critical_distance == 0.19 and (moved.influence_distance == pytest.approx(0.34)) == (
+        law == "task_activation"
+    )
     # What can be given w is compared with it, too.
-    assert {knob.law for knob in knobs() if knob.setting.feed_forward} == {n for n, entry in LAWS.items() if "ff" in entry.reads}
+    assert {knob.law for knob in knobs() if knob.setting.feed_forward} == {
+        n for n, entry in LAWS.items() if "ff" in entry.reads
+    }
 
 
 def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
     for knob in knobs():
         for value in knob.setting.points:
             done = run(knob.at(RunSettings(dt=0.01), value), 0.02)
-            assert done.simulation.settings.law.law == knob.law and np.isfinite(done.summary.d_min), (knob, value)
+            assert done.simulation.settings.law.law == knob.law and np.isfinite(done.summary.d_min), (
+                knob,
+                value,
+            )
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])
@@ -116,4 +125,6 @@ def test_the_frames_of_the_film_differ() -> None:
 
     picked = fig8_film.moments_of(run)
     assert len(set(picked)) == fig8_film.FRAMES and picked == sorted(picked)
-    assert least(picked) > 1.5 * least(np.linspace(0, len(run.table) - 1, fig8_film.FRAMES).astype(int).tolist())
+    assert least(picked) > 1.5 * least(
+        np.linspace(0, len(run.table) - 1, fig8_film.FRAMES).astype(int).tolist()
+    )

@@ -73,10 +73,14 @@ def elsewhere(function: Callable[..., T], calls: Iterable[tuple[Any, ...]]) -> I
 
 
 @pytest.mark.thorough
-def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own_and_another_seed_is_another_person(folder: Path) -> None:
+def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own_and_another_seed_is_another_person(
+    folder: Path,
+) -> None:
     plan = Plan(quick=True, compute=elsewhere)
     for figure in (figure for figure in CATALOGUE if figure.name not in OF_OTHER_TESTS):
-        assert csv_text(figure, plan) == (folder / f"{figure.stem}.csv").read_text(encoding="utf-8"), figure.name
+        assert csv_text(figure, plan) == (folder / f"{figure.stem}.csv").read_text(encoding="utf-8"), (
+            figure.name
+        )
     hold = entry("hold")
     assert csv_text(hold, Plan(2, quick=True)) != csv_text(hold, plan)
 
@@ -93,9 +97,14 @@ def test_runs_are_shared_and_progress_counts_every_step() -> None:
 
 def test_path(table: Numbers) -> None:
     rows = table("path")
-    s = {key: float(rows.settings[key]) for key in ("ball_x", "ball_y", "ball_z", "ball_radius", "point_radius")}
+    s = {
+        key: float(rows.settings[key])
+        for key in ("ball_x", "ball_y", "ball_z", "ball_radius", "point_radius")
+    }
     centre, radii = np.array([s["ball_x"], s["ball_y"], s["ball_z"]]), s["ball_radius"] + s["point_radius"]
-    actual, desired = (np.column_stack([rows[f"{name}_{axis}"] for axis in "xyz"]) for name in ("actual", "desired"))
+    actual, desired = (
+        np.column_stack([rows[f"{name}_{axis}"] for axis in "xyz"]) for name in ("actual", "desired")
+    )
     assert_allclose(np.linalg.norm(actual - centre, axis=1) - radii, rows["d"], atol=1e-9)
     assert rows["d"].min() >= CRITICAL - SLACK
     assert (np.linalg.norm(desired - centre, axis=1) - radii).min() < 0.05
@@ -129,7 +138,9 @@ def test_hold_and_the_setup_at_its_moment_when_the_arms_are_nearest(table: Numbe
     assert len(at_rest) > 100
     law = LawSettings()
     for i in at_rest[:: len(at_rest) // 20].tolist():
-        rest = budget.resting_distance(CRITICAL, law.order, law.nominal_velocity, float(rows["u"][i]), float(rows["w"][i]))
+        rest = budget.resting_distance(
+            CRITICAL, law.order, law.nominal_velocity, float(rows["u"][i]), float(rows["w"][i])
+        )
         assert rows["d_rest"][i] == pytest.approx(rest, abs=1e-12)
     assert rows["lambda"].tolist() == [activation(d, CRITICAL, law.order) for d in rows["d"]]
 
@@ -161,7 +172,9 @@ def test_resting(table: Numbers) -> None:
     rows = table("resting")
     s = {key: float(value) for key, value in rows.settings.items()}
     assert set(rows.columns["over"]) == {"n", "v", "w"}
-    for over, value, closed in zip(rows.columns["over"], rows["value"], rows["d_rest_closed_form"], strict=True):
+    for over, value, closed in zip(
+        rows.columns["over"], rows["value"], rows["d_rest_closed_form"], strict=True
+    ):
         point = {key: s[key] for key in ("n", "v", "w")} | {over: value}
         assert closed == budget.resting_distance(s["dm"], point["n"], point["v"], s["u"], point["w"])
     assert np.abs(rows["d_rest_measured"] - rows["d_rest_closed_form"]).max() < 1e-3
@@ -182,9 +195,14 @@ def test_laws(table: Numbers) -> None:
     paper, free = names == "smooth_priority", names == "unprotected"
     assert rows["d_min"][paper].min() >= CRITICAL - SLACK
     assert rows["d_min"][free].max() < 0.0 and rows["e2_max"][free].max() < 1e-12
-    by_dt = {law: dict(zip(rows["dt"][names == law], rows["dq_step_max"][names == law], strict=True)) for law in set(names)}
+    by_dt = {
+        law: dict(zip(rows["dt"][names == law], rows["dq_step_max"][names == law], strict=True))
+        for law in set(names)
+    }
     coarse, fine = rows["dt"].max(), rows["dt"].min()
-    assert by_dt["smooth_priority"][coarse] / by_dt["smooth_priority"][fine] == pytest.approx(coarse / fine, rel=0.25)
+    assert by_dt["smooth_priority"][coarse] / by_dt["smooth_priority"][fine] == pytest.approx(
+        coarse / fine, rel=0.25
+    )
     assert by_dt["strict_switched"][coarse] / by_dt["strict_switched"][fine] < 1.3
 
 
@@ -193,7 +211,10 @@ def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Pa
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
     assert "it is the law that jumps" in said["Strict priority, switched at d_m"]
-    assert "J_d is singular" in said["Strict priority, always on"] and "d = 0.67" in said["Strict priority, always on"]
+    assert (
+        "J_d is singular" in said["Strict priority, always on"]
+        and "d = 0.67" in said["Strict priority, always on"]
+    )
     assert sum("it is the law that jumps" in line for line in said.values()) == 2
     assert "it is the law that jumps" in said["Set-based task, jumps at d_m"]
     assert "leaves |J_d N|" in said["Continuous inverse of a stack"]
@@ -208,7 +229,9 @@ def test_null_space_avoidance_jumps_where_the_hands_lie_parallel() -> None:
     )
     assert jump.left < 0.02 and jump.lever > 0.3 and jump.activation == 0.0
     assert jump.pair == ("left hand", "right hand") and jump.slide > 0.05
-    assert "The law itself does not jump" in laws.cause("x", jump, True) and "slide by" in laws.cause("x", jump, True)
+    assert "The law itself does not jump" in laws.cause("x", jump, True) and "slide by" in laws.cause(
+        "x", jump, True
+    )
 
 
 def test_growth_is_1_if_the_acceleration_doubles_when_dt_is_halved_and_0_if_it_stays() -> None:
@@ -227,7 +250,9 @@ def test_switches(table: Numbers) -> None:
 
     assert at("single", fine, "pair_switches") > 2.0 * at("single", coarse, "pair_switches")
     assert at("single", fine, "dq_step_max") > 0.7 * at("single", coarse, "dq_step_max")
-    assert at("soft", coarse, "dq_step_max") / at("soft", fine, "dq_step_max") == pytest.approx(coarse / fine, rel=0.25)
+    assert at("soft", coarse, "dq_step_max") / at("soft", fine, "dq_step_max") == pytest.approx(
+        coarse / fine, rel=0.25
+    )
 
 
 def test_bias(table: Numbers) -> None:
@@ -244,7 +269,9 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
-def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_closed_form(table: Numbers) -> None:
+def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_closed_form(
+    table: Numbers,
+) -> None:
     rows = table("first_tasks")
     task, law, exact = np.array(rows.columns["quantity"]), rows["law"] == 1.0, rows["exact"] == 1.0
     assert set(task) == {"joint_stops", "plane", "own_links", "singular_value", "centre_of_mass"}
@@ -277,15 +304,28 @@ def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path
         assert figure.name == "scheme" or re.search(r"\d", found)
         assert "nan" not in found
     assert "Quick" in text and "--seed 1 --quick" in text
-    for name, words in (("hold", "its minimum is"), ("imitation", "its minimum is"), ("path", "the actual one stays")):
+    for name, words in (
+        ("hold", "its minimum is"),
+        ("imitation", "its minimum is"),
+        ("path", "the actual one stays"),
+    ):
         assert f"{words} {1000 * table(name)['d'].min():.1f} mm" in text
     jumps = table("switches")
-    single = [f"{x:.3g}" for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True) if kind == "single"]
+    single = [
+        f"{x:.3g}"
+        for x, kind in zip(jumps["dq_step_max"], jumps.columns["pairs"], strict=True)
+        if kind == "single"
+    ]
     assert f"largest step of q̇ {', '.join(single)} rad/s" in text
 
 
 def test_numbers_and_names_in_any_order_once_and_all_unless_asked() -> None:
-    for only, found in (("5,2", (2, 5)), (" hold, activation ,2", (2, 5)), ("", range(1, 9)), (" , ", range(1, 9))):
+    for only, found in (
+        ("5,2", (2, 5)),
+        (" hold, activation ,2", (2, 5)),
+        ("", range(1, 9)),
+        (" , ", range(1, 9)),
+    ):
         assert [figure.number for figure in chosen_figures(only) if figure.number] == list(found)
     assert chosen_figures("") == chosen_figures(" , ") == CATALOGUE
     assert [figure.name for figure in chosen_figures("LAWS")] == ["laws"]
@@ -308,7 +348,9 @@ def test_only_what_is_asked_for_and_the_same_drawings_each_time(
     before = dict(matplotlib.rcParams)
     out = tmp_path / "new" / "folder"
     assert draw_figures(Figures(only="2,4", out=out, quick=True)) == 0
-    drawings = {f"{stem}.{kind}" for stem in ("fig2_activation", "fig4_scheme") for kind in ("csv", "png", "svg")}
+    drawings = {
+        f"{stem}.{kind}" for stem in ("fig2_activation", "fig4_scheme") for kind in ("csv", "png", "svg")
+    }
     assert {path.name for path in out.iterdir()} == {"report.md", *drawings}
     for name in drawings:
         assert (out / name).read_bytes() == (folder / name).read_bytes(), name

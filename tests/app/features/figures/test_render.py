@@ -59,13 +59,17 @@ def test_a_sphere_covers_its_disc_with_smooth_edges_each_time_and_nothing_behind
     assert covered[away < seen_radius - 1.0].all() and not covered[away > seen_radius + 1.0].any()
     assert covered.sum() == pytest.approx(np.pi * seen_radius**2, rel=0.03)
     row = picture[round(y), :, 1]
-    between = (row > row[round(x)] + 25.0) & (row < shot(ball(np.array([0.0, 0.0, 9.0]), 0.01, RED))[round(y), :, 1] - 25.0)
+    between = (row > row[round(x)] + 25.0) & (
+        row < shot(ball(np.array([0.0, 0.0, 9.0]), 0.01, RED))[round(y), :, 1] - 25.0
+    )
     assert 1 <= between.sum() <= 6
 
 
 def test_what_is_in_front_hides_what_is_behind() -> None:
     for red, blue in ((0.5, -0.5), (-0.5, 0.5)):
-        picture = shot(ball(np.array([red, 0.0, 1.0]), 0.15, RED), ball(np.array([blue, 0.0, 1.0]), 0.15, BLUE))
+        picture = shot(
+            ball(np.array([red, 0.0, 1.0]), 0.15, RED), ball(np.array([blue, 0.0, 1.0]), 0.15, BLUE)
+        )
         assert is_red(picture)[HIGH // 2, WIDE // 2] == (red > blue)
         # In perspective the nearer one hides all of the other.
         assert is_red(picture).any() == (red > blue)
@@ -123,7 +127,9 @@ def test_arms_stand_on_what_the_page_shows(rig: str) -> None:
         assert min(near) < 0.12, "something is below each foot"
 
 
-def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(film, "body_parts", lambda: (_ for _ in ()).throw(MissingPackage("not installed")))
     film.person_parts.cache_clear()
     assert film.posed_person(np.zeros((2, 4))) == []
@@ -133,7 +139,9 @@ def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missin
 def test_the_person_bends_an_elbow() -> None:
     if not film.person_parts():
         pytest.skip("the drawing of a person is not installed")
-    straight, bent = (film.posed_person(np.array([[0.0, 0.0, 0.0, angle], [0.0] * 4])) for angle in (0.0, 1.2))
+    straight, bent = (
+        film.posed_person(np.array([[0.0, 0.0, 0.0, angle], [0.0] * 4])) for angle in (0.0, 1.2)
+    )
     moved = [not np.array_equal(a.vertices, b.vertices) for a, b in zip(straight, bent, strict=True)]
     names = [part.name for part, looks in film.person_parts() for _ in looks]
     assert [name for name, flag in zip(names, moved, strict=True) if flag] == ["left_forearm"]

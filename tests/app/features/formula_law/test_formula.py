@@ -27,7 +27,11 @@ COMPUTED = {
     "if(d >= d_m, 1, 1 / 0)": 1.0,
     "min(d, u, w) + max(d, u, w)": W + D,
     "clip(5, u, v) + clip(-5, u, v)": V + U,
-    "abs(-d) + exp(u) + log(n) + sqrt(d) + tanh(w)": D + math.exp(U) + math.log(N) + math.sqrt(D) + math.tanh(W),
+    "abs(-d) + exp(u) + log(n) + sqrt(d) + tanh(w)": D
+    + math.exp(U)
+    + math.log(N)
+    + math.sqrt(D)
+    + math.tanh(W),
     "d·u × 2 − w": D * U * 2 - W,
     "where(d ≤ 1, .5e1, 2.)": 5.0,
 }
@@ -93,7 +97,9 @@ def test_an_error_names_the_line_and_what_is_valid() -> None:
     with pytest.raises(BadFormula, match=re.escape("Line 2, column 3: foo is not known.")) as found:
         Formula("d\n+ foo")
     assert all(name in str(found.value) for name in (*NAMES, "where", *FUNCTIONS))
-    assert set(SCALARS.functions) == set(ARRAYS.functions) == set(FUNCTIONS) and set(SCALARS.signs) == set(ARRAYS.signs)
+    assert set(SCALARS.functions) == set(ARRAYS.functions) == set(FUNCTIONS) and set(SCALARS.signs) == set(
+        ARRAYS.signs
+    )
 
 
 HUGE = (
@@ -117,7 +123,10 @@ def test_what_is_not_defined_stops_the_law_and_gives_no_curve(text: str) -> None
     with pytest.raises((ArithmeticError, ValueError)):
         law.change(D, U, W)
     assert law.activation(D) == 0.0
-    assert np.isnan(law.line_rates(np.array([0.1, 0.2]), U, W, 1.0)).all() and np.isnan(law.activations(np.array([0.1]))).all()
+    assert (
+        np.isnan(law.line_rates(np.array([0.1, 0.2]), U, W, 1.0)).all()
+        and np.isnan(law.activations(np.array([0.1]))).all()
+    )
 
 
 def test_the_longest_formula_is_computed_with_a_shallow_stack() -> None:

@@ -17,7 +17,9 @@ from tests.app.page.helpers import buttons, shown
 pytestmark = pytest.mark.slow
 
 
-def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     guest = arrive(house(host="0.0.0.0"), "ghost=off&law=unprotected")
     guest.visitor.wait_for(state_of)
     first = state_of(guest.visitor) or {}
@@ -25,7 +27,9 @@ def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(house: Ope
     enter(guest.visitor, first["box"], "d.__class__", 1)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["number"] == "1")
     state = state_of(guest.visitor) or {}
-    assert state["said"] == "refused" and state["refused"].startswith("Line 1, column 2: . is not part of a formula.")
+    assert state["said"] == "refused" and state["refused"].startswith(
+        "Line 1, column 2: . is not part of a formula."
+    )
     assert not guest.session.law.given
     enter(guest.visitor, first["box"], PAPER, 2)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")
@@ -49,7 +53,9 @@ def test_the_step_of_lesson_ten_is_passed_with_a_formula(house: OpenHouse, arriv
     enter(guest.visitor, box, PAPER, 1)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")
     assert [kind for name in TRIALS for kind in desk.work(name)] == list(TRIALS)
-    guest.visitor.wait_for(lambda v: [kind for kind, _ in (state_of(v) or {})["lamps"]] == ["ok"] * len(TRIALS))
+    guest.visitor.wait_for(
+        lambda v: [kind for kind, _ in (state_of(v) or {})["lamps"]] == ["ok"] * len(TRIALS)
+    )
     guest.visitor.wait_for(lambda v: "Challenge passed." in shown(v))
     assert guest.ask(lambda _: lessons_of(guest).walk.done.passed)
     assert guest.session.settings.page.ghost == DEFAULT_LAW and guest.session.law.of_run is not None

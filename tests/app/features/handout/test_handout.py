@@ -55,7 +55,10 @@ def words(page: str) -> str:
 def outcome_texts(lesson: Lesson, step: Step) -> list[str]:
     """Texts of a step that only the teacher's copy may have: replies, and the first measurement with its value."""
     outcome = reference(step, step.setup)
-    replies = [fill(step, choice.reply, outcome, lesson.language) for choice in (step.question.choices if step.question else ())]
+    replies = [
+        fill(step, choice.reply, outcome, lesson.language)
+        for choice in (step.question.choices if step.question else ())
+    ]
     texts = [words(lesson_html(reply, step.setup.folder)) for reply in replies]
     first = outcome.lines(step, lesson.language)[0].split(";")[0].rstrip(".") if step.measurements else ""
     return [text for text in (*texts, first.replace("_", "")) if text]
@@ -129,7 +132,10 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
         # The medium reaches a page of another process a moment after its load.
         page.wait_for_function(f"() => String({WHOLE}) === 'true'")
         for paper, (width, height) in PAPERS.items():
-            across, down = (round((size - margin) / 25.4 * 96) for size, margin in zip((width, height), MARGINS, strict=True))
+            across, down = (
+                round((size - margin) / 25.4 * 96)
+                for size, margin in zip((width, height), MARGINS, strict=True)
+            )
             page.set_viewport_size({"width": across, "height": down})
             page.wait_for_function("across => innerWidth === across", arg=across)
             assert page.evaluate(UNFIT, [across, down]) == [], (path.name, paper)
@@ -139,9 +145,14 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
             printed = page.pdf(format=paper, prefer_css_page_size=True)
             sheets = len(re.findall(rb"/Type /Page\b", printed))
             assert sheets <= 2 or "-teacher" in path.name, (path.name, paper, sheets)
-            assert sheets >= 2 or page.locator(".afterwards").count() == 0, "what is given out later has a sheet of its own"
+            assert sheets >= 2 or page.locator(".afterwards").count() == 0, (
+                "what is given out later has a sheet of its own"
+            )
             # A student's copy stands in columns on paper alone.
-            assert "-teacher" not in path.name or page.evaluate("document.documentElement.scrollHeight") / down <= sheets
+            assert (
+                "-teacher" not in path.name
+                or page.evaluate("document.documentElement.scrollHeight") / down <= sheets
+            )
             boxes = {
                 tuple(round(float(x) / 72 * 25.4) for x in box.split()[2:])
                 for box in re.findall(rb"MediaBox \[([^]]*)\]", printed)
@@ -156,11 +167,16 @@ def test_one_lesson_and_one_that_is_not_there(tmp_path: Path, capsys: pytest.Cap
     assert "There is no lesson '99'; choose from 0 beliefs, 1 redundancy, 2 drift" in capsys.readouterr().err
 
 
-def test_without_a_lesson_the_fault_alone_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_lesson_the_fault_alone_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder, playlist = tmp_path / "nope", tmp_path / "bad.toml"
     playlist.write_text("lessons = [", encoding="utf-8")
     assert main(["handout", "--folder", str(folder), "--lesson", "3"]) == 1
-    assert capsys.readouterr().err == f"fault: {folder}: the folder cannot be read (No such file or directory).\n"
+    assert (
+        capsys.readouterr().err
+        == f"fault: {folder}: the folder cannot be read (No such file or directory).\n"
+    )
     assert main(["handout", "--playlist", str(playlist)]) == 1
     assert capsys.readouterr().err.startswith("fault: bad.toml, line 1: ")
     assert main(["lessons", "--folder", str(folder), "--only", "3"]) == 1
@@ -190,7 +206,9 @@ def test_every_question_has_its_answers_and_their_replies(language: Language, nu
     lesson = lesson_of(language, number)
     quiz = fromstring(moodle_xml(lesson))
     category, *questions = quiz.findall("question")
-    assert category.get("type") == "category" and text(category, "category").startswith(f"$course$/top/Duet/{number + 1:02d} ")
+    assert category.get("type") == "category" and text(category, "category").startswith(
+        f"$course$/top/Duet/{number + 1:02d} "
+    )
     asked = [step for step in lesson.steps if step.question is not None and step.question.choices]
     chosen = [one for one in questions if one.get("type") == "multichoice"]
     assert len(chosen) == len(asked) > 0
@@ -200,9 +218,16 @@ def test_every_question_has_its_answers_and_their_replies(language: Language, nu
         assert [answer.get("fraction") for answer in answers] == [
             "100" if place == step.question.right else "0" for place in range(len(step.question.choices))
         ]
-        assert all(text(answer, "feedback") for answer in answers) and len(made.findall("hint")) == len(step.hints)
+        assert all(text(answer, "feedback") for answer in answers) and len(made.findall("hint")) == len(
+            step.hints
+        )
         assert [one.text for one in made.findall("single")] == ["true"]
-    forecasts = [forecast for step in lesson.steps if step.challenge is not None for forecast in step.challenge.forecasts]
+    forecasts = [
+        forecast
+        for step in lesson.steps
+        if step.challenge is not None
+        for forecast in step.challenge.forecasts
+    ]
     numerical = [one for one in questions if one.get("type") == "numerical"]
     assert len(numerical) == len(forecasts) and len(chosen) + len(numerical) == len(questions)
     for forecast, made in zip(forecasts, numerical, strict=True):
@@ -220,7 +245,12 @@ def test_every_question_has_its_answers_and_their_replies(language: Language, nu
 
 def test_formulas_stay_latex_and_pictures_become_words() -> None:
     everything = "".join(fromstring(moodle_xml(lesson_of("en", 2))).itertext())
-    assert r"\(J_d" in everything and r"\tag{11}" in everything and "<svg" not in everything and "<img" not in everything
+    assert (
+        r"\(J_d" in everything
+        and r"\tag{11}" in everything
+        and "<svg" not in everything
+        and "<img" not in everything
+    )
     assert len(re.findall(r"\\\(", everything)) == len(re.findall(r"\\\)", everything)) > 10
 
 
@@ -245,7 +275,8 @@ def test_characters_that_xml_does_not_allow_are_left_out(escaped: bool) -> None:
         replace(
             step,
             title=f"ti{odd}tle",
-            question=step.question and replace(step.question, text=f"wh{odd}at? \x7f😀", choices=(*step.question.choices,)),
+            question=step.question
+            and replace(step.question, text=f"wh{odd}at? \x7f😀", choices=(*step.question.choices,)),
         )
         for step in lesson.steps
     ]

@@ -38,7 +38,9 @@ class JupyterServer:
 
     def get(self, path: str, token: str = TOKEN) -> tuple[int, str, bytes]:
         """Return status, final address and content of an answer."""
-        request = urllib.request.Request(self.url + path, headers={"Authorization": f"token {token}"} if token else {})
+        request = urllib.request.Request(
+            self.url + path, headers={"Authorization": f"token {token}"} if token else {}
+        )
         try:
             with urllib.request.urlopen(request, timeout=120) as answer:
                 return answer.status, answer.url, answer.read()
@@ -59,7 +61,13 @@ def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]
         "ServerApp.open_browser": False,
         "IdentityProvider.token": TOKEN,
     }
-    command = [sys.executable, "-m", "jupyter_server", "--allow-root", *(f"--{key}={value}" for key, value in options.items())]
+    command = [
+        sys.executable,
+        "-m",
+        "jupyter_server",
+        "--allow-root",
+        *(f"--{key}={value}" for key, value in options.items()),
+    ]
     with (
         output.open("wb") as log,
         subprocess.Popen(command, cwd=home, env=environment(home), stdout=log, stderr=log) as process,

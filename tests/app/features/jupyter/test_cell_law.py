@@ -38,7 +38,10 @@ def test_a_function_takes_what_it_uses_along() -> None:
     file = LawFile("law.py", law_text(own).encode(), 2**29)
     np.testing.assert_array_equal(file.velocities(SITUATION)[0], SITUATION.nominal)
     text = law_text(own).splitlines()
-    assert text.index("def own(situation: Any) -> Any:") == own.__code__.co_firstlineno - 1 and "OTHER" not in text[0]
+    assert (
+        text.index("def own(situation: Any) -> Any:") == own.__code__.co_firstlineno - 1
+        and "OTHER" not in text[0]
+    )
 
 
 ROOT, SINGLE, MOST = np.sqrt(4.0), np.float32(0.5), np.array([np.inf, -np.inf, np.nan])
@@ -62,7 +65,13 @@ def test_what_is_no_function_of_its_own_is_refused(wrong: Any) -> None:
 
 
 def test_settings_have_a_short_and_a_long_name() -> None:
-    assert [key_of(name) for name in ("dm", "critical_distance", "n", "order", "scene")] == ["dm", "dm", "n", "n", "scene"]
+    assert [key_of(name) for name in ("dm", "critical_distance", "n", "order", "scene")] == [
+        "dm",
+        "dm",
+        "n",
+        "n",
+        "scene",
+    ]
     law = all_changed(Settings(), {"critical_distance": 0.2, "n": 3}).run.law
     assert (law.critical_distance, law.order) == (0.2, 3.0)
     with pytest.raises(BadSetting, match="nothing"):

@@ -157,7 +157,9 @@ def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> N
     home = by_hand(settings=Settings(run=RunSettings(scene="hold")), features=(edited(tmp_path / "law.py"),))
     home.let_in(f"resume={1:032d}")
     visitor = visitor_of(home)
-    assert table(visitor.session.handlers) == {name: owners for name, owners in OWNER.items() if name != "MoveInNullSpace"}
+    assert table(visitor.session.handlers) == {
+        name: owners for name, owners in OWNER.items() if name != "MoveInNullSpace"
+    }
     # The sliders of the null space are made with the first lesson that is opened.
     lessons_of(visitor).enter(0)
     home.frame()
@@ -229,7 +231,9 @@ def test_in_a_replay_keys_mean_the_replay_then_the_lesson_and_then_the_run(by_ha
         assert session.paused == paused
 
 
-def test_a_page_in_another_language_has_its_own_handlers_and_the_old_one_may_close_late(by_hand: Made) -> None:
+def test_a_page_in_another_language_has_its_own_handlers_and_the_old_one_may_close_late(
+    by_hand: Made,
+) -> None:
     home = by_hand()
     client = home.let_in()
     visitor = visitor_of(home)

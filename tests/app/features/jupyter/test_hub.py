@@ -70,7 +70,12 @@ class Hub:
     def get(self, visitor: requests.Session, path: str) -> requests.Response:
         """Follow a path under the hub's public name, which this computer does not know."""
         for _ in range(20):
-            answer = visitor.get(f"http://127.0.0.1:{self.port}{path}", headers={"Host": NAME}, allow_redirects=False, timeout=60)
+            answer = visitor.get(
+                f"http://127.0.0.1:{self.port}{path}",
+                headers={"Host": NAME},
+                allow_redirects=False,
+                timeout=60,
+            )
             if not answer.is_redirect:
                 return answer
             target = urlsplit(answer.headers["Location"])
@@ -81,20 +86,36 @@ class Hub:
         visitor = requests.Session()
         (token,) = re.findall(r'name="_xsrf" value="([^"]+)"', self.get(visitor, "/hub/login").text)
         form = {"username": user, "password": PASSWORD, "_xsrf": token}
-        visitor.post(f"http://127.0.0.1:{self.port}/hub/login", form, headers={"Host": NAME}, allow_redirects=False, timeout=60)
+        visitor.post(
+            f"http://127.0.0.1:{self.port}/hub/login",
+            form,
+            headers={"Host": NAME},
+            allow_redirects=False,
+            timeout=60,
+        )
         return visitor
 
     def ask(self, visitor: requests.Session, method: str, path: str) -> requests.Response:
         """Ask an API of the hub or of a user's server, as its own pages do."""
-        (token,) = {one.value for one in visitor.cookies if one.name == "_xsrf" and path.startswith(one.path) and one.path != "/"}
+        (token,) = {
+            one.value
+            for one in visitor.cookies
+            if one.name == "_xsrf" and path.startswith(one.path) and one.path != "/"
+        }
         headers = {"Host": NAME, "X-XSRFToken": str(token), "Referer": f"http://{NAME}/hub/home"}
         return visitor.request(method, f"http://127.0.0.1:{self.port}{path}", headers=headers, timeout=60)
 
     def websocket(
-        self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}", protocol: str = f"viser-v{VISER_VERSION}"
+        self,
+        visitor: requests.Session,
+        path: str,
+        origin: str = f"http://{NAME}",
+        protocol: str = f"viser-v{VISER_VERSION}",
     ) -> ClientConnection:
         """Open a websocket under the hub's public name."""
-        cookies = "; ".join(f"{one.name}={one.value}" for one in visitor.cookies if path.startswith(one.path.rstrip("/")))
+        cookies = "; ".join(
+            f"{one.name}={one.value}" for one in visitor.cookies if path.startswith(one.path.rstrip("/"))
+        )
         return connect(
             f"ws://{NAME}{path}",
             sock=socket.create_connection(("127.0.0.1", self.port)),
@@ -105,7 +126,9 @@ class Hub:
             proxy=None,
         )
 
-    def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
+    def first_message(
+        self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}"
+    ) -> bytes | str:
         """First message to a page by its websocket."""
         with self.websocket(visitor, path, origin) as connection:
             return connection.recv(60.0)
@@ -127,12 +150,18 @@ def hub(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hub]:
     path = f"{Path(sys.executable).parent}:{around['PATH']}"
     with (home / "log").open("wb") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "jupyterhub"], cwd=home, env={**around, "PATH": path}, stdout=log, stderr=subprocess.STDOUT
+            [sys.executable, "-m", "jupyterhub"],
+            cwd=home,
+            env={**around, "PATH": path},
+            stdout=log,
+            stderr=subprocess.STDOUT,
         )
         try:
             deadline = time.monotonic() + 90.0
             while not _answers(ports[0]):
-                assert goes_on(process) and time.monotonic() < deadline, (home / "log").read_text(encoding="utf-8")
+                assert goes_on(process) and time.monotonic() < deadline, (home / "log").read_text(
+                    encoding="utf-8"
+                )
             yield Hub(ports[0], process)
         finally:
             process.terminate()
@@ -167,7 +196,9 @@ def test_every_user_has_a_duet_of_their_own(hub: Hub, visitors: dict[str, reques
             assert opened.enter_context(hub.websocket(visitors[user], f"/user/{user}/duet/")).recv(30.0)
 
 
-def test_a_server_that_was_culled_comes_back_with_its_tile(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+def test_a_server_that_was_culled_comes_back_with_its_tile(
+    hub: Hub, visitors: dict[str, requests.Session]
+) -> None:
     eve = visitors["eve"]
     # What jupyterhub-idle-culler asks for.
     assert hub.ask(eve, "DELETE", "/hub/api/users/eve/server").status_code in (202, 204)
@@ -183,8 +214,18 @@ def test_a_notebook_shows_a_lesson_in_a_cell(hub: Hub, visitors: dict[str, reque
     ann = visitors["ann"]
     hub.get(ann, "/user/ann/api/status")
     kernel = hub.ask(ann, "POST", "/user/ann/api/kernels").json()["id"]
-    header = {"msg_id": "1", "session": "2", "username": "ann", "msg_type": "execute_request", "version": "5.3"}
-    content = {"code": "from app.features.jupyter import duet\nduet.show(lesson=4)", "silent": False, "user_expressions": {}}
+    header = {
+        "msg_id": "1",
+        "session": "2",
+        "username": "ann",
+        "msg_type": "execute_request",
+        "version": "5.3",
+    }
+    content = {
+        "code": "from app.features.jupyter import duet\nduet.show(lesson=4)",
+        "silent": False,
+        "user_expressions": {},
+    }
     request = {"header": header, "parent_header": {}, "metadata": {}, "content": content, "channel": "shell"}
     with hub.websocket(ann, f"/user/ann/api/kernels/{kernel}/channels", protocol="") as channels:
         channels.send(json.dumps(request))
@@ -209,9 +250,15 @@ def test_two_users_hold_an_arm_each(hub: Hub, visitors: dict[str, requests.Sessi
     def come(opened: ExitStack, user: str, path: str, query: str) -> BlockingClient:
         # The page's own request brings the cookies.
         hub.get(visitors[user], f"{path}/")
-        cookies = "; ".join(f"{one.name}={one.value}" for one in visitors[user].cookies if path.startswith(one.path.rstrip("/")))
+        cookies = "; ".join(
+            f"{one.name}={one.value}"
+            for one in visitors[user].cookies
+            if path.startswith(one.path.rstrip("/"))
+        )
         address = f"http://127.0.0.1:{hub.port}"
-        return opened.enter_context(BlockingClient(f"{address}{path}", address, query, headers={"Cookie": cookies}))
+        return opened.enter_context(
+            BlockingClient(f"{address}{path}", address, query, headers={"Cookie": cookies})
+        )
 
     with ExitStack() as opened:
         host = come(opened, "ann", "/services/duet", f"scene=hold&resume={1:032d}&folder=/services/duet")

@@ -76,7 +76,9 @@ def query_of(html: str) -> str:
     return query
 
 
-def test_the_history_is_arrays_of_the_run_that_is_shown(cell: Execute, page_html: str, tmp_path: Path) -> None:
+def test_the_history_is_arrays_of_the_run_that_is_shown(
+    cell: Execute, page_html: str, tmp_path: Path
+) -> None:
     file = tmp_path / "history.npz"
     cell(f"run.advance(5.0)\nimport numpy; numpy.savez({str(file)!r}, **run.history())")
     with np.load(file) as history:
@@ -89,8 +91,12 @@ def test_the_history_is_arrays_of_the_run_that_is_shown(cell: Execute, page_html
 
 
 def test_a_second_cell_shows_the_same_run_and_may_change_it(cell: Execute, page_html: str) -> None:
-    printed, (html,) = cell("again = duet.show(300, n=8, law='strict_priority')\nprint(again is run, run.law.order, run.law.law)")
-    assert printed == "True 8.0 strict_priority\n" and port_of(html) == port_of(page_html) and html != page_html
+    printed, (html,) = cell(
+        "again = duet.show(300, n=8, law='strict_priority')\nprint(again is run, run.law.order, run.law.law)"
+    )
+    assert (
+        printed == "True 8.0 strict_priority\n" and port_of(html) == port_of(page_html) and html != page_html
+    )
     with pytest.raises(AssertionError, match=r"BadSetting: .*smooth_priority"):
         cell("duet.show(n=9, law='none')")
     assert cell("print(run.settings.run.law.order, run.settings.run.scene)")[0] == "8.0 hold\n"
@@ -105,7 +111,10 @@ def test_the_first_cell_operates_it_and_a_foreign_page_needs_the_key(cell: Execu
         ours.wait_for(lambda v: has_arms(v) and len(v.mirror.commands) >= 14)
         next_cell.wait_for(has_arms)
         assert len(next_cell.mirror.commands) < 14
-        assert not any("Students" in str(element) or "Follow me" in str(element) for element in list(ours.mirror.gui.values()))
+        assert not any(
+            "Students" in str(element) or "Follow me" in str(element)
+            for element in list(ours.mirror.gui.values())
+        )
         ours.close()
         next_cell.wait_for(lambda v: len(v.mirror.commands) >= 14)
     with pytest.raises(websockets.InvalidStatus, match="403"):
@@ -118,8 +127,12 @@ def test_the_cell_finds_the_page_through_jupyter(
     page = page_at(1000, 800, fresh=True)
     page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
     # Jupyter's own pages say where they are in this element; JupyterLab itself is not among the tests' packages.
-    config = f'<script id="jupyter-config-data" type="application/json">{{"baseUrl": "{jupyter.folder}"}}</script>'
-    page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{config}{page_html}"))
+    config = (
+        f'<script id="jupyter-config-data" type="application/json">{{"baseUrl": "{jupyter.folder}"}}</script>'
+    )
+    page.route(
+        "**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{config}{page_html}")
+    )
     page.goto(f"{jupyter.origin}{jupyter.folder}lab")
     expect(page.locator("iframe[title=Duet]")).to_be_visible(timeout=60_000)
     frame = page.frames[1]
@@ -145,7 +158,10 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
         with pytest.raises(AssertionError, match="step needs 7 finite joint velocities"):
             cell(f"run.step({wrong})")
     _, (html,) = cell(lesson)
-    assert port_of(html) == port_of(page_html) and cell("print(run._app.host.lessons.walk.lesson.number)")[0] == "4\n"
+    assert (
+        port_of(html) == port_of(page_html)
+        and cell("print(run._app.host.lessons.walk.lesson.number)")[0] == "4\n"
+    )
     for wrong in ("99", "'none'", "4, step=99"):
         with pytest.raises(AssertionError, match="BadSetting"):
             cell(f"duet.show(lesson={wrong})")
@@ -153,7 +169,9 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
 
 def test_a_law_of_a_cell_that_fails_names_the_line_of_the_cell(cell: Execute, page_html: str) -> None:
     cell("run._ask(lambda session: run._app.host.lessons.leave())")
-    cell("k = 3\n\ndef broken(situation):\n    return k * situation.nominal / nothing\nduet.law(broken)\nrun.advance(0.1)")
+    cell(
+        "k = 3\n\ndef broken(situation):\n    return k * situation.nominal / nothing\nduet.law(broken)\nrun.advance(0.1)"
+    )
     assert "line 4: NameError: name 'nothing'" in cell("print(run._session.law_status.problem)")[0]
     for wrong in ("lambda s: s.nominal", "3", "print"):
         with pytest.raises(AssertionError, match="BadSetting"):
@@ -173,7 +191,9 @@ def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
     page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
     page.route(
         "**/lab",
-        lambda route: route.fulfill(content_type="text/html", body=f"<body data-base-url='{jupyter.folder}'>{page_html}"),
+        lambda route: route.fulfill(
+            content_type="text/html", body=f"<body data-base-url='{jupyter.folder}'>{page_html}"
+        ),
     )
     page.goto(f"{jupyter.origin}{jupyter.folder}lab")
     expect(page.locator("body")).to_contain_text("This Duet has ended. Run the cell again.", timeout=60_000)
@@ -185,7 +205,9 @@ def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_
     page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{page_html}"))
     page.goto("http://localhost:1/lab")
     expect(page.locator("body")).to_contain_text("install jupyter-server-proxy", timeout=60_000)
-    expect(page.locator("a")).to_have_attribute("href", f"http://127.0.0.1:{port_of(page_html)}/?{query_of(page_html)}")
+    expect(page.locator("a")).to_have_attribute(
+        "href", f"http://127.0.0.1:{port_of(page_html)}/?{query_of(page_html)}"
+    )
 
 
 @pytest.fixture
@@ -214,10 +236,14 @@ def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> Non
     assert named("strict_priority") and run._session.simulation.given_law is None
 
 
-def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(
+    ends: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run = duet.show()
     make, unanswered = run._session.step_both, [None, None]
-    monkeypatch.setattr(run._session, "step_both", lambda: False if unanswered and not unanswered.pop() else make())
+    monkeypatch.setattr(
+        run._session, "step_both", lambda: False if unanswered and not unanswered.pop() else make()
+    )
     first = run.step(np.zeros(7))
     assert not unanswered
     assert run.step(np.zeros(7))["t"] == pytest.approx(first["t"] + run.settings.run.dt)
@@ -231,7 +257,9 @@ def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: Non
         run.step(np.zeros(7))
 
 
-def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(ends: None) -> None:
+def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(
+    ends: None,
+) -> None:
     with pytest.raises(BadSetting, match="no lesson 99"):
         duet.show(lesson=99)
     assert duet._running is None
@@ -250,8 +278,15 @@ def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not
         (lambda: second["foo"], "no setting 'foo'; choose from scene,"),
         *((partial(second.history, seconds), "above 0, or None") for seconds in (-1.0, 0.0)),
         *((partial(second.advance, seconds), "above 0 and up to 5000") for seconds in (-1.0, 1e12)),
-        *((partial(duet.show, lesson=1, step=step), f"step = {step!r} is no finite number") for step in wrong),
-        *((partial(method, seconds), "no finite number") for method in (second.history, second.advance) for seconds in wrong[:3]),
+        *(
+            (partial(duet.show, lesson=1, step=step), f"step = {step!r} is no finite number")
+            for step in wrong
+        ),
+        *(
+            (partial(method, seconds), "no finite number")
+            for method in (second.history, second.advance)
+            for seconds in wrong[:3]
+        ),
     ):
         with pytest.raises(BadSetting, match=said):
             ask()

@@ -33,7 +33,9 @@ START = "import sys, app.start, app.cli.main; print(*({'IPython', 'jupyter_serve
 
 @pytest.mark.parametrize("code", [LOAD, START])
 def test_neither_brings_the_other_with_it(code: str) -> None:
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+    )
     assert done.stdout.strip() == ""
 
 
@@ -57,7 +59,9 @@ def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterS
 
 
 @pytest.mark.thorough
-def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(jupyter: JupyterServer, page_at: PageAt) -> None:
+def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(
+    jupyter: JupyterServer, page_at: PageAt
+) -> None:
     page = page_at(700, 500)
     page.goto(f"{jupyter.origin}{jupyter.folder}duet/?n=8&panel=all&token={TOKEN}")
     wait_ready(page, "/room")

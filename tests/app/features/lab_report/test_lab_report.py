@@ -72,11 +72,32 @@ def test_a_nasty_text_is_shown_as_it_was_written() -> None:
 def test_everything_that_was_done_is_in_it() -> None:
     run = Settings(run=given_settings(dm=0.2))
     text = HtmlReader(report_html("My report", [replace(entry("I thought so."), settings="n = 2")], run)).text
-    rows = ("Question", "Prediction", "Drawn", "Reason and outcome", "Measured", "Verdict", "Challenge", "Settings")
-    parts = ("My report", "4.2", *rows, "In my own words", "I thought so.", "✓ right", "your curve", "✓ d ≥ 150 mm", "n = 2")
+    rows = (
+        "Question",
+        "Prediction",
+        "Drawn",
+        "Reason and outcome",
+        "Measured",
+        "Verdict",
+        "Challenge",
+        "Settings",
+    )
+    parts = (
+        "My report",
+        "4.2",
+        *rows,
+        "In my own words",
+        "I thought so.",
+        "✓ right",
+        "your curve",
+        "✓ d ≥ 150 mm",
+        "n = 2",
+    )
     more = ("attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
     assert [part for part in (*parts, *more) if part not in text] == []
-    assert "✗ not so" in report_html("r", [entry(right=False)], None) and "<table" not in report_html("r", [entry()], None)
+    assert "✗ not so" in report_html("r", [entry(right=False)], None) and "<table" not in report_html(
+        "r", [entry()], None
+    )
 
 
 def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
@@ -91,7 +112,12 @@ def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
 
 def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None:
     one = entry("me $x$")
-    page = report_html("r $x$", [replace(one, view=replace(one.view, texts=(("predict", "why $x$"),)))], None, about="who $x$")
+    page = report_html(
+        "r $x$",
+        [replace(one, view=replace(one.view, texts=(("predict", "why $x$"),)))],
+        None,
+        about="who $x$",
+    )
     assert "why <svg" in page and "why $x$" not in page and page.count("me $x$") == 2 and "who $x$" in page
 
 
@@ -107,7 +133,11 @@ def test_only_plain_pictures_are_put_in() -> None:
 
 def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
-    plots = [inline_svg(recorded, "p1", only=("lambda",)), inline_svg(recorded, "p2", only=("speeds",)), *[""] * 4]
+    plots = [
+        inline_svg(recorded, "p1", only=("lambda",)),
+        inline_svg(recorded, "p2", only=("speeds",)),
+        *[""] * 4,
+    ]
     entries = [replace(entry("word " * 40, i % 2 == 0), plot=plot) for i, plot in enumerate(plots)]
     path = tmp_path / "report.html"
     path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
@@ -160,10 +190,12 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> 
         assert part in page.replace("&#39;", "'").replace("\N{NO-BREAK SPACE}", " ")
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
     assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
-    reason, _, measured = page.partition('<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;')[
-        2
-    ].partition("<b>")
-    assert reason and measured.startswith("Measured</b><ul><li>Ways to move"), "reason and outcome stand side by side"
+    reason, _, measured = page.partition(
+        '<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;'
+    )[2].partition("<b>")
+    assert reason and measured.startswith("Measured</b><ul><li>Ways to move"), (
+        "reason and outcome stand side by side"
+    )
     assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
 
 
@@ -193,7 +225,9 @@ def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
     run.walk.next()
     run.walk.next()
     page = made(steps_of(run))
-    assert "your curve" in page and "by the formula" in page and "Your curve is off by 0.76 on average." in page
+    assert (
+        "your curve" in page and "by the formula" in page and "Your curve is off by 0.76 on average." in page
+    )
 
 
 def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
@@ -206,7 +240,10 @@ def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
 
 def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
-    assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
+    assert (
+        rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>"
+        and rich_html("my_law.py") == "my_law.py"
+    )
     assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
 
 
@@ -214,7 +251,9 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
     queue = ExportQueue(run.session, ReplayPlayer(run.session, background, run.session.wake))
     ask_report(queue, run.session, ())
-    assert [title for title, _ in run.session.notices] == ["There is nothing to report yet"] and not background.waiting()
+    assert [title for title, _ in run.session.notices] == [
+        "There is nothing to report yet"
+    ] and not background.waiting()
     ask_report(queue, run.session, steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()
@@ -226,7 +265,9 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     run.walk.write(before)
     queue.player.advance(0.0)
     ((name, content),) = queue.take_files()
-    assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
+    assert (
+        name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
+    )
 
 
 def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
@@ -240,7 +281,11 @@ def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: Lesso
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
     assert back.walk.done.because == run.walk.done.because != ""
     back.act(Press("reset"))
-    assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None and not back.walk.done.because
+    assert (
+        back.walk.done.words == run.walk.done.words
+        and back.walk.done.choice is None
+        and not back.walk.done.because
+    )
     back.walk.give_reason("y" * (LONGEST_REASON + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
     assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).because) == LONGEST_REASON
     back.walk.write("x" * (MOST_WORDS + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)

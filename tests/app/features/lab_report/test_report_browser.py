@@ -35,7 +35,9 @@ def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animatio
 
 
 @pytest.mark.thorough
-def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1440, 900, fresh=True)
     session, run = enter(page, house(), "lesson=4&step=3&theme=light")
     box = page.get_by_label("Because …", exact=True).locator("visible=true")
@@ -54,8 +56,14 @@ def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house:
     why_flashes(page, "no-preference", "duet-flash")
     until(page, lambda: session.simulation.time > 1.5, "it runs by itself")
     legend = page.locator(".duet-caption:visible").first
-    until(page, lambda: legend.locator("span:has(i:not([class*=d]))").all_inner_texts() == ["n = 10"], "the run's curve")
-    until(page, lambda: "n = 1" in legend.locator("span:has(i.dash)").all_inner_texts(), "the curve beside it")
+    until(
+        page,
+        lambda: legend.locator("span:has(i:not([class*=d]))").all_inner_texts() == ["n = 10"],
+        "the run's curve",
+    )
+    until(
+        page, lambda: "n = 1" in legend.locator("span:has(i.dash)").all_inner_texts(), "the curve beside it"
+    )
     other = session.ghost
     assert other is not None and other.settings == run.walk.step.setup.run
     screenshot(page, "contrast")
@@ -70,4 +78,9 @@ def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house:
     reason, outcome = (page.locator(".beside > div").nth(i) for i in (0, 1))
     assert REASON in reason.inner_text() and "Hand error" in outcome.inner_text()
     left, right = reason.bounding_box(), outcome.bounding_box()
-    assert left is not None and right is not None and left["x"] + left["width"] <= right["x"] and left["y"] == right["y"]
+    assert (
+        left is not None
+        and right is not None
+        and left["x"] + left["width"] <= right["x"]
+        and left["y"] == right["y"]
+    )

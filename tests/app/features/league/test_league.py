@@ -16,7 +16,16 @@ from app.features.league import league_runs as league
 from app.features.league.entrants import Entrant, played
 from app.features.league.league_files import PART, Played
 from app.features.league.league_page import COLUMNS, league_rows
-from app.features.league.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
+from app.features.league.league_runs import (
+    LEVELS,
+    ROBOTS,
+    SCENES,
+    Event,
+    LeagueRun,
+    Outcome,
+    Schedule,
+    events,
+)
 from app.features.marks.fence import FenceLimits
 from app.runtime.terminal import INTERRUPTED
 from controllers.errors import LazyText
@@ -40,7 +49,9 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(entrants, "LAWS", {name: LAWS[name] for name in (DEFAULT_LAW, NO_AVOIDANCE)})
     for module in (league, league_page):
         monkeypatch.setattr(module, "SCENES", (HOLD,))
-    monkeypatch.setattr(command, "ISOLATION", dict.fromkeys(("full", "network", "none"), "how well a file is fenced"))
+    monkeypatch.setattr(
+        command, "ISOLATION", dict.fromkeys(("full", "network", "none"), "how well a file is fenced")
+    )
 
 
 @pytest.fixture
@@ -71,7 +82,9 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_two_or_a_cluster_write
         patch.setattr(command, "computing", part)
         assert play(here, *word, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
-    assert said.err.endswith(f"5 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")
+    assert said.err.endswith(
+        f"5 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n"
+    )
     # Of built-in laws alone there is nothing to say.
     assert "how well" not in said.err
     assert [path.name for path in here.iterdir()] == [PART]
@@ -93,7 +106,10 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_two_or_a_cluster_write
     assert "hidden half" in (here / "league.md").read_text(encoding="utf-8")
     capsys.readouterr()
     assert play(here) == 2
-    assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
+    assert (
+        "holds a league of other persons (--quick or --seed-word); give another --out"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.thorough
@@ -117,7 +133,9 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
     assert play(out, str(tmp_path / "broken.py"), str(folder), "--workers", "1") == 0
     assert seen == [("<b>paper.py", event) for event in events()]
     lines = (out / "league.md").read_text(encoding="utf-8").splitlines()
-    rows, broken = ([line for line in lines if line.startswith(f"| {name} ")] for name in ("<b>paper.py", "broken.py"))
+    rows, broken = (
+        [line for line in lines if line.startswith(f"| {name} ")] for name in ("<b>paper.py", "broken.py")
+    )
     assert len(rows) == len(broken) == len(LEVELS)
     assert all("broken.py, line 1: law returned nan for joint 1 of 7" in line for line in broken)
     # At equal safety; in so short a run not every scene lets the arms come near.
@@ -125,7 +143,9 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
     page = (out / "league.html").read_text(encoding="utf-8")
     read = HtmlReader(page)
     assert "<b>paper.py" in read.text and "<b>" not in page and "<script" not in page
-    assert set(read.links) == {"#projector", "#"} and page.count("<svg") == 2 and 'content="default-src' in page
+    assert (
+        set(read.links) == {"#projector", "#"} and page.count("<svg") == 2 and 'content="default-src' in page
+    )
 
 
 @pytest.mark.thorough
@@ -142,13 +162,19 @@ def test_a_file_that_runs_out_of_time_costs_its_rows_and_has_another_try_with_mo
     monkeypatch.setattr(entrants, "fenced", endless)
     write(tmp_path / "endless.py", PAPER)
     for seconds in ("2", "2", "3"):
-        assert play(tmp_path / "out", str(tmp_path / "endless.py"), "--workers", "1", "--seconds", seconds) == 0
-        assert f"did not end within {tries[-1]:g} s" in (tmp_path / "out" / "league.md").read_text(encoding="utf-8")
+        assert (
+            play(tmp_path / "out", str(tmp_path / "endless.py"), "--workers", "1", "--seconds", seconds) == 0
+        )
+        assert f"did not end within {tries[-1]:g} s" in (tmp_path / "out" / "league.md").read_text(
+            encoding="utf-8"
+        )
     assert tries == [2.0] * len(list(events())) + [3.0] * len(list(events()))
     assert "given_up" not in (tmp_path / "out" / "league.json").read_text(encoding="utf-8")
 
 
-def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_file_plays_once_under_a_name_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "anna"
     folder.mkdir()
@@ -169,12 +195,19 @@ def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypat
         (["missing.py"], "missing.py: there is no such file"),
         (["."], ".: holds no law (*.py)."),
         (["--out", "file/out"], "cannot be written"),
-        (["--out", "new", "--scheduler", "tcp://127.0.0.1:1"], "scheduler = tcp://127.0.0.1:1: no Dask scheduler answers there"),
+        (
+            ["--out", "new", "--scheduler", "tcp://127.0.0.1:1"],
+            "scheduler = tcp://127.0.0.1:1: no Dask scheduler answers there",
+        ),
         (["--out", "damaged"], "is not what a league has written; remove it, or give another --out."),
     ],
 )
 def test_nonsense_is_refused(
-    options: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    options: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
@@ -186,7 +219,10 @@ def test_nonsense_is_refused(
 
 def outcome(*figures: tuple[float, float, float]) -> Outcome:
     """An outcome with runs of so much lost, smallest distance and error."""
-    runs = tuple(LeagueRun("public", i, 0.5, lost, d_min, e2, 0.1, 0.4) for i, (lost, d_min, e2) in enumerate(figures, 1))
+    runs = tuple(
+        LeagueRun("public", i, 0.5, lost, d_min, e2, 0.1, 0.4)
+        for i, (lost, d_min, e2) in enumerate(figures, 1)
+    )
     return Outcome(None, None, runs, 40.0)
 
 
@@ -206,26 +242,36 @@ def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> Non
     # At equal safety the error decides; without a run in one scene there is none.
     assert [row.entrant for row in league_rows(mine, known, TINY, "equal", "ideal")] == mine[::-1]
     away = (NO_AVOIDANCE, "ball")
-    gap = [replace(one.outcome, runs=(), problem="why") if (one.name, one.event.scene) == away else one.outcome for one in known]
+    gap = [
+        replace(one.outcome, runs=(), problem="why") if (one.name, one.event.scene) == away else one.outcome
+        for one in known
+    ]
     partial = [Played(one.name, "", one.event, of) for one, of in zip(known, gap, strict=True)]
     last = league_rows(mine, partial, TINY, "equal", "ideal")[-1]
-    assert (last.entrant, last.e2, last.notes) == (mine[1], None, ("a ball in the way: why",)) and len(last.cells()) == len(
-        COLUMNS
-    )
+    assert (last.entrant, last.e2, last.notes) == (mine[1], None, ("a ball in the way: why",)) and len(
+        last.cells()
+    ) == len(COLUMNS)
 
 
 @pytest.mark.thorough
 def test_the_document_has_the_tables_of_the_built_in_laws() -> None:
     text = LEAGUE.documents["league"].file.read_text(encoding="utf-8")
     tables = re.findall(r"^### (.+)\n\n((?:\|.*\n)+)", text, re.MULTILINE)
-    assert [title for title, _ in tables] == [f"{title}, {robot} robots" for title in LEVELS.values() for robot in ROBOTS]
-    found = {title: {row.split(" | ")[0].removeprefix("| "): row for row in table.splitlines()[2:]} for title, table in tables}
+    assert [title for title, _ in tables] == [
+        f"{title}, {robot} robots" for title in LEVELS.values() for robot in ROBOTS
+    ]
+    found = {
+        title: {row.split(" | ")[0].removeprefix("| "): row for row in table.splitlines()[2:]}
+        for title, table in tables
+    }
     assert all(set(rows) == {law.label for law in LAWS.values() if law.in_league} for rows in found.values())
     assert f"edition {league.EDITION}" in text.lower()
     # One of its rows again: all but the wall time.
     paper = Entrant(DEFAULT_LAW)
     ideal = [event for event in events() if (event.level, event.robot) == ("default", "ideal")]
-    known = [Played(paper.name, "", event, league.law_held(paper.name, league.FULL, event)) for event in ideal]
+    known = [
+        Played(paper.name, "", event, league.law_held(paper.name, league.FULL, event)) for event in ideal
+    ]
     (row,) = league_rows([paper], known, league.FULL, "default", "ideal")
     written = found[f"{LEVELS['default']}, ideal robots"][paper.label].strip("| ").split(" | ")
     assert written[:6] == list(row.cells()[:6])

@@ -40,7 +40,11 @@ def test_the_hidden_half_follows_from_the_word_and_has_as_many_persons() -> None
     first, again, other = (replace(FULL, word=word).persons() for word in ("pear", "pear", "plum"))
     assert first == again and [p for p in first if p.half == "public"] == FULL.persons()
     hidden, others = ([p.seed for p in persons if p.half == "hidden"] for persons in (first, other))
-    assert len(hidden) == len(FULL.persons()) and set(hidden).isdisjoint(others) and set(hidden).isdisjoint(FULL.seeds)
+    assert (
+        len(hidden) == len(FULL.persons())
+        and set(hidden).isdisjoint(others)
+        and set(hidden).isdisjoint(FULL.seeds)
+    )
 
 
 def test_a_law_with_its_own_settings() -> None:
@@ -50,13 +54,27 @@ def test_a_law_with_its_own_settings() -> None:
     factor = person.speed / NATURAL_SPEED
     done = run(settings, SHORT.seconds / factor, paced(Simulation(settings, 1).source(), factor))
     (figures,) = outcome.runs
-    assert (outcome.value, outcome.reached, outcome.problem) == (None, None, "") and outcome.step_us is not None
+    assert (outcome.value, outcome.reached, outcome.problem) == (
+        None,
+        None,
+        "",
+    ) and outcome.step_us is not None
     summary = done.summary
-    assert figures[3:] == (figures.lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s)
+    assert figures[3:] == (
+        figures.lost,
+        summary.d_min,
+        summary.e2_max,
+        summary.dq_step_max,
+        summary.out_of_authority_s,
+    )
     assert (figures.half, figures.number, figures.speed) == ("public", 1, 0.5)
     # A person who is faster than v brings d below d_m; that is no loss of the law's.
     table = done.table
-    assert table[:, COLUMN["w"]].max() > NOMINAL_VELOCITY and summary.d_min < CRITICAL_DISTANCE and figures.lost == 0.0
+    assert (
+        table[:, COLUMN["w"]].max() > NOMINAL_VELOCITY
+        and summary.d_min < CRITICAL_DISTANCE
+        and figures.lost == 0.0
+    )
 
 
 def test_what_an_unprotected_arm_loses() -> None:

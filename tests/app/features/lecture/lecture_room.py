@@ -42,14 +42,18 @@ def tab_of(name: str) -> str:
 
 def sessions_of(host: LectureHost | BreakoutHost) -> dict[int, Session]:
     """The breakout sessions of a host, by client id."""
-    return {key: one.visitor.session for key, one in list(host.participants.items()) if one.visitor is not None}
+    return {
+        key: one.visitor.session for key, one in list(host.participants.items()) if one.visitor is not None
+    }
 
 
 def sees(visitor: BlockingClient, *texts: str) -> None:
     try:
         visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)
     except TimeoutError as error:
-        raise AssertionError(f"{[t for t in texts if t not in shown(visitor)]} not in {shown(visitor)[-3000:]}") from error
+        raise AssertionError(
+            f"{[t for t in texts if t not in shown(visitor)]} not in {shown(visitor)[-3000:]}"
+        ) from error
 
 
 def choose(visitor: BlockingClient, label: str) -> None:
@@ -59,7 +63,9 @@ def choose(visitor: BlockingClient, label: str) -> None:
 
     def is_there(_: object) -> bool:
         rows = bodies(visitor, "GuiButtonGroupMessage")
-        found[:] = [(row["uuid"], o) for row in rows for o in row["options"] if str(o).removeprefix(MARK) == label]
+        found[:] = [
+            (row["uuid"], o) for row in rows for o in row["options"] if str(o).removeprefix(MARK) == label
+        ]
         return bool(found)
 
     visitor.wait_for(is_there, WAIT)

@@ -45,7 +45,10 @@ def edge(page: Page, selector: str, side: str) -> float:
 
 def in_view(page: Page, selector: str) -> bool:
     """Whether an element is in the window, as a whole."""
-    return edge(page, selector, "top") >= 0.0 and edge(page, selector, "bottom") <= page.evaluate("innerHeight") + 1.0
+    return (
+        edge(page, selector, "top") >= 0.0
+        and edge(page, selector, "bottom") <= page.evaluate("innerHeight") + 1.0
+    )
 
 
 def taken(page: Page, kind: str) -> bytes:
@@ -86,12 +89,20 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
 def see_the_stage(host: LectureHost, teacher: Page, ann: Page) -> None:
     """It is the same for all, and only the teacher operates it."""
     session = host.session
-    arm, place = ask(session, lambda s: (s.simulation.room.arms[0].name, s.simulation.kinematics.joint_point(7).copy()))
+    arm, place = ask(
+        session, lambda s: (s.simulation.room.arms[0].name, s.simulation.kinematics.joint_point(7).copy())
+    )
     wrist = f"/arms/{arm}{WRIST}"
     for page in (teacher, ann):
         wait_ready(page, wrist)
-        until(page, lambda p=page: np.allclose(world_position(p, wrist), place, atol=1e-3), "the same arm", WAIT)
-    operated = (control(ann, "dm"), ann.get_by_role("tab", name="Arms"), ann.get_by_role("button", name="Pause"))
+        until(
+            page, lambda p=page: np.allclose(world_position(p, wrist), place, atol=1e-3), "the same arm", WAIT
+        )
+    operated = (
+        control(ann, "dm"),
+        ann.get_by_role("tab", name="Arms"),
+        ann.get_by_role("button", name="Pause"),
+    )
     assert [one.count() for one in operated] == [0, 0, 0]
     assert not ann.evaluate(f"!!__viserMutable.nodeRefFromName['{HAND}']")
     before = ask(session, lambda s: (s.settings, s.paused, s.simulation.steps))
@@ -104,7 +115,12 @@ def see_the_stage(host: LectureHost, teacher: Page, ann: Page) -> None:
 def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
     """One answers by key, the other by click; only the teacher sees how many. Return Ann's tab, which is another one then."""
     teacher.get_by_text("0 answered · 2 not yet").wait_for()
-    until(bo, lambda: in_view(bo, ".duet-l-text") and in_view(bo, "button:has-text('4 In 7')"), "question and answers", WAIT)
+    until(
+        bo,
+        lambda: in_view(bo, ".duet-l-text") and in_view(bo, "button:has-text('4 In 7')"),
+        "question and answers",
+        WAIT,
+    )
     assert edge(bo, ".duet-banner", "top") > 150.0
     ann.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("1 answered · 1 not yet").wait_for()
@@ -124,14 +140,21 @@ def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
     teacher.get_by_text("addresses: 1").wait_for()
     assert not teacher.get_by_text("votes without a page").count(), "both show the page"
-    until(bo, lambda: "Your prediction: In 4." in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+    until(
+        bo,
+        lambda: "Your prediction: In 4." in (bo.locator("#duet-say").text_content() or ""),
+        "announced",
+        WAIT,
+    )
     assert ann.locator(".duet-poll").count() == bo.locator(".duet-poll").count() == 0
     teacher.get_by_role("button", name="Reveal to everybody").click()
     for page in (ann, bo):
         page.locator(".duet-poll").get_by_text("2 answered").wait_for()
     for page in (teacher, ann):
         accessible(page)
-    until(bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+    until(
+        bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT
+    )
     return ann
 
 
@@ -150,10 +173,20 @@ def answer_again(teacher: Page, ann: Page, bo: Page) -> None:
     bars = third.locator(".round > div > div")
     assert third.locator(".round > b").all_inner_texts() == ["1 50 %", "2 100 %"]
     width = "bar => bar.offsetWidth / bar.parentElement.clientWidth"
-    until(ann, lambda: [round(bars.nth(i).evaluate(width), 1) for i in (0, 1)] == [0.5, 1.0], "the bars are grown", WAIT)
+    until(
+        ann,
+        lambda: [round(bars.nth(i).evaluate(width), 1) for i in (0, 1)] == [0.5, 1.0],
+        "the bars are grown",
+        WAIT,
+    )
     assert bars.nth(0).evaluate("bar => getComputedStyle(bar).opacity") == "0.4"
     edges = [third.locator(".round").nth(i).bounding_box() for i in (0, 1)]
-    assert edges[0] and edges[1] and edges[0]["x"] == edges[1]["x"] and edges[0]["y"] + edges[0]["height"] <= edges[1]["y"]
+    assert (
+        edges[0]
+        and edges[1]
+        and edges[0]["x"] == edges[1]["x"]
+        and edges[0]["y"] + edges[0]["height"] <= edges[1]["y"]
+    )
 
 
 def hand_in(teacher: Page, ann: Page) -> None:
@@ -166,7 +199,9 @@ def hand_in(teacher: Page, ann: Page) -> None:
     teacher.get_by_text("reports handed in: 1").wait_for()
     table, page, reports = (taken(teacher, kind) for kind in ("CSV", "HTML", "ZIP"))
     with zipfile.ZipFile(io.BytesIO(reports)) as archive:
-        assert archive.namelist() == ["001 _Ann _b_.html"] and b"=Ann &lt;b&gt;" in archive.read("001 _Ann _b_.html")
+        assert archive.namelist() == ["001 _Ann _b_.html"] and b"=Ann &lt;b&gt;" in archive.read(
+            "001 _Ann _b_.html"
+        )
     rows = list(csv.DictReader(io.StringIO(table.decode("utf-8-sig"))))
     assert [[row[key] for key in ("round", "answer_1", "answer_3", "'=Ann <b>")] for row in rows] == [
         ["1", "1", "1", "1"],
@@ -242,9 +277,9 @@ def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
     bo.get_by_label("Because …").fill("<img src=x onerror=alert(1)>  it is\u202e half " + "x" * 300)
     reason = teacher.locator(".duet-reasons li")
     until(teacher, lambda: len(reason.inner_text()) > 190, "the reason", WAIT)
-    assert reason.inner_text().startswith("<img src=x onerror=alert(1)> it is half x") and reason.inner_text().endswith(
-        "x answer 1"
-    )
+    assert reason.inner_text().startswith(
+        "<img src=x onerror=alert(1)> it is half x"
+    ) and reason.inner_text().endswith("x answer 1")
     assert teacher.locator(".duet-reasons img").count() == ann.get_by_text("x" * 50).count() == 0
 
 

@@ -31,9 +31,12 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.get_by_label("Because …").wait_for()
         assert page.locator(".duet-draw .pencil").get_attribute("d")
         places = [
-            found.bounding_box() for found in (page.locator(".duet-draw"), page.get_by_role("button", name=re.compile("^1 ")))
+            found.bounding_box()
+            for found in (page.locator(".duet-draw"), page.get_by_role("button", name=re.compile("^1 ")))
         ]
-        assert places[0] and places[1] and places[0]["y"] < places[1]["y"], "the board stands before the answers"
+        assert places[0] and places[1] and places[0]["y"] < places[1]["y"], (
+            "the board stands before the answers"
+        )
     cloud = teacher.locator(".duet-poll")
     cloud.get_by_text("2 drawn").wait_for()
     cloud.get_by_text("2 answered (0 chose, 2 drew) · 0 not yet").wait_for()
@@ -44,8 +47,15 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.locator(".duet-draw").wait_for(state="detached")
     for phase in (Phase.DO, Phase.OBSERVE):
         ask(host.session, lambda _: host.lessons.act(Press("next")))
-        until(teacher, lambda phase=phase: ask(host.session, lambda _: host.lessons.walk.phase) is phase, phase.value, WAIT)
-    assert ask(host.session, lambda _: host.lessons.walk.done.drawing[0]) is not None, "the stage's prediction is the class's"
+        until(
+            teacher,
+            lambda phase=phase: ask(host.session, lambda _: host.lessons.walk.phase) is phase,
+            phase.value,
+            WAIT,
+        )
+    assert ask(host.session, lambda _: host.lessons.walk.done.drawing[0]) is not None, (
+        "the stage's prediction is the class's"
+    )
     for page in (teacher, ann):
         page.locator(".duet-poll").get_by_text("by the formula").first.wait_for()
         screenshot(page, f"drawing-class-{'teacher' if page is teacher else 'student'}")
@@ -54,7 +64,14 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     captions = teacher.locator("[data-duet-holds~=plots] [data-duet-holds~=caption]:visible")
     for width, shown in ((1000, ["distance", "Fig. 2: "]), (900, ["Fig. 2: "])):
         teacher.set_viewport_size({"width": width, "height": 700})
-        until(teacher, lambda shown=shown: [text[:8] for text in captions.all_inner_texts()] == shown, f"{shown}", WAIT)
-    high = teacher.evaluate("[...document.querySelectorAll('.duet-chart .name.faint')].map(name => name.offsetHeight)")
+        until(
+            teacher,
+            lambda shown=shown: [text[:8] for text in captions.all_inner_texts()] == shown,
+            f"{shown}",
+            WAIT,
+        )
+    high = teacher.evaluate(
+        "[...document.querySelectorAll('.duet-chart .name.faint')].map(name => name.offsetHeight)"
+    )
     assert len(high) == 3 and max(high) < 16
     screenshot(teacher, "drawing-class-slim")

@@ -8,7 +8,14 @@ from time import time
 import msgspec
 import pytest
 
-from app.features.classroom.class_record import NAME, ClassRecord, class_of, interrupted, last_class_of, with_class
+from app.features.classroom.class_record import (
+    NAME,
+    ClassRecord,
+    class_of,
+    interrupted,
+    last_class_of,
+    with_class,
+)
 from app.features.classroom.class_summary import HandIn
 from app.features.lecture.class_messages import Reported
 from app.features.lecture.lecture_record import _summary_in
@@ -33,7 +40,9 @@ CLASS = ClassRecord(saved=5.0, ballots=ANSWERED, free=True, leader=TEACHER, stud
 BROKEN_OFF = with_class(VisitorRecord({}, Settings()), CLASS, None)
 
 
-def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house: OpenHouse, join: Join, tmp_path: Path) -> None:
+def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(
+    house: OpenHouse, join: Join, tmp_path: Path
+) -> None:
     path, saved = tmp_path / "store", tmp_path / "saved"
     first: App = house(lecture=True, store=path)
     host = lecture_of(first)
@@ -72,7 +81,10 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     for _ in range(2):
         empty, left = lecture_of(ended).summaries()
         assert empty.empty and left is not None and [one.name for one in left.hand_ins] == ["Ann"]
-        assert [tally.counts[:2] for tally in left.asked[0].rounds] == [(1, 0), (0, 1)] and STUDENT not in str(left)
+        assert [tally.counts[:2] for tally in left.asked[0].rounds] == [
+            (1, 0),
+            (0, 1),
+        ] and STUDENT not in str(left)
         ended.close()
         ended = house(lecture=True, store=path, key="chalk")
     ended.close()
@@ -85,7 +97,9 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     again = lecture_of(house(lecture=True, store=saved))
     assert (again.lessons.walk.lesson.id, again.lessons.walk.step.id) == place and again.lessons.open
     kept = again.classroom.ballots
-    assert [len(one) for one in kept.rounds_of(place)] == [1, 1] and set(again.classroom.work.hand_ins) == {STUDENT}
+    assert [len(one) for one in kept.rounds_of(place)] == [1, 1] and set(again.classroom.work.hand_ins) == {
+        STUDENT
+    }
     assert kept.pageless == {STUDENT} and not kept.pages_only
     assert kept.rounds == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
@@ -138,7 +152,11 @@ def test_a_store_of_the_release_before_is_read_whole_and_goes_on(house: OpenHous
         students=(STUDENT, OTHER),
         earlier={FREEDOM: ({STUDENT: Ballot(0), OTHER: Ballot(0)},)},
         passed={FREEDOM: (OTHER,)},
-        hand_ins={STUDENT: HandIn("Ann", to_json(Progress(steps={FREEDOM: StepProgress(choice=1)})), {FREEDOM: (0, 1)})},
+        hand_ins={
+            STUDENT: HandIn(
+                "Ann", to_json(Progress(steps={FREEDOM: StepProgress(choice=1)})), {FREEDOM: (0, 1)}
+            )
+        },
         pages_only=True,
         pageless=(OTHER,),
         names={STUDENT: "Euler", OTHER: "Gauss"},
@@ -146,23 +164,36 @@ def test_a_store_of_the_release_before_is_read_whole_and_goes_on(house: OpenHous
         nearest={("duel", "push"): 0.031},
         groups={STUDENT: STUDENT, OTHER: STUDENT},
     )
-    assert last is not None and (last.saved, last.students, last.asked[0].rounds[0].counts) == (1.699e9, 1, (0, 0, 1, 0))
+    assert last is not None and (last.saved, last.students, last.asked[0].rounds[0].counts) == (
+        1.699e9,
+        1,
+        (0, 0, 1, 0),
+    )
     assert record.state.run.snapshot.steps == 40 and len(record.state.run.pieces) > 0
     assert interrupted(store) is None, "it broke off years ago"
     # What another visitor has left, with no class: its one part is the word of an invitation.
     (other,) = [one for one in [store.named("d" * 32)] if one is not None]
-    assert other.parts == {"invitation": msgspec.msgpack.encode("word")} and other.settings.run.law.critical_distance == 0.2
+    assert (
+        other.parts == {"invitation": msgspec.msgpack.encode("word")}
+        and other.settings.run.law.critical_distance == 0.2
+    )
     store.save_named(NAME, with_class(record, replace(room, saved=time()), last))
     store.close()
     again = lecture_of(house(lecture=True, store=path, keep=1e12, key="chalk"))
-    assert again.lessons.open and again.lessons.walk.lesson.id == "drift" and again.session.simulation.steps >= 40
+    assert (
+        again.lessons.open
+        and again.lessons.walk.lesson.id == "drift"
+        and again.session.simulation.steps >= 40
+    )
     assert again.classroom.ballots.rounds_of(FREEDOM)[-1] == room.ballots[FREEDOM] and again.classroom.free
     assert again.classroom.board.names == room.names and again.classroom.places.groups == room.groups
     assert again.classroom.pace == room.pace and again.classroom.work.nearest == room.nearest
     assert again.summaries()[1] is not None
 
 
-def test_a_part_that_cannot_be_read_costs_the_rest_of_a_record_nothing(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_part_that_cannot_be_read_costs_the_rest_of_a_record_nothing(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     damaged = with_part(BROKEN_OFF, "room", {"saved": "five"})
     record = visitor_from_bytes(record_to_bytes(damaged))
     assert class_of(record) is None and "room" in caplog.text and record.settings == Settings()

@@ -72,7 +72,10 @@ def come(join: Join) -> Come:
 def secrets_of(lesson: str) -> list[str]:
     """Words that stand in the notes to a lesson and in nothing that students read."""
     lines = [line.strip() for line in NOTES[lesson].splitlines() if len(line.split()) > 5]
-    return [" ".join(line.split(" ")[1:5]) for line in lines if not set(line) & set("#*`$“”")] + ["Usually believed", "Watch out"]
+    return [" ".join(line.split(" ")[1:5]) for line in lines if not set(line) & set("#*`$“”")] + [
+        "Usually believed",
+        "Watch out",
+    ]
 
 
 @pytest.mark.thorough
@@ -92,7 +95,12 @@ def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse,
         words = secrets_of(lesson.id)
         assert len(words) > 3 and any(word in sent for word in words)
         assert not [word for word in words if any(word in one for one in heard)], lesson.id
-    assert ["not the teacher" in one for one in heard] == [False, True, False, False] and "not the teacher" not in sent
+    assert ["not the teacher" in one for one in heard] == [
+        False,
+        True,
+        False,
+        False,
+    ] and "not the teacher" not in sent
     # The key is the teacher's: it is on no page.
     assert not any("chalk" in one or quote(KEY) in one for one in (sent, *heard))
     with urllib.request.urlopen(opened.url, timeout=60) as page:
@@ -110,7 +118,9 @@ def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse,
     assert "not the teacher" not in everything(teacher) and "Usually believed" not in everything(bo)
 
 
-def test_a_class_answers_on_its_own_devices_and_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
+def test_a_class_answers_on_its_own_devices_and_every_button_of_the_teacher_has_a_key(
+    house: OpenHouse, come: Come
+) -> None:
     classroom = Class(house, come)
     host, teacher, (ann, bo, cy) = classroom.host, classroom.teacher, classroom.come("ann", "bo", "cy")
     names = {action: name for name, _, action in COMMANDS}
@@ -175,7 +185,10 @@ def test_a_class_answers_on_its_own_devices_and_every_button_of_the_teacher_has_
     # The teacher leaves the lessons: nothing is left of the question.
     click(teacher, "Leave the lessons")
     click(teacher, "Leave with the class")
-    bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
+    bo.wait_for(
+        lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")],
+        WAIT,
+    )
     # An own session has the look of the student's link.
     ask(host.session, lambda s: s.change("theme", "dark"))
     for one in (bo, cy):
@@ -233,7 +246,11 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     sees(ann, "this is your own session")
     # They begin where the teacher is, and see nothing of the stage.
     assert classroom.critical_distance("ann") == classroom.critical_distance("bo") == 0.12
-    assert all(node.get("owner") == str(a) for name, node in list(ann.mirror.nodes.items()) if name.startswith("/arms/"))
+    assert all(
+        node.get("owner") == str(a)
+        for name, node in list(ann.mirror.nodes.items())
+        if name.startswith("/arms/")
+    )
 
     def state(number: int | None = None) -> tuple[Any, ...]:
         session = host.session if number is None else sessions_of(host)[number]
@@ -242,7 +259,12 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     stage, his = state(), state(b)
     ann.set_value("critical distance d_m [mm]", 70.0)
     command(ann, "Pause or go on")
-    ann.wait_for(lambda _: sessions_of(host)[a].paused and sessions_of(host)[a].settings.run.law.critical_distance == 0.07, WAIT)
+    ann.wait_for(
+        lambda _: (
+            sessions_of(host)[a].paused and sessions_of(host)[a].settings.run.law.critical_distance == 0.07
+        ),
+        WAIT,
+    )
     assert state(b) == his and state() == stage
     bo.set_value("critical distance d_m [mm]", 200.0)
     open_lessons(bo)
@@ -291,7 +313,12 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(
     sees(ann, "You are 3 at this robot, and answer together. You operate it.", "Lesson 1 · step 1")
     sees(bo, "Sie sind zu 3 an diesem Roboter", "Lektion 1", 'data-words="de"')
     # On a phone the page leaves room for the button of who watches.
-    sees(cy, "Another member of your group has control.", "Lesson 1 · step 1", 'class="duet-banner own watches duet-say"')
+    sees(
+        cy,
+        "Another member of your group has control.",
+        "Lesson 1 · step 1",
+        'class="duet-banner own watches duet-say"',
+    )
     sees(nameless, "Your browser blocks storage")
     sees(teacher, "exploring: 3", "without a place: 1", "groups of 4", f"{drawn_name(ann)} × 3")
     assert drawn_name(cy) == drawn_name(ann) in shown(bo) and len(sessions_of(host)) == 1
@@ -362,7 +389,11 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
     sees(second, "Sie assistieren", "Lektion 1", secrets_of(BOOK.lessons[0].id)[0])
     assert "Take over" not in buttons(first) and "You assist" not in shown(first)
     # The second one has nothing to lead with; a student has neither, and what belongs to a teacher's page does nothing there.
-    assert not bodies(second, "GuiButtonGroupMessage") and "Pause everybody" not in buttons(second) and not second.mirror.commands
+    assert (
+        not bodies(second, "GuiButtonGroupMessage")
+        and "Pause everybody" not in buttons(second)
+        and not second.mirror.commands
+    )
     for uuid in [one["uuid"] for page in (first, second) for one in list(page.mirror.gui.values())]:
         ann.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
     click(ann, "2 ")
@@ -371,7 +402,9 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
     led = host.controls.operator
     click(second, "Übernehmen")
     sees(first, "You assist: another tab of the teacher leads.")
-    second.wait_for(lambda _: host.controls.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT)
+    second.wait_for(
+        lambda _: host.controls.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT
+    )
     assert first.closed is None and "Pause everybody" not in buttons(first)
     click(second, "Alle anhalten")
     sees(ann, "The teacher has paused everybody.")
@@ -395,16 +428,29 @@ def have_no_clicker(classroom: Class, keyed: BlockingClient, others: list[Blocki
     """A projector with the key has a clicker, and no other control; what belongs to it and to the teacher's page does nothing elsewhere."""
     host, teacher = classroom.host, classroom.teacher
     assert (
-        len(keyed.mirror.commands) == len(CLICKER_KEYS) and not bodies(keyed, "GuiButtonMessage") and not keyed.mirror.grabbable
+        len(keyed.mirror.commands) == len(CLICKER_KEYS)
+        and not bodies(keyed, "GuiButtonMessage")
+        and not keyed.mirror.grabbable
     )
     commands = [*teacher.mirror.commands, *keyed.mirror.commands]
-    elements = [(e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())]
+    elements = [
+        (e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())
+    ]
     for kind, value in (("GuiButtonMessage", True), ("GuiTextMessage", "2"), ("GuiNumberMessage", 60)):
         elements += [(e["uuid"], value) for e in bodies(teacher, kind)]
 
     def state(_: object) -> tuple[object, ...]:
         shown, group = host.control.presenter, host.classroom
-        covers = shown.station, shown.blank, shown.frozen, shown.panels, shown.left, shown.work, shown.quotes, shown.inviting
+        covers = (
+            shown.station,
+            shown.blank,
+            shown.frozen,
+            shown.panels,
+            shown.left,
+            shown.work,
+            shown.quotes,
+            shown.inviting,
+        )
         return (*covers, shown.expected, group.pace, group.wanted, group.paused)
 
     before = ask(host.session, state)
@@ -416,13 +462,19 @@ def have_no_clicker(classroom: Class, keyed: BlockingClient, others: list[Blocki
             one.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
         # The camera is everybody's own: once it has arrived, all of the above has, too.
         one.send(CAMERA | {"image_height": 500, "image_width": 700 + k})
-        one.wait_for(lambda _, k=k: any(c.camera.image_width == 700 + k for c in classroom.opened.server.get_clients().values()))
+        one.wait_for(
+            lambda _, k=k: any(
+                c.camera.image_width == 700 + k for c in classroom.opened.server.get_clients().values()
+            )
+        )
     assert ask(host.session, state) == before
     for one in others[1:]:
         one.close()
 
 
-def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicker(house: OpenHouse, come: Come) -> None:
+def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicker(
+    house: OpenHouse, come: Come
+) -> None:
     classroom = Class(house, come)
     teacher, invite = classroom.teacher, next(name for name, _, action in COMMANDS if action == "invite")
     address = classroom.opened.url.removeprefix("http://") + "/"
@@ -437,7 +489,9 @@ def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicke
                 one.wait_for(lambda _, one=one: not inviting(one), WAIT)
             except TimeoutError as error:
                 where = classroom.host.control.presenter.inviting
-                raise AssertionError(f"the page of {name} keeps the address, which is asked for on {where!r} pages") from error
+                raise AssertionError(
+                    f"the page of {name} keeps the address, which is asked for on {where!r} pages"
+                ) from error
 
     # In the tab it is the teacher's; without a projector the teacher's page is the screen.
     sees(teacher, "students here: 1", address, "<svg")
@@ -455,8 +509,14 @@ def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicke
     command(screen, "Class: the address away")
     no_longer(screen=screen)
     assert classroom.host.control.presenter.frozen
-    assert "Join the class" not in everything(ann) and address not in everything(ann) and not inviting(teacher)
-    have_no_clicker(classroom, screen, [ann, *(come(classroom.opened, query=f"screen=1{key}") for key in ("", "&key=chal"))])
+    assert (
+        "Join the class" not in everything(ann) and address not in everything(ann) and not inviting(teacher)
+    )
+    have_no_clicker(
+        classroom,
+        screen,
+        [ann, *(come(classroom.opened, query=f"screen=1{key}") for key in ("", "&key=chal"))],
+    )
     # On every page; one that opens later does not get it, but the next time.
     choose(teacher, "On every page")
     for one in (teacher, screen, ann):
@@ -478,7 +538,9 @@ def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicke
     assert teacher.closed is None
 
 
-def test_a_student_hands_in_from_one_tab_at_a_time_on_the_stage_and_in_an_own_session(house: OpenHouse, come: Come) -> None:
+def test_a_student_hands_in_from_one_tab_at_a_time_on_the_stage_and_in_an_own_session(
+    house: OpenHouse, come: Come
+) -> None:
     classroom = Class(house, come)
     teacher, work, (ann, bo) = classroom.teacher, classroom.host.classroom.work, classroom.come("ann", "bo")
     ids = {name: tab_of(name) for name in ("ann", "bo")}
@@ -516,7 +578,9 @@ def test_a_student_hands_in_from_one_tab_at_a_time_on_the_stage_and_in_an_own_se
     ask(visitor.session, lambda _: [lessons_of(visitor).act(GoTo(4, 1)), lessons_of(visitor).act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
-    assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
+    assert (
+        '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
+    )
     # Bo does something there, and hands it in from the stage.
     his = classroom.host.participants[classroom.number("bo")].visitor
     assert his is not None

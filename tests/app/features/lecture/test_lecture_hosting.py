@@ -29,7 +29,9 @@ from tests.blocking_client import BlockingClient
 __all__ = ["proxies"]
 
 
-def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_while_there_is_time_one_page_is_built_in_a_frame(
+    by_hand: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(admission, "SLICE", 1e9)
     opened = by_hand(sessions=8, lecture=True)
     host = lecture_of(opened)
@@ -87,7 +89,9 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR], caplog.text
 
 
-def test_the_teacher_s_page_says_once_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path) -> None:
+def test_the_teacher_s_page_says_once_that_the_store_was_damaged(
+    house: OpenHouse, join: Join, tmp_path: Path
+) -> None:
     opened = house(store=tmp_path / "store", lecture=True)
     store = store_of(opened.context)
     assert store.file is not None and store.file.file is not None
@@ -120,7 +124,9 @@ def test_the_class_is_told_the_address_of_the_proxy(proxies: tuple[Proxy, Proxy]
         f"http://127.0.0.1:{rewriting.server_address[1]}/lab/duet", rewriting.origin, query="folder=/lab/duet"
     ) as teacher:
         teacher.wait_for(
-            lambda v: any(f"{rewriting.origin}/lab/duet" in str(e.get("content")) for e in list(v.mirror.gui.values()))
+            lambda v: any(
+                f"{rewriting.origin}/lab/duet" in str(e.get("content")) for e in list(v.mirror.gui.values())
+            )
         )
 
 

@@ -27,17 +27,23 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], argumen
     assert said in refused(capsys, "serve", *arguments.split())
 
 
-def test_the_help_names_the_options(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_names_the_options(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     with pytest.raises(SystemExit):
         main(["serve", "--help-all"])
     said = capsys.readouterr().out
     assert [
-        text for text in ("--lecture", "--watchers", "--students", "A class: all tabs see one stage") if text not in said
+        text
+        for text in ("--lecture", "--watchers", "--students", "A class: all tabs see one stage")
+        if text not in said
     ] == []
 
 
-def test_alone_or_behind_the_door_the_app_gets_what_the_command_was_given(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_alone_or_behind_the_door_the_app_gets_what_the_command_was_given(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     served: list[ServeOptions] = []
 
     def alone(options: ServeOptions, *_: object, **__: object) -> App:
@@ -52,11 +58,16 @@ def test_alone_or_behind_the_door_the_app_gets_what_the_command_was_given(monkey
     monkeypatch.setattr("app.features.workers.start.Dispatcher", behind)
     given = ["serve", "--store", "memory", "--port", "0"]
     for workers in ("1", "2"):
-        assert main([*given, "--lecture", "--watchers", "7", "--students", "60", "--workers", workers]) == INTERRUPTED
+        assert (
+            main([*given, "--lecture", "--watchers", "7", "--students", "60", "--workers", workers])
+            == INTERRUPTED
+        )
         assert main([*given, "--workers", workers]) == INTERRUPTED
     asked = LectureOptions(watchers=7, students=60, lecture=True)
     assert [one.of(LectureOptions) for one in served] == [asked, LectureOptions()] * 2
-    assert [one.shared for one in served] == [asked, None] * 2 and ServeOptions().of(LectureOptions) == LectureOptions()
+    assert [one.shared for one in served] == [asked, None] * 2 and ServeOptions().of(
+        LectureOptions
+    ) == LectureOptions()
 
 
 def test_the_start_says_the_address_of_the_class_and_the_groups(

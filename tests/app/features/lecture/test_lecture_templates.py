@@ -24,7 +24,11 @@ from tests.app.features.test_templates import (
 
 def screens() -> Iterator[str]:
     for station, panels in product(Station, (True, False)):
-        yield from (screen_html(station, view, one, 7, panels, (NASTY,), -0.001) for view in views() for one in (poll(), None))
+        yield from (
+            screen_html(station, view, one, 7, panels, (NASTY,), -0.001)
+            for view in views()
+            for one in (poll(), None)
+        )
 
 
 MACROS: Macros = {
@@ -37,7 +41,9 @@ MACROS: Macros = {
 
 SURFACES: Surfaces = {
     **filled(MACROS),
-    "features/lecture/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
+    "features/lecture/invitation.html": lambda: iter(
+        (join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))
+    ),
     "features/lecture/screen.html": screens,
 }
 """Template → pages and pieces that are made with it, of the worst that a name or a lesson may hold."""

@@ -42,7 +42,9 @@ Come = Callable[..., BlockingClient]
 
 @pytest.fixture
 def served(serve: Serve) -> Served:
-    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "3", "--students", "4")
+    return serve(
+        "--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "3", "--students", "4"
+    )
 
 
 @pytest.fixture
@@ -86,7 +88,9 @@ def are_together(served: Served, operator: BlockingClient, watcher: BlockingClie
     assert worker_of(served, operator) == worker_of(served, watcher)
 
 
-def look_after_those_who_explore(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> None:
+def look_after_those_who_explore(
+    teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient
+) -> None:
     """The board knows all under drawn names, one of them is shown without one, and only the open step can be entered."""
     names = [drawn_name(student) for student in students]
     sees(teacher, "Every step is open.", *names)
@@ -144,7 +148,9 @@ def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen
 
 
 @pytest.mark.thorough
-def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come) -> None:
+def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches_them(
+    served: Served, come: Come
+) -> None:
     assert served.process.stdout is not None
     lines = [served.process.stdout.readline() for _ in range(2)]
     assert lines[1] == "4 students, room for 3: groups of 2.\n"
@@ -209,7 +215,9 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
     # The stage's process dies: the class goes on exploring, and the teacher finds all of them.
     served.replace(stage)
     teacher = come(key=True)
-    sees(teacher, "students here: 4", "exploring: 4", "reports handed in: 1", "Lesson 6: step 3 only.", record)
+    sees(
+        teacher, "students here: 4", "exploring: 4", "reports handed in: 1", "Lesson 6: step 3 only.", record
+    )
     sees(teacher, f"{name} × 2", *others)
     assert all(one.closed is None for one in (ann, bo, cy, di))
     # Follow me: all are at the stage again; and the group is one again the next time.
@@ -268,7 +276,11 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
         monkeypatch.setattr(visitor_module, period, inf)
     ann, link = tab_of("ann"), WorkerLink(1, lambda message: None) if elsewhere else None
     opened = by_hand(
-        lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", started_with=() if link is None else (link,)
+        lecture=True,
+        key="chalk-and-talk",
+        sessions=8,
+        store=tmp_path / "store",
+        started_with=() if link is None else (link,),
     )
     host = opened.host
     assert isinstance(host, LectureHost | BreakoutHost)

@@ -71,10 +71,24 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(operator_of(host)), "", str(int(operator_of(host) or 0) + 1)):
-        target = {"type": "SceneNodeDragMessage", "name": LINK, "owner": owner, "instance_index": None, "button": "left"}
+        target = {
+            "type": "SceneNodeDragMessage",
+            "name": LINK,
+            "owner": owner,
+            "instance_index": None,
+            "button": "left",
+        }
         places = {"start_position": [0.3, 0.0, 1.0], "end_position": [0.0, 0.0, 1.0], "modifier": None}
         for phase in ("start", "update", "end"):
-            second.send({**target, **places, "phase": phase, "start_screen_pos": [0.5, 0.5], "end_screen_pos": [0.5, 0.5]})
+            second.send(
+                {
+                    **target,
+                    **places,
+                    "phase": phase,
+                    "start_screen_pos": [0.5, 0.5],
+                    "end_screen_pos": [0.5, 0.5],
+                }
+            )
     values = {
         "GuiSliderMessage": [50.0],
         "GuiButtonGroupMessage": ["Reset", "Reset step", "Explore freely"],
@@ -106,7 +120,12 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     second.wait_for(lambda _: host.controls.operator is None)
     third = join(opened, f"resume={'3' * 32}")
     third.wait_for(lambda _: len(host.classroom.here) == 2)
-    assert host.controls.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
+    assert (
+        host.controls.operator is None
+        and session.held is None
+        and not has_controls(second)
+        and not has_controls(third)
+    )
     # It is back, before its next connection breaks off is noticed, too.
     again = join(opened, LEADER)
     again.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(hotkeys()))
@@ -121,7 +140,10 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
 def test_without_a_key_the_lead_is_kept_for_a_minute_and_is_no_students() -> None:
     now = 0.0
-    lead, (ann, bo, cy, *others) = Leader(None, clock=lambda: now), ({"resume": letter * 32} for letter in "abcde")
+    lead, (ann, bo, cy, *others) = (
+        Leader(None, clock=lambda: now),
+        ({"resume": letter * 32} for letter in "abcde"),
+    )
 
     def admits(client_id: int, query: dict[str, str], at: float) -> bool:
         nonlocal now
@@ -162,7 +184,9 @@ def test_one_wrong_key_a_second_is_answered_from_one_address_and_the_right_one_n
     assert len(guesses._wrong) == MOST_ADDRESSES
 
 
-def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(house: OpenHouse, join: Join) -> None:
+def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(
+    house: OpenHouse, join: Join
+) -> None:
     opened = house(lecture=True, key="chalk-dust")
     done = threading.Event()
 
@@ -194,7 +218,9 @@ def strokes(visitor: Client) -> set[tuple[str, float]]:
 
 
 @pytest.mark.thorough
-def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed_once(house: OpenHouse, join: Join) -> None:
+def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed_once(
+    house: OpenHouse, join: Join
+) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)
     teacher = join(opened, f"resume={'1' * 32}", headers={"Accept-Language": "en"})
@@ -203,28 +229,48 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
     slovene = join(opened, headers={"Accept-Language": "sl, de;q=0.5"})
     ask(host.session, lambda _: host.lessons.enter(BOOK.lessons[LESSON].id))
-    looks: list[tuple[BlockingClient, Language]] = [(english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")]
+    looks: list[tuple[BlockingClient, Language]] = [
+        (english, "en"),
+        (german, "de"),
+        (screen, "de"),
+        (slovene, "sl"),
+    ]
     for visitor, language in looks:
         step = BOOK.in_language(language).lessons[LESSON].steps[0]
         theme, larger = ("dark", 1.3) if visitor is screen else ("light", 1.0)
         sees(visitor, plain(step.title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
-        visitor.wait_for(lambda v, theme=theme: PALETTES[theme].error in {colour for colour, _ in strokes(v)}, WAIT)
+        visitor.wait_for(
+            lambda v, theme=theme: PALETTES[theme].error in {colour for colour, _ in strokes(v)}, WAIT
+        )
         assert 2.2 * larger in {width for _, width in strokes(visitor)}
         lit = visitor is german
-        visitor.wait_for(lambda v, lit=lit: bool(v.mirror.nodes.get("/light/sky", {}).get("visible", True)) == lit, WAIT)
+        visitor.wait_for(
+            lambda v, lit=lit: bool(v.mirror.nodes.get("/light/sky", {}).get("visible", True)) == lit, WAIT
+        )
         if visitor is not screen:
             # The palette's names and the buttons of the answers are in the language of the tab too.
             assert step.question is not None
-            name, answer = words_of(language)("Answer {number}", number=1), f"1   {plain(step.question.choices[0].text)}"
-            visitor.wait_for(lambda v, name=name: name in {c["label"] for c in list(v.mirror.commands.values())}, WAIT)
+            name, answer = (
+                words_of(language)("Answer {number}", number=1),
+                f"1   {plain(step.question.choices[0].text)}",
+            )
+            visitor.wait_for(
+                lambda v, name=name: name in {c["label"] for c in list(v.mirror.commands.values())}, WAIT
+            )
             visitor.wait_for(lambda v, answer=answer: answer in buttons(v), WAIT)
     assert not screen.mirror.commands
     # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
     steps = ask(host.session, lambda _: host.lessons.walk.run_id)
-    ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
+    ask(
+        host.session,
+        lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")],
+    )
     sees(teacher, plain(BOOK.in_language("sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
     teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
-    assert "--duet-k:1.3" not in shown(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
+    assert (
+        "--duet-k:1.3" not in shown(english)
+        and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
+    )
     sees(english, plain(BOOK.lessons[LESSON].steps[0].title))
     # The class's answers and the outcome, in every language.
     click(german, "1   ")

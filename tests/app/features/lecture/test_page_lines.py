@@ -13,7 +13,9 @@ from app.web.address import Address, find_address, own_address, qr_svg
 def test_the_address_is_one_that_students_can_open(monkeypatch: pytest.MonkeyPatch) -> None:
     assert own_address().count(".") == 3
     monkeypatch.setattr(address, "own_address", lambda: "10.0.0.5")
-    assert find_address("https://duet.example.org", "127.0.0.1", 8080) == Address("https://duet.example.org/", False)
+    assert find_address("https://duet.example.org", "127.0.0.1", 8080) == Address(
+        "https://duet.example.org/", False
+    )
     assert find_address("http://192.168.1.20:8080", "0.0.0.0", 8080).url == "http://192.168.1.20:8080/"
     assert find_address("http://localhost:8080", "0.0.0.0", 8080) == Address("http://10.0.0.5:8080/", False)
     assert find_address("http://127.0.0.1:81", "127.0.0.1", 81) == Address("http://127.0.0.1:81/", True)

@@ -88,15 +88,23 @@ def test_a_clicker_goes_through_a_step_and_back(stage: Stage) -> None:
     assert stage.act("on") is Station.RUN and not stage.session.paused
     stage.frame(20)
     # Back to the answers, which stay revealed, while the run waits; and on with it.
-    assert stage.act("back") is Station.ANSWERS and stage.session.paused and stage.session.simulation.steps > 0
+    assert (
+        stage.act("back") is Station.ANSWERS and stage.session.paused and stage.session.simulation.steps > 0
+    )
     # From the answers to the question, which does not show them.
     assert stage.act("back") is Station.QUESTION
     poll = stage.control.poll()
     assert poll is not None and poll.revealed
-    assert "width:67%" in screen(stage, poll, Station.ANSWERS) and "width:67%" not in screen(stage, poll, Station.QUESTION)
+    assert "width:67%" in screen(stage, poll, Station.ANSWERS) and "width:67%" not in screen(
+        stage, poll, Station.QUESTION
+    )
     assert stage.act("on") is Station.ANSWERS and stage.act("back") is Station.QUESTION
     assert stage.act("back") is Station.SCENE
-    assert [stage.act("on") for _ in range(3)] == [Station.QUESTION, Station.ANSWERS, Station.RUN] and not stage.session.paused
+    assert [stage.act("on") for _ in range(3)] == [
+        Station.QUESTION,
+        Station.ANSWERS,
+        Station.RUN,
+    ] and not stage.session.paused
     # Once more ends the run, and its outcome follows by itself.
     stage.act("on")
     stage.until(Station.OUTCOME)
@@ -149,7 +157,9 @@ def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
         stage.act(cover)
         assert presenter.blank or presenter.frozen or presenter.inviting
         assert next_station_label(presenter, presenter.following(walk)) == "Next: the picture again"
-        assert stage.act("on") is Station.SCENE and not (presenter.blank or presenter.frozen or presenter.inviting)
+        assert stage.act("on") is Station.SCENE and not (
+            presenter.blank or presenter.frozen or presenter.inviting
+        )
         assert next_station_label(presenter, presenter.following(walk)) == says
     assert stage.act("on") is Station.QUESTION
     stage.act("blank", "freeze", "live")
@@ -158,12 +168,23 @@ def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
 
 def test_two_presses_between_two_frames_are_two(stage: Stage) -> None:
     stage.answer(1, 1)
-    for action, value in (("on", ""), ("on", ""), ("blank", ""), ("blank", ""), ("expect", "20"), ("expect", "30")):
+    for action, value in (
+        ("on", ""),
+        ("on", ""),
+        ("blank", ""),
+        ("blank", ""),
+        ("expect", "20"),
+        ("expect", "30"),
+    ):
         stage.control.post(action, value)  # type: ignore[arg-type]
     assert len(stage.session.posts) == 5, "of a number the newest counts"
     while len(stage.session.posts):
         stage.frame()
-    assert stage.presenter.station is Station.ANSWERS and not stage.presenter.blank and stage.presenter.expected == 30
+    assert (
+        stage.presenter.station is Station.ANSWERS
+        and not stage.presenter.blank
+        and stage.presenter.expected == 30
+    )
 
 
 def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: Stage) -> None:
@@ -177,7 +198,9 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
     assert presenter.left == 0
     stage.answer(2)
     poll = stage.control.poll()
-    assert poll is not None and poll.open and poll.tally.answered == 1 and presenter.station is Station.QUESTION
+    assert (
+        poll is not None and poll.open and poll.tally.answered == 1 and presenter.station is Station.QUESTION
+    )
     stage.act("timer 90", "timer off")
     assert presenter.left is None
     stage.act("timer 60", "reveal")
@@ -187,7 +210,9 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
     assert presenter.left is None
 
 
-def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_why_steps_do_not_open_stands_beside_those_that_are_open(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
     notes: list[str] = []
     monkeypatch.setattr(teacher_panel, "PERIOD", 0.0)
     monkeypatch.setattr(teacher_panel, "macros", lambda _: Mock(note=notes.append))
@@ -204,7 +229,9 @@ def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, m
     assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.session.notices
 
 
-def test_a_student_who_is_away_for_a_moment_stays_chosen(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_student_who_is_away_for_a_moment_stays_chosen(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(teacher_panel, "PERIOD", 0.0)
     monkeypatch.setattr(teacher_panel, "macros", MagicMock())
     gui, stage.classroom.free = MagicMock(), True
@@ -212,7 +239,13 @@ def test_a_student_who_is_away_for_a_moment_stays_chosen(stage: Stage, monkeypat
     student.options, student.value = ("–",), "–"
     panel = teacher_panel.BoardPanel(gui, stage.control)
     seen: list[tuple[tuple[str, ...], str]] = []
-    for here, chosen in (("Euler Gauss", "Gauss"), ("Euler", ""), ("Euler Gauss", ""), ("Euler", "Euler"), ("Euler Noether", "")):
+    for here, chosen in (
+        ("Euler Gauss", "Gauss"),
+        ("Euler", ""),
+        ("Euler Gauss", ""),
+        ("Euler", "Euler"),
+        ("Euler Noether", ""),
+    ):
         rows = tuple(BoardRow(name, ()) for name in here.split())
         monkeypatch.setattr(stage.classroom.board, "rows", Mock(return_value=rows))
         panel.show()
@@ -245,24 +278,33 @@ def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
     assert "width:82%" in told and "0:45" not in told and "right" not in told
     # Asked again, the first round stays out of sight until the second one is revealed beside it.
     second = replace(poll, first=Tally((3, 20, 5, 0), 2, 28), round=2)
-    assert "Round" not in screen(stage, second, Station.QUESTION) and "71" not in screen(stage, second, Station.QUESTION)
+    assert "Round" not in screen(stage, second, Station.QUESTION) and "71" not in screen(
+        stage, second, Station.QUESTION
+    )
     both = screen(stage, replace(second, open=False, revealed=True), Station.ANSWERS)
     assert "Round 1" in both and "width:71%" in both and "width:82%" in both
     # In the scene the count is there once there is something to count.
     assert "17 of 30" in screen(stage, poll, Station.SCENE)
     assert "answered" not in screen(stage, replace(poll, tally=Tally((0,) * 4, 0, 0)), Station.SCENE)
     known = replace(poll, open=False, revealed=True, outcome=("4 ways",), right=2)
-    assert 'class="right"' in screen(stage, known, Station.OUTCOME) and "4 ways" in screen(stage, known, Station.OUTCOME)
+    assert 'class="right"' in screen(stage, known, Station.OUTCOME) and "4 ways" in screen(
+        stage, known, Station.OUTCOME
+    )
 
 
 def test_a_question_that_asks_for_a_curve_shows_its_axes_and_no_curve(stage: Stage) -> None:
-    stage.lessons.act(GoTo(3, next(i for i, step in enumerate(BOOK.lessons[3].steps) if step.drawing is not None)))
+    stage.lessons.act(
+        GoTo(3, next(i for i, step in enumerate(BOOK.lessons[3].steps) if step.drawing is not None))
+    )
     stage.frame()
     poll = stage.control.poll()
     assert poll is not None and poll.drawing is not None
     curve = tuple(0.5 for _ in range(COLUMNS))
     poll = replace(poll, tally=Tally((1, 0, 0, 0), 0, 1, (curve,)))
-    asked, told = screen(stage, poll, Station.QUESTION), screen(stage, replace(poll, revealed=True), Station.ANSWERS)
+    asked, told = (
+        screen(stage, poll, Station.QUESTION),
+        screen(stage, replace(poll, revealed=True), Station.ANSWERS),
+    )
     assert "<figure" in asked and "1 drawn" not in asked and "median" not in asked
     assert "1 drawn" in told and "median" in told
 
@@ -296,19 +338,34 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
         stage.control.answers.do()
     reasons = classroom.ballots.reasons(question)
     # A number stays with its ballot, and so does the reason when the answer is another one.
-    assert list(reasons) == [1, 3] and reasons[1] == (0, "second thoughts") and reasons[3][1] == f"{evil} {'x' * 171}"
-    assert classroom.answer(walk, "student 0", 1) and classroom.ballots.reasons(question)[1] == (1, "second thoughts")
+    assert (
+        list(reasons) == [1, 3]
+        and reasons[1] == (0, "second thoughts")
+        and reasons[3][1] == f"{evil} {'x' * 171}"
+    )
+    assert classroom.answer(walk, "student 0", 1) and classroom.ballots.reasons(question)[1] == (
+        1,
+        "second thoughts",
+    )
     stage.control.post("quote", "3, 1, 2, 77, no")
     stage.frame()
     assert stage.presenter.quotes == (reasons[3][1], "second thoughts")
-    made = screen_html(Station.QUESTION, stage.lessons.walk.view(), stage.control.poll(), None, False, stage.presenter.quotes)
+    made = screen_html(
+        Station.QUESTION, stage.lessons.walk.view(), stage.control.poll(), None, False, stage.presenter.quotes
+    )
     assert "second thoughts" in made and "<img" not in made and "&lt;img" in made and "student" not in made
     # What is shown is what was picked, whatever its author writes then; after the reveal nothing is taken.
     classroom.give_reason(walk, "student 0", question, "something rude")
     stage.act("reveal")
     classroom.give_reason(walk, "student 0", question, "too late")
-    assert stage.presenter.quotes[1] == "second thoughts" and classroom.ballots.reasons(question)[1][1] == "something rude"
-    assert classroom.hand_in(walk, "student 0", "", "") and "something rude" in classroom.work.hand_ins["student 0"].progress
+    assert (
+        stage.presenter.quotes[1] == "second thoughts"
+        and classroom.ballots.reasons(question)[1][1] == "something rude"
+    )
+    assert (
+        classroom.hand_in(walk, "student 0", "", "")
+        and "something rude" in classroom.work.hand_ins["student 0"].progress
+    )
     # Asked again, and in another step, what was said before is no longer there.
     for change in (partial(stage.act, "again"), partial(stage.lessons.act, GoTo(3, 0))):
         stage.presenter.quotes = ("first",)

@@ -23,14 +23,21 @@ def strip(screen: Page) -> list[int]:
     """How many captions of plots, and plots, can be seen."""
     seen = "e => getComputedStyle(e).visibility === 'visible' && e.getClientRects().length > 0"
     every = (".duet-caption", ".uplot-container")
-    return [int(screen.evaluate(f"[...document.querySelectorAll('{one}')].filter({seen}).length")) for one in every]
+    return [
+        int(screen.evaluate(f"[...document.querySelectorAll('{one}')].filter({seen}).length"))
+        for one in every
+    ]
 
 
 def apart(screen: Page, beside: str) -> bool:
     """Whether the strip lies beside or below a part of what lies over the scene, and in the window."""
     box = "document.querySelector('{}').getBoundingClientRect().toJSON()"
-    plot, text = (screen.evaluate(box.format(one)) for one in ("[data-duet-holds~=plots]", f"#duet-screen {beside}"))
-    return (plot["left"] >= text["right"] or plot["top"] >= text["bottom"]) and plot["bottom"] <= screen.evaluate("innerHeight")
+    plot, text = (
+        screen.evaluate(box.format(one)) for one in ("[data-duet-holds~=plots]", f"#duet-screen {beside}")
+    )
+    return (plot["left"] >= text["right"] or plot["top"] >= text["bottom"]) and plot[
+        "bottom"
+    ] <= screen.evaluate("innerHeight")
 
 
 def bar_width(screen: Page, place: int) -> float:
@@ -71,7 +78,11 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     # The scene fills the window.
     canvas = "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.width, box.height]; })()"
     # A window that has just opened may still get another size.
-    until(screen, lambda: screen.evaluate(canvas) == screen.evaluate("[innerWidth, innerHeight]"), "the whole window")
+    until(
+        screen,
+        lambda: screen.evaluate(canvas) == screen.evaluate("[innerWidth, innerHeight]"),
+        "the whole window",
+    )
     assert not screen.get_by_text("Lesson", exact=True).is_visible()
 
     student = join(opened, f"resume={'2' * 32}")
@@ -133,8 +144,17 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     # To the end of the run: the right answer is marked, not by its colour alone.
     screen.keyboard.press("PageDown")
     over.locator(".at-outcome li.right").wait_for()
-    until(screen, lambda: strip(screen) == [1, 1] and apart(screen, "main") and fits(screen), "one plot below the outcome")
-    assert screen.evaluate("getComputedStyle(document.querySelector('#duet-screen li.right span'), '::after').content") == '" ✓"'
+    until(
+        screen,
+        lambda: strip(screen) == [1, 1] and apart(screen, "main") and fits(screen),
+        "one plot below the outcome",
+    )
+    assert (
+        screen.evaluate(
+            "getComputedStyle(document.querySelector('#duet-screen li.right span'), '::after').content"
+        )
+        == '" ✓"'
+    )
     # The moment that the class looks at has its name in the strip, not over the slide.
     root = "getComputedStyle(document.documentElement).getPropertyValue('--duet-moment-words')"
     until(screen, lambda: screen.evaluate(root), "the moment")
@@ -142,7 +162,11 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     # Of more than there is room for, letters become smaller only down to a limit; then the strip gives way.
     sent = "document.querySelector('.duet-screen main')"
     screen.evaluate(f"{sent}.append({sent}.querySelector('.duet-poll').cloneNode(true))")
-    until(screen, lambda: over.locator(".duet-poll").count() == 2 and fits(screen) and strip(screen) == [0, 0], "no strip")
+    until(
+        screen,
+        lambda: over.locator(".duet-poll").count() == 2 and fits(screen) and strip(screen) == [0, 0],
+        "no strip",
+    )
     screen.evaluate(f"{sent}.lastElementChild.remove()")
     until(screen, lambda: strip(screen) == [1, 1] and fits(screen), "the strip again")
     screen.keyboard.press("PageUp")

@@ -32,7 +32,9 @@ def says_so(visitor: HeadlessClient) -> bool:
     return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
-def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
+def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(
+    house: OpenHouse, join: Join
+) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)
     session = host.session
@@ -70,7 +72,9 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Join) -> Non
         session.post(SetSetting("scene", scene))
         telling = {"ball": "/ball", "imitation": "/person/body", "first_task": "/wall"}.get(scene, "/room")
         for visitor in (first, second):
-            visitor.wait_for(lambda v, t=telling, s=scene: t in v.mirror.nodes and session.simulation.settings.scene == s)
+            visitor.wait_for(
+                lambda v, t=telling, s=scene: t in v.mirror.nodes and session.simulation.settings.scene == s
+            )
         if scene == "ball":
             first.wait_for(lambda v: v.mirror.grabbable == {"/ball"})
         # Only who operates the stage can take hold of something.
@@ -89,7 +93,9 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
 
     def pose(one: Any) -> Any:
         return [
-            node["wxyz"] for name, node in sorted(one.mirror.nodes.items()) if name.startswith("/arms/left") and "wxyz" in node
+            node["wxyz"]
+            for name, node in sorted(one.mirror.nodes.items())
+            if name.startswith("/arms/left") and "wxyz" in node
         ]
 
     frames_for(opened, 0.5)
@@ -100,7 +106,9 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
     assert page is not None and page.hidden
     until(lambda: opened.frame() or page._seen._waiters)  # type: ignore[attr-defined]
     opened.house.server.get_clients()[number].add_notification("all has come", "")
-    hidden.wait_for(lambda one: any(note["title"] == "all has come" for note in bodies(one, "NotificationShowMessage")))
+    hidden.wait_for(
+        lambda one: any(note["title"] == "all has come" for note in bodies(one, "NotificationShowMessage"))
+    )
     other.wait_for(lambda one: one.received.frames)
     before, seen = pose(hidden), hidden.received.frames
     first = pose(other)
@@ -112,7 +120,9 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
     hidden.wait_for(lambda one: pose(one) == pose(other))
 
 
-def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_paused_stage_rests_until_any_browser_does_anything(
+    by_hand: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opened = by_hand(lecture=True)
     host = lecture_of(opened)
     teacher, student = opened.let_in(), opened.let_in("lang=en")

@@ -22,7 +22,10 @@ def test_what_one_student_has_done_is_shown_without_a_name() -> None:
         and shown.count('class="mine"') == 1
     )
     assert "<figure" not in work_html(ShownWork(place, StepProgress(choice=1)), BOOK)
-    works = [ShownWork(place, done) for done in (StepProgress(), StepProgress(choice=1), StepProgress(drawing=curve))]
+    works = [
+        ShownWork(place, done)
+        for done in (StepProgress(), StepProgress(choice=1), StepProgress(drawing=curve))
+    ]
     assert ["Not answered yet." in work_html(work, BOOK) for work in works] == [True, False, False]
     run = work_html(ShownWork(place, StepProgress(), run=True), BOOK)
     assert "at-run" in run and step.title in run

@@ -156,11 +156,15 @@ def much_done(own: str = "", right: bool = True) -> tuple[Lesson, int, StepProgr
     """A step with a question, a drawing and a challenge, and all of it done. `own`: the student's words and reason."""
     book = our_book()
     lesson = book.lessons[book.index("lambda")]
-    index, step = next((i, step) for i, step in enumerate(lesson.steps) if step.question and step.drawing and step.challenge)
+    index, step = next(
+        (i, step) for i, step in enumerate(lesson.steps) if step.question and step.drawing and step.challenge
+    )
     assert step.question is not None
     choice = step.question.right if right else (step.question.right + 1) % len(step.question.choices)
     judgement = Judgement("d", True, LazyText("d ≥ {limit}", limit="150 mm"), 0.2)
-    done = StepProgress(choice, reference(step, step.setup), attempts=3, passed=True, last=Attempt.of([judgement]))
+    done = StepProgress(
+        choice, reference(step, step.setup), attempts=3, passed=True, last=Attempt.of([judgement])
+    )
     done.words, done.because, done.drawing = own, own, (0.5,) * COLUMNS
     return lesson, index, done
 

@@ -18,7 +18,8 @@ LESSONS = our_book().lessons
 
 
 @pytest.mark.parametrize(
-    "step", [pytest.param(step, id=f"{lesson.number}-{step.id}") for lesson in LESSONS for step in lesson.steps]
+    "step",
+    [pytest.param(step, id=f"{lesson.number}-{step.id}") for lesson in LESSONS for step in lesson.steps],
 )
 def test_every_step_of_a_lesson(step: Step) -> None:
     simulation = Simulation(step.setup.run)

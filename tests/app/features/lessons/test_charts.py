@@ -22,8 +22,9 @@ def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints
     drift = measure(evidence, "joint_drift_per_lap" if joints else "drift_per_lap")
     assert drift is not None
     html = laps_html(simulation, None, joints, 150)
-    assert f"lap 1: {drift * (180.0 / math.pi if joints else 1000.0):.2f} {'°' if joints else 'mm'}" in html.replace(
-        "\u00a0", " "
+    assert (
+        f"lap 1: {drift * (180.0 / math.pi if joints else 1000.0):.2f} {'°' if joints else 'mm'}"
+        in html.replace("\u00a0", " ")
     )
     for numbers in re.findall(r'<div class="xs">(.*?)</div>', html):
         ticks = re.findall(r'left:([\d.]+)%">(.*?)</i>', numbers)

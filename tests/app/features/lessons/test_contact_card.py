@@ -9,17 +9,29 @@ from tests.app.features.lessons.helpers import unfold_controls
 from tests.browser import PageAt, screenshot, until
 from tests.tools.lesson_walker import enter, shown_step
 
-LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")
+LAW = (
+    "#duet-contact .curve",
+    "#duet-contact text.lam",
+    "#duet-contact text.rest",
+    "#duet-contact .term",
+    "#duet-contact .trend",
+)
 
 
 @pytest.mark.thorough
-def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1280, 800)
     session, run = enter(page, house(), "lesson=3&step=1&lang=en")
     pill = page.locator(".duet-status").filter(has_text="is promised")
 
     def seen() -> list[str]:
-        return [part for part in LAW if any(text.strip() for text in page.locator(f"{part}:visible").all_text_contents())]
+        return [
+            part
+            for part in LAW
+            if any(text.strip() for text in page.locator(f"{part}:visible").all_text_contents())
+        ]
 
     # The words "an endless retreat", the curve to be drawn, the resting distance, and what the next steps make of an error.
     for lesson, step in ((2, 0), (3, 1), (5, 0), (1, 2)):
@@ -48,7 +60,11 @@ def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(
     page.mouse.move(640, 300)
     ask(session, lambda _: run.act(Choose(0)))
     ask(session, lambda _: run.act(Press("run")))
-    until(page, lambda: {LAW[1], LAW[3], LAW[4]} <= set(seen()), "the law, now that the prediction is given and it runs")
+    until(
+        page,
+        lambda: {LAW[1], LAW[3], LAW[4]} <= set(seen()),
+        "the law, now that the prediction is given and it runs",
+    )
     page.locator("#duet-contact .curve").wait_for()
     unfold_controls(page)
     pill.first.wait_for()

@@ -20,7 +20,8 @@ def first_answer(setup: Setup | None = None) -> Walk:
     first, *others = step.question.choices
     choices = (replace(first, why=setup or first.why), *others)
     changed: Lesson = replace(
-        lesson, steps=(replace(step, question=replace(step.question, choices=choices), challenge=None, trials=()),)
+        lesson,
+        steps=(replace(step, question=replace(step.question, choices=choices), challenge=None, trials=()),),
     )
     walks = check_lesson(LessonBook((changed,), ()), changed)
     return next(walk for walk in walks if walk.kind == "answer")

@@ -10,7 +10,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from app.features.lessons.bookmark import Phase
-from app.features.lessons.curve_drawing import drawing_svg, first_met, flat_line, judge_drawing, mean_distance, median_curve
+from app.features.lessons.curve_drawing import (
+    drawing_svg,
+    first_met,
+    flat_line,
+    judge_drawing,
+    mean_distance,
+    median_curve,
+)
 from app.features.lessons.outcomes import reference
 from app.features.lessons.progress import from_json, to_json
 from app.features.lessons.reference_runs import simulated
@@ -40,16 +47,27 @@ def test_what_is_drawn_arrives_as_values_of_the_axis(heights: list[float | None]
     for height, value in zip(heights, curve, strict=True):
         assert (height is None) == (value is None)
         if height is not None and value is not None:
-            assert value == pytest.approx(0.1 + 0.4 * height) and AXIS.fraction(value) == pytest.approx(height, abs=1e-9)
+            assert value == pytest.approx(0.1 + 0.4 * height) and AXIS.fraction(value) == pytest.approx(
+                height, abs=1e-9
+            )
     assert path_of(curve, AXIS).count("M") == sum(
         h is not None and (i == 0 or heights[i - 1] is None) for i, h in enumerate(heights)
     )
 
 
-@given(st.text() | st.integers() | st.none() | st.recursive(st.none() | st.floats() | st.text(), st.lists).map(json.dumps))
+@given(
+    st.text()
+    | st.integers()
+    | st.none()
+    | st.recursive(st.none() | st.floats() | st.text(), st.lists).map(json.dumps)
+)
 def test_nothing_else_arrives(sent: object) -> None:
     curve = curve_from_text(DRAWING, sent)
-    assert curve is None or curve == () or (len(curve) == COLUMNS and all(v is None or 0.1 <= v <= 0.5 for v in curve))
+    assert (
+        curve is None
+        or curve == ()
+        or (len(curve) == COLUMNS and all(v is None or 0.1 <= v <= 0.5 for v in curve))
+    )
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -0.1, 1.1, True, "1", [1.0]])
@@ -78,7 +96,10 @@ def test_the_score_is_the_mean_distance_where_both_are_known(drawn: Curve, truth
     score = mean_distance(drawn, truth)
     assert (score is None) == (not both or 2 * len(both) < known)
     if score is not None:
-        assert score == pytest.approx(float(np.mean(both))) and mean_distance(truth, drawn) in (None, pytest.approx(score))
+        assert score == pytest.approx(float(np.mean(both))) and mean_distance(truth, drawn) in (
+            None,
+            pytest.approx(score),
+        )
     if known:
         assert mean_distance(truth, truth) == 0.0
 
@@ -119,7 +140,12 @@ def test_a_step_goes_on_by_a_curve_alone_which_outlives_a_reload_and_no_run() ->
     assert drawing is not None and walk.plots == walk.step.plots and not walk.next()
     truth = reference(walk.step, walk.step.setup).curve
     assert truth[0] == pytest.approx(0.324, abs=2e-3) and None not in truth
-    assert walk.draw((0.3,) * COLUMNS) and walk.draw(truth) and not walk.draw((9.0,) * COLUMNS) and not walk.draw((0.3,))
+    assert (
+        walk.draw((0.3,) * COLUMNS)
+        and walk.draw(truth)
+        and not walk.draw((9.0,) * COLUMNS)
+        and not walk.draw((0.3,))
+    )
     assert walk.phase is Phase.PREDICT and not walk.view().locked
     again = Walkthrough(our_book(), walk.to_json())
     assert again.done.drawing == truth and again.phase is Phase.PREDICT and again.view().drawing is not None
@@ -129,12 +155,18 @@ def test_a_step_goes_on_by_a_curve_alone_which_outlives_a_reload_and_no_run() ->
     walk.observe(simulated(walk.setup))
     view = walk.view()
     assert walk.phase is Phase.OBSERVE and view.verdict is None and view.drawing is not None
-    assert view.drawing.truth == pytest.approx(truth) and view.drawing.verdict is not None and view.drawing.verdict.right
+    assert (
+        view.drawing.truth == pytest.approx(truth)
+        and view.drawing.verdict is not None
+        and view.drawing.verdict.right
+    )
     svg = drawing_svg(drawing, view.drawing.drawn, view.drawing.truth)
     assert "your curve" in svg and "in the run" in svg
     svg = drawing_svg(drawing, truth, truth, (truth,))
     found = re.search(r'<text x="(\d+)"[^>]*>\s*median\s*</text>.*?d="M(\d+) 10h20"', svg, re.DOTALL)
-    assert found is not None and int(found[1]) - 45 >= int(found[2]) + 20 + 4, "median has 45 px in DejaVu Sans"
+    assert found is not None and int(found[1]) - 45 >= int(found[2]) + 20 + 4, (
+        "median has 45 px in DejaVu Sans"
+    )
     walk.reset()
     assert walk.done.drawing == () and walk.draw(()) and walk.done.untouched
     again.go("lambda", 1)

@@ -38,7 +38,9 @@ def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bo
 
 
 @pytest.mark.thorough
-def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house: OpenHouse, page_at: PageAt) -> None:
+def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1000, 760, fresh=True)
     opened = house()
     session, run = enter(page, opened, "lesson=4&step=2")
@@ -60,7 +62,9 @@ def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house
     page.get_by_text("d = 73.4 mm, λ = 0.54").wait_for()
     until(page, lambda: near(drawn(), 0.6, slice(0, 1)) and near(drawn(), 0.54, slice(4, 5)), "drawn by keys")
     assert near(drawn(), 0.57, slice(2, 3)) and drawn()[5] is None, "straight over the gap"
-    assert ask(session, lambda _: run.walk.phase) is Phase.PREDICT, "the arrows are the board's here, not the lesson's"
+    assert ask(session, lambda _: run.walk.phase) is Phase.PREDICT, (
+        "the arrows are the board's here, not the lesson's"
+    )
     by_mouse(page, (1.0, 0.8), (0.0, 0.8))
     until(page, lambda: near(drawn(), 0.8, slice(0, COLUMNS)), "drawn backwards")
     drag_by_finger(page, on_the_board(page, ((0.51, 0.1), (0.7, 0.1), (1.0, 0.1))))
@@ -71,7 +75,11 @@ def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house
     page.reload()
     page.locator(".duet-draw .pencil").wait_for(state="attached")
     close_software_note(page)
-    until(page, lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40, "what was drawn before")
+    until(
+        page,
+        lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40,
+        "what was drawn before",
+    )
     # Slow, so that the run is not over before it is skipped.
     until(page, lambda: len(live_sessions(opened)) == 1, "the session of the page that came again")
     (session,) = live_sessions(opened).values()
@@ -109,12 +117,19 @@ def see_the_arm_obey(page: Page, session: Session) -> None:
     curve = lambda: ask(session, lambda one: one.settings.run.law.curve)  # noqa: E731
     board = page.get_by_role("application", name="Draw λ over distance d.")
     board.scroll_into_view_if_needed()
-    until(page, lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40, "the curve of the settings")
+    until(
+        page,
+        lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40,
+        "the curve of the settings",
+    )
     by_mouse(page, (0.0, 1.0), (0.5, 1.0), (1.0, 0.0))
     until(page, lambda: curve() != "0.15:1,0.2:0.3,0.4:0", "drawn by mouse")
     drawn = curve_through(curve())
     assert (
-        drawn.height(0.1) > 0.95 and abs(drawn.height(0.3) - 0.5) < 0.08 and drawn.height(0.4) < 0.08 and len(drawn.heights) < 12
+        drawn.height(0.1) > 0.95
+        and abs(drawn.height(0.3) - 0.5) < 0.08
+        and drawn.height(0.4) < 0.08
+        and len(drawn.heights) < 12
     )
     assert ask(session, lambda one: one.simulation.law.activation(0.3)) == drawn.height(0.3)
     screenshot(page, "drawn-curve")
@@ -130,12 +145,20 @@ def see_the_arm_obey(page: Page, session: Session) -> None:
     until(page, lambda: heights()[:2] == [1, 1] and heights()[-1] == 0, "the board follows")
 
 
-STEPS = {f"{lesson.number}.{i}": step for lesson in our_book().lessons for i, step in enumerate(lesson.steps, 1)}
+STEPS = {
+    f"{lesson.number}.{i}": step for lesson in our_book().lessons for i, step in enumerate(lesson.steps, 1)
+}
 MARK = "#duet-contact path.guess"
 
 
 def test_the_steps_that_ask_for_a_distance() -> None:
-    assert [name for name, step in STEPS.items() if asks_for_distance(step)] == ["5.1", "7.2", "10.4", "12.1", "12.5"]
+    assert [name for name, step in STEPS.items() if asks_for_distance(step)] == [
+        "5.1",
+        "7.2",
+        "10.4",
+        "12.1",
+        "12.5",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -186,7 +209,11 @@ def test_a_guess_on_the_axis(house: OpenHouse, page_at: PageAt) -> None:
             return left + 13.0 + (mm - low) / (high - low) * (wide - 26.0)
 
         drag(page, [(at(mm), top + 13.0) for mm in (0.8 * high, 220.0)])
-        until(page, lambda: run.walk.done.choice == 2 and abs((run.walk.done.guess or 0.0) - 0.22) < 0.006, "the nearest answer")
+        until(
+            page,
+            lambda: run.walk.done.choice == 2 and abs((run.walk.done.guess or 0.0) - 0.22) < 0.006,
+            "the nearest answer",
+        )
         guess = run.walk.done.guess
         assert guess is not None
         # By keys, to another answer.
@@ -197,7 +224,10 @@ def test_a_guess_on_the_axis(house: OpenHouse, page_at: PageAt) -> None:
 
         def marked(there: float = at(160.0)) -> bool:
             # Drawn again for new words, so that either may be gone for a moment.
-            chart, mark = page.locator("#duet-contact .chart").bounding_box(), page.locator(MARK).bounding_box()
+            chart, mark = (
+                page.locator("#duet-contact .chart").bounding_box(),
+                page.locator(MARK).bounding_box(),
+            )
             if chart is None or mark is None:
                 return False
             beside = abs(mark["x"] + mark["width"] / 2.0 - there) < 2.0

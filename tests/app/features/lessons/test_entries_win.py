@@ -28,7 +28,10 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
         ask(session, lambda _: run.act(Press("next")))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
-    slider, making = visitor_of(opened).operation.panel(LessonControls)._motions._sliders[0], session.control.step
+    slider, making = (
+        visitor_of(opened).operation.panel(LessonControls)._motions._sliders[0],
+        session.control.step,
+    )
 
     def slow_step(elapsed: float, budget: float) -> int:
         """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""
@@ -50,7 +53,11 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
     way = ask(session, places)[1] - elbow
     assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
     swing.fill("-50")
-    until(page, lambda: (ask(session, places)[1] - elbow) @ way < -0.05 * np.linalg.norm(way), "the elbow on its other side")
+    until(
+        page,
+        lambda: (ask(session, places)[1] - elbow) @ way < -0.05 * np.linalg.norm(way),
+        "the elbow on its other side",
+    )
     assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
     # A fresh run begins at 0.
     page.evaluate("document.activeElement.blur()")

@@ -71,7 +71,9 @@ def test_nothing_is_plotted_where_nothing_runs() -> None:
 def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_run() -> None:
     session, run = at("strict-priority", "always_first")
     assert run.withholds
-    assert session.simulation.sample().activation == pytest.approx(1.0), "strict priority avoids at any distance"
+    assert session.simulation.sample().activation == pytest.approx(1.0), (
+        "strict priority avoids at any distance"
+    )
     scene = MagicMock(spec=viser.SceneApi)
     line = ClosestLine(scene)
     line.dress(session.settings.page)
@@ -90,7 +92,9 @@ def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_r
 
 def test_one_box_takes_words_at_a_time() -> None:
     steps = [step for lesson in BOOK.lessons for step in lesson.steps]
-    asked, plain = (next(s for s in steps if (s.question is not None) is with_question) for with_question in (True, False))
+    asked, plain = (
+        next(s for s in steps if (s.question is not None) is with_question) for with_question in (True, False)
+    )
     phases: dict[bool, list[Phase]] = {True: [Phase.PREDICT, Phase.DO], False: []}
     for step in (asked, plain):
         one: Step = step

@@ -45,7 +45,11 @@ def test_what_others_append_is_ignored_without_a_word(key: str) -> None:
 
 
 @given(
-    st.sampled_from(LINKS), st.lists(st.sampled_from(APPENDED), max_size=6), st.integers(0, 10**6), st.booleans(), st.booleans()
+    st.sampled_from(LINKS),
+    st.lists(st.sampled_from(APPENDED), max_size=6),
+    st.integers(0, 10**6),
+    st.booleans(),
+    st.booleans(),
 )
 def test_a_link_shows_the_same_with_what_others_append(
     link: str, appended: list[str], seed: int, escaped: bool, twice: bool

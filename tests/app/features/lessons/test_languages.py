@@ -27,7 +27,8 @@ from tests.app.features.lessons.helpers import our_book, to_challenge
 from tests.app.i18n.messages import NAMES
 
 ENGLISH = re.compile(
-    r"\b(?:the|and|of|with|you|your|it|what|which|how|than|are|this|that|from|does|not|for|between)\b", re.IGNORECASE
+    r"\b(?:the|and|of|with|you|your|it|what|which|how|than|are|this|that|from|does|not|for|between)\b",
+    re.IGNORECASE,
 )
 """Words that neither German nor Slovene has."""
 
@@ -71,7 +72,9 @@ def views(lesson: Lesson, step: Step, index: int) -> Iterator[StepView]:
     outcome = replace(reference(step, step.setup), unlike=tuple(values(RunSettings()).items()))
     for choice in range(len(step.question.choices)) if step.question is not None else (None,):
         done = StepProgress(choice, outcome, outcome, len(step.hints))
-        yield make_view(StepPosition(lesson, step, index, phases_of(step)[-1], done, None), step.yours, False, False)
+        yield make_view(
+            StepPosition(lesson, step, index, phases_of(step)[-1], done, None), step.yours, False, False
+        )
 
 
 def texts_of(lesson: Lesson, step: Step, index: int) -> Iterator[str]:
@@ -89,14 +92,20 @@ def texts_of(lesson: Lesson, step: Step, index: int) -> Iterator[str]:
 def phrases(text: str) -> set[str]:
     """Return the parts of a text that have words, in small letters: of a formula only what it says."""
     said = FORMULA.sub(lambda found: ". ".join(re.findall(r"\\text\{(.*?)\}", found[0])), CODE.sub("", text))
-    return {part.strip(" *_“”„»«>123456").lower() for part in re.split(r"[.,:;?!=…()|\n]", said) if WORD.search(part)}
+    return {
+        part.strip(" *_“”„»«>123456").lower()
+        for part in re.split(r"[.,:;?!=…()|\n]", said)
+        if WORD.search(part)
+    }
 
 
 @pytest.mark.usefixtures("no_runs")
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_no_lesson_falls_back_to_english(language: Language) -> None:
     catalogue = [pair for path in catalogues(language) for pair in read_texts(path).items()]
-    same = set[str]().union(*(phrases(english) & phrases(text) for english, text in catalogue), *map(phrases, NAMES), CODE_WORDS)
+    same = set[str]().union(
+        *(phrases(english) & phrases(text) for english, text in catalogue), *map(phrases, NAMES), CODE_WORDS
+    )
     for english, lesson in zip(our_book().lessons, our_book(language).lessons, strict=True):
         assert lesson.language == language
         for index, (before, step) in enumerate(zip(english.steps, lesson.steps, strict=True)):

@@ -43,7 +43,9 @@ BOOK = our_book()
 
 
 def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
-    made = lesson_html("a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere"))
+    made = lesson_html(
+        "a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere")
+    )
     for bad in ("<script", "<i>", "<d>", "<e>", "<f>"):
         assert bad not in made
     assert "<em>b" in made and "<svg" in made
@@ -65,17 +67,31 @@ def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(l
         if not walk.next():
             break
     steps = [step for lesson in book.lessons for step in lesson.steps]
-    shown += [lesson_html(choice.reply) for step in steps if step.question is not None for choice in step.question.choices]
-    shown += [lesson_html(text) for lesson in book.lessons for text in (lesson.goal, lesson.promise, lesson.learned)]
+    shown += [
+        lesson_html(choice.reply)
+        for step in steps
+        if step.question is not None
+        for choice in step.question.choices
+    ]
+    shown += [
+        lesson_html(text) for lesson in book.lessons for text in (lesson.goal, lesson.promise, lesson.learned)
+    ]
     made = "".join(shown)
-    assert "![" not in made and "$" not in made and "\\" not in made, "every picture and every formula is drawn"
+    assert "![" not in made and "$" not in made and "\\" not in made, (
+        "every picture and every formula is drawn"
+    )
     named = {found for step in steps for found in PICTURE.findall(f"{step.observe}\n{step.explain}")}
     assert {name.removesuffix(".svg").removesuffix(f".{language}") for _, name in named} == {
         f"pictures/{name}" for name in ("elbow", "jump", "line", "lever", "kinks")
     }
     for words, name in named:
         picture = picture_html(FOLDER, name, words)
-        assert 'class="d' in picture and "currentColor" in picture and picture.startswith("<svg ") and picture in made
+        assert (
+            'class="d' in picture
+            and "currentColor" in picture
+            and picture.startswith("<svg ")
+            and picture in made
+        )
 
 
 def test_a_formula_goes_on_in_the_next_line() -> None:
@@ -113,10 +129,15 @@ def test_an_svg_that_holds_more_than_shapes_stays_a_picture_of_its_own(tmp_path:
     ):
         picture.write_text(head + rest, encoding="utf-8")
         made = lesson_html('![a "b" <c>](a.svg)', tmp_path)
-        assert re.fullmatch(r'<img alt="a &quot;b&quot; &lt;c&gt;" src="data:image/svg\+xml;base64,[\w+/=]+">', made)
+        assert re.fullmatch(
+            r'<img alt="a &quot;b&quot; &lt;c&gt;" src="data:image/svg\+xml;base64,[\w+/=]+">', made
+        )
     picture.write_text(f"{head}><title>x</title><text>&lt;b&gt;</text></svg>", encoding="utf-8")
     made = lesson_html('![a "b"](a.svg)', tmp_path)
-    assert made == '<svg class="picture" role="img" aria-label="a &quot;b&quot;" viewBox="0 0 1 1"><text>&lt;b&gt;</text></svg>'
+    assert (
+        made
+        == '<svg class="picture" role="img" aria-label="a &quot;b&quot;" viewBox="0 0 1 1"><text>&lt;b&gt;</text></svg>'
+    )
 
 
 def test_symbols_have_their_colours_and_a_name() -> None:
@@ -139,8 +160,23 @@ def test_symbols_have_their_colours_and_a_name() -> None:
 @pytest.mark.parametrize(
     ("text", "number"),
     [
-        *(("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)),
-        *(("0.42rad/s", 0.42), ("30°", 30.0), (" 50% ", 50.0), ("0,5\u00a0m", 0.5), ("1e-3\u202fm", 1e-3), (".5", 0.5)),
+        *(
+            ("0.5", 0.5),
+            ("0,5 rad/s", 0.5),
+            ("−2", -2.0),
+            ("", None),
+            ("x", None),
+            ("nan", None),
+            ("1e99", None),
+        ),
+        *(
+            ("0.42rad/s", 0.42),
+            ("30°", 30.0),
+            (" 50% ", 50.0),
+            ("0,5\u00a0m", 0.5),
+            ("1e-3\u202fm", 1e-3),
+            (".5", 0.5),
+        ),
         *(("1.000,5", None), ("1 000", None), (5.0, None)),
     ],
 )
@@ -162,7 +198,9 @@ def test_the_run_that_shows_why_stands_beside_no_numbers_of_the_questions_run() 
 def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
-    lesson, step = next((i, k) for i, one in enumerate(BOOK.lessons) for k, each in enumerate(one.steps) if each.at_lever)
+    lesson, step = next(
+        (i, k) for i, one in enumerate(BOOK.lessons) for k, each in enumerate(one.steps) if each.at_lever
+    )
     run.enter(lesson, step)
     while run.walk.phase is not Phase.OBSERVE:
         if run.walk.locked:
@@ -176,8 +214,12 @@ def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost:
     assert panel.run_names is None
 
 
-def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(house: OpenHouse, arrive: Arrive) -> None:
-    number, index = next((n, i) for n, one in enumerate(BOOK.lessons, 1) for i, s in enumerate(one.steps) if s.id == "forecast")
+def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(
+    house: OpenHouse, arrive: Arrive
+) -> None:
+    number, index = next(
+        (n, i) for n, one in enumerate(BOOK.lessons, 1) for i, s in enumerate(one.steps) if s.id == "forecast"
+    )
     one = arrive(house(), f"lesson={number}&step={index + 1}")
     visitor, run = one.visitor, lessons_of(one)
 
@@ -212,12 +254,17 @@ def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(house
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
     keys = (*hotkeys(), *LESSON_KEYS)
     assert (
-        len({(h.key, bool(h.relayed)) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+        len({(h.key, bool(h.relayed)) for h in keys})
+        == len({h.text for h in keys})
+        == len({h.name for h in keys})
+        == len(keys)
     )
     assert len({h.shown for h in hotkeys()}) == len(hotkeys())
 
 
-def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     one = arrive(house(), "lesson=3&step=2")
     visitor, run = one.visitor, lessons_of(one)
     visitor.wait_for(lambda v: len(v.mirror.commands) == len(hotkeys()) + len(LESSON_KEYS))
@@ -226,7 +273,9 @@ def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(hous
     visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
     visitor.wait_for(lambda _: "Run (predict first)" in buttons(visitor))
     click(visitor, "Leave")
-    visitor.wait_for(lambda v: not run.open and v.mirror.labelled("more plots")["visible"] and "Lessons" in buttons(v))
+    visitor.wait_for(
+        lambda v: not run.open and v.mirror.labelled("more plots")["visible"] and "Lessons" in buttons(v)
+    )
     # The language is the browser's.
     assert changed(one.session.settings, "lang", "auto") == Settings()
 
@@ -236,7 +285,9 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor, session = one.visitor, one.session
 
     def controls(v: Client) -> list[dict[str, Any]]:
-        return [element for element in list(v.mirror.gui.values()) if element.get("label") == page_label("wmax")]
+        return [
+            element for element in list(v.mirror.gui.values()) if element.get("label") == page_label("wmax")
+        ]
 
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, True])
     theirs, ours = controls(visitor)
@@ -256,12 +307,16 @@ def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arri
     one = arrive(house(), "lesson=1&step=1")
 
     def sizes(v: Client) -> tuple[list[str], list[int]]:
-        return re.findall(r":root{--duet-left:(\d+)px", shown(v)), [plot["height"] for plot in bodies(v, "GuiUplotMessage")]
+        return re.findall(r":root{--duet-left:(\d+)px", shown(v)), [
+            plot["height"] for plot in bodies(v, "GuiUplotMessage")
+        ]
 
     one.visitor.wait_for(lambda v: all(sizes(v)))
     (wide,), heights = sizes(one.visitor)
     one.ask(lambda s: s.change("profile", "projector"))
-    one.visitor.wait_for(lambda v: sizes(v) == ([f"{1.3 * int(wide):g}"], [round(1.12 * height) for height in heights]))
+    one.visitor.wait_for(
+        lambda v: sizes(v) == ([f"{1.3 * int(wide):g}"], [round(1.12 * height) for height in heights])
+    )
 
 
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
@@ -271,8 +326,13 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     run = LessonSession(Session(Settings()), BOOK)
     assert "step = 2 needs lesson" in open_link(run, {"step": "2"}, None)[0] and not run.open
     assert "choose from 1" in open_link(run, {"lesson": "99"}, None)[0] and not run.open
-    assert open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
-    assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
+    assert (
+        open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
+    )
+    assert (
+        open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == ()
+        and run.walk.step.id == "switch"
+    )
     open_link(run, {"lesson": "1", "step": "77"}, None)
     assert run.session.notices
 
@@ -297,10 +357,16 @@ def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
         assert [one.setting for one in walk.done.tries] == [0.1, 0.3, 0.35][:count]
         assert ("<svg" in attempt_html(walk.view())) is (count >= 3)
     walk.attempt(simulated(replace(walk.setup, seconds=1.0)))
-    assert walk.done.last is not None and walk.done.last.note and len(walk.done.tries) == 3, "a run that does not count is no try"
+    assert walk.done.last is not None and walk.done.last.note and len(walk.done.tries) == 3, (
+        "a run that does not count is no try"
+    )
     assert [one.met for one in walk.done.tries] == [False, False, True]
     html = attempt_html(walk.view())
-    assert html.count('class="missed"') == 2 and html.count('class="met"') == 1 and html.count('class="bound"') == 2
+    assert (
+        html.count('class="missed"') == 2
+        and html.count('class="met"') == 1
+        and html.count('class="bound"') == 2
+    )
     xs = [float(x) for x in re.findall(r'class="missed" d="M([0-9.]+)', html)]
     assert xs[0] < xs[1] < float(re.findall(r'class="met" cx="([0-9.]+)"', html)[0])
     assert "Your tries: 3" in html and ">0.1<" in html and ">0.36<" in html
@@ -314,7 +380,11 @@ def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
     )
     made = str(macros("features/lessons/panel/lesson.html").paragraphs(lines)).replace("\u00a0", " ")
     cells = re.findall(r"<td>(.*?)</td>", made)
-    assert cells[:2] == ["Smallest d:", "14 mm"] and cells[-2:] == ["with law = &lt;b&gt;:", "41 mm"] and len(cells) == 8
+    assert (
+        cells[:2] == ["Smallest d:", "14 mm"]
+        and cells[-2:] == ["with law = &lt;b&gt;:", "41 mm"]
+        and len(cells) == 8
+    )
     assert "<p>Largest e: 3 mm; with n = 1: 9 mm.</p>" in made
 
 

@@ -59,7 +59,11 @@ class Student:
         self.run.runner.further.result(60.0)
         session, run = self.session, self.run
         self.frames_until(
-            lambda: session.paused and not run.computing and (run.runner.further.done() or session.simulation.steps == 0)
+            lambda: (
+                session.paused
+                and not run.computing
+                and (run.runner.further.done() or session.simulation.steps == 0)
+            )
         )
         self.run.decide()
 
@@ -85,7 +89,9 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
     for action in (do.Press("run"), do.Press("next"), do.Press("why"), do.Press("check"), *nonsense):
         run.act(action)
         one.frame()
-        assert session.paused and session.simulation.steps == 0 and run.open and run.walk.phase is Phase.PREDICT, action
+        assert (
+            session.paused and session.simulation.steps == 0 and run.open and run.walk.phase is Phase.PREDICT
+        ), action
     session.control.toggle_pause()
     run.decide()
     assert session.paused
@@ -96,7 +102,9 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
     assert session.simulation.steps > 0
 
 
-def test_at_the_lever_the_law_plays_the_same_attack_unseen_until_the_end_and_all_of_it_can_be_made_again() -> None:
+def test_at_the_lever_the_law_plays_the_same_attack_unseen_until_the_end_and_all_of_it_can_be_made_again() -> (
+    None
+):
     one = Student(BOOK.index("lambda"), 0)
     session, run = one.session, one.run
     seen = lambda: (session.traced[1] is not None, freeze(session, 0.0).ghost is not None)  # noqa: E731
@@ -130,7 +138,9 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     run.act(do.Choose(1))
     one.finish()
     verdict, outcome = run.walk.view().verdict, run.walk.done.outcome
-    assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and one.session.paused
+    assert (
+        run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and one.session.paused
+    )
     assert outcome is not None and not outcome.reference
     run.act(do.Press("why"))
     assert run.walk.view().showing and one.session.simulation.steps == 0
@@ -145,10 +155,18 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     one.run_out()
     assert run.walk.view().why_outcome
     other, asked = one.session.ghost, run.walk.step.setup
-    assert other is not None and other.settings == asked.run and other.time == pytest.approx(one.session.simulation.time)
-    assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
+    assert (
+        other is not None
+        and other.settings == asked.run
+        and other.time == pytest.approx(one.session.simulation.time)
+    )
+    assert_array_equal(
+        other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]]
+    )
     alone, count = simulated(asked).history, simulated(asked).steps
-    assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
+    assert_array_equal(
+        other.history.table()[:count], alone.table(), "the step's own run, with its own inputs"
+    )
     run.act(do.Press("next"))
     assert not run.walk.view().showing and one.session.ghost is None
     # The question's run is made again at once, to its end, so that it stands in the plots.
@@ -194,7 +212,12 @@ def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool
         one.frame(0.0)
         assert session.simulation.steps > before, "it hurries, whatever the clock on the wall says"
     outcome = run.walk.done.outcome
-    assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.complete and outcome.reference == halted
+    assert (
+        run.walk.phase is Phase.OBSERVE
+        and outcome is not None
+        and outcome.complete
+        and outcome.reference == halted
+    )
     assert halted or (session.paused and run.walk.finished(session.simulation))
 
 
@@ -234,14 +257,18 @@ def test_reset_is_a_fresh_start_and_another_experiment_begins_the_run_again() ->
 def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_settings() -> None:
     one = Student(0, 2)
     session, run = one.session, one.run
-    assert reaches(run.walk.step) == (0.015, 0.015) and reaches(BOOK.lessons[0].steps[0]) == (), "how near a mark is touched"
+    assert reaches(run.walk.step) == (0.015, 0.015) and reaches(BOOK.lessons[0].steps[0]) == (), (
+        "how near a mark is touched"
+    )
     one.to_challenge()
     assert run.walk.yours and not run.hands_off and not session.paused
     run.act(do.Press("check"))
     assert "Press Run first." in attempt_html(run.walk.view())
     shown = run.version
     one.frame()
-    assert run.version > shown and attempt_html(run.walk.view()) == "", "the run that was asked for takes the request away"
+    assert run.version > shown and attempt_html(run.walk.view()) == "", (
+        "the run that was asked for takes the request away"
+    )
     for _ in range(40):
         one.frame()
     run.act(do.Press("check"))
@@ -255,7 +282,9 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     one.frame()
     run.act(do.Press("check"))
     attempt = run.walk.done.last
-    assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
+    assert attempt is not None and not attempt.passed and attempt.note, (
+        "settings changed in the middle of the run"
+    )
     run.act(do.Press("again"))
     assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
     one.swing()
@@ -292,7 +321,11 @@ fails = ["near"]
     run.runner.further.result(60.0)
     run.act(do.Press("check"))
     said = run.walk.done.last
-    assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
+    assert (
+        said is not None
+        and said.judgements[0].value is not None
+        and "you said 1.0 mm" in said.judgements[0].text
+    )
     run.act(do.SayNumber(*here, 0, 1000.0 * said.judgements[0].value))
     run.act(do.Press("check"))
     assert run.walk.done.passed
@@ -338,15 +371,21 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
         run.act(do.Press("run"))
         assert not run.over and session.simulation.steps == 0 and session.settings.run.hand_speed == fast
     tries, nearest, table = run.walk.done.tries, run.walk.nearest, tables[1]
-    assert [one.setting for one in tries] == list(speeds[:5]) and min(tries, key=lambda one: one.measured) is tries[1]
-    assert nearest is not None and tables[5][:, COLUMN["d"]].min() < table[:, COLUMN["d"]].min(), "the sixth does not count"
+    assert [one.setting for one in tries] == list(speeds[:5]) and min(
+        tries, key=lambda one: one.measured
+    ) is tries[1]
+    assert nearest is not None and tables[5][:, COLUMN["d"]].min() < table[:, COLUMN["d"]].min(), (
+        "the sixth does not count"
+    )
     again = run_of_text(run_text(nearest))
     assert_array_equal(rerun(again).table, table)
     margin = float(table[:, COLUMN["d"]].min()) - 0.15
     assert tries[1].measured == margin
     said = attempt_html(run.walk.view()).replace("\u00a0", " ")
     assert f"You came to {1000 * margin:.1f} mm above dₘ." in said and said.count("mm above dₘ") == 6
-    assert "broke through by 3.2\u00a0mm" in duel_html(replace(run.walk.view(), tries=(Try(0.4, -0.0032, True),)))
+    assert "broke through by 3.2\u00a0mm" in duel_html(
+        replace(run.walk.view(), tries=(Try(0.4, -0.0032, True),))
+    )
     # It outlives the process.
     saved = run.saved_lesson()
     assert saved is not None
@@ -417,7 +456,9 @@ class WildStudent(Student):
         """One thing a student may do with the controls, the handles or the tab."""
         session, rng = self.session, self.rng
         place = np.array([rng.uniform(-1.0, 1.0) for _ in range(3)])
-        match rng.choice(("pause", "step", "reset", "setting", "setting", "hold", "let go", "autopilot", "", "", "reload")):
+        match rng.choice(
+            ("pause", "step", "reset", "setting", "setting", "hold", "let go", "autopilot", "", "", "reload")
+        ):
             case "pause":
                 session.control.toggle_pause()
             case "step":
@@ -426,7 +467,11 @@ class WildStudent(Student):
                 session.reset()
             case "setting":
                 key, spec = rng.choice(list(specs(Settings).items()))
-                number = rng.uniform(spec.low, spec.high) if math.isfinite(spec.high - spec.low) else rng.random() < 0.5
+                number = (
+                    rng.uniform(spec.low, spec.high)
+                    if math.isfinite(spec.high - spec.low)
+                    else rng.random() < 0.5
+                )
                 with contextlib.suppress(BadSetting):
                     session.change(key, rng.choice(spec.choices) if spec.choices else number)
             case "hold" if not self.run.hands_off:
@@ -448,7 +493,9 @@ class WildStudent(Student):
 
 @pytest.mark.usefixtures("fast_machine")
 @pytest.mark.parametrize("seed", [3, 7])
-def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog: pytest.LogCaptureFixture) -> None:
+def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(
+    seed: int, caplog: pytest.LogCaptureFixture
+) -> None:
     student = WildStudent(seed)
     for _ in range(30):
         student.rng.choice((student.act, student.meddle))()

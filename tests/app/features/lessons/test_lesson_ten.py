@@ -47,7 +47,9 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     # A mistake is named with its line, the clock goes on, and the message goes when the file is right again.
     page.get_by_role("button", name="Run", exact=True).click()
     path.write_text("def law(situation):\n    return situation.gone\n", encoding="utf-8")
-    page.locator(".card.wrong.law .what", has_text=re.compile(r"my_law\.py, line 2: AttributeError")).wait_for()
+    page.locator(
+        ".card.wrong.law .what", has_text=re.compile(r"my_law\.py, line 2: AttributeError")
+    ).wait_for()
     until(page, lambda: "line 2" in (page.locator("#duet-say").text_content() or ""), "announced")
     time = ask(session, lambda s: s.simulation.time)
     until(page, lambda: session.paused or session.simulation.time > time, "the clock")
@@ -88,13 +90,19 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     until(page, lambda: session.settings.page.ghost == DEFAULT_LAW, "the ghost")
     # What is saved is tested at once; the tests that are asked for come after those.
     lamps = page.locator(".duet-law .lamps .ok")
-    until(page, lambda: [desk.work(name) for name in TRIALS] and lamps.count() == len(TRIALS), "what was saved is tested")
+    until(
+        page,
+        lambda: [desk.work(name) for name in TRIALS] and lamps.count() == len(TRIALS),
+        "what was saved is tested",
+    )
     attempts = run.walk.done.attempts
     page.keyboard.press("Escape")
     area.blur()
 
     unfold_controls(page)
-    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
+    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(
+        state="attached"
+    )
 
     # The six tests come one by one, in words, and pass the challenge.
     page.keyboard.press("c")
@@ -103,7 +111,11 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     page.get_by_role("button", name="Testing …").wait_for()
     for number, name in enumerate(TRIALS, 1):
         assert desk.work(name) == [name]
-        until(page, lambda number=number: tests.locator("em", has_text="passed").count() == number, f"{name} passed")
+        until(
+            page,
+            lambda number=number: tests.locator("em", has_text="passed").count() == number,
+            f"{name} passed",
+        )
     until(page, lambda: run.walk.done.attempts > attempts, "the second examination")
     page.get_by_text("6 of 6 tests passed.").first.wait_for()
     assert [tests.nth(i).locator("em").inner_text() for i in range(tests.count())] == ["passed"] * len(TRIALS)
@@ -118,7 +130,9 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     page.keyboard.press("Control+End")
     page.keyboard.type("# mine")
     path.write_text(text, encoding="utf-8")
-    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
+    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(
+        state="attached"
+    )
     page.keyboard.press("Control+Enter")
     page.get_by_role("button", name="Save mine over it").wait_for()
     assert path.read_text(encoding="utf-8") == text

@@ -79,7 +79,14 @@ def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: 
 
 
 AT_THE_END = {
-    *("drift.open_loop", "drift.closed_loop", "strict-priority.always_first", "lambda.tail", "smooth.rest", "smooth.stand_off"),
+    *(
+        "drift.open_loop",
+        "drift.closed_loop",
+        "strict-priority.always_first",
+        "lambda.tail",
+        "smooth.rest",
+        "smooth.stand_off",
+    ),
     *("stability.elbow_or_hand", "stability.needed", "stability.without", "limits.fast", "limits.tie"),
     *("first-tasks.wall", "first-tasks.tip"),
 }
@@ -96,11 +103,21 @@ def check_moment(step: Step, at_end: bool) -> None:
     assert 0.0 < mark.time < step.setup.seconds - AT_END
     # A run that is cut off right after the moment has the same value, if that is one of extremes or of crossings.
     named = next(m for m in step.measurements if moment(evidence, m.name, m.parameters) is not None)
-    if named.name in ("smallest_distance", "distance_margin", "velocity_step", "first_jump", "switch_pull", "loss_rate"):
+    if named.name in (
+        "smallest_distance",
+        "distance_margin",
+        "velocity_step",
+        "first_jump",
+        "switch_pull",
+        "loss_rate",
+    ):
         half = 1.5 * evidence.settings.dt
         value = measure(evidence, named.name, named.parameters)
         for time, same in ((mark.time + half, True), (mark.time - half, False)):
-            assert (measure(Evidence(run, time), named.name, named.parameters) == value) is same, (step.id, named.name)
+            assert (measure(Evidence(run, time), named.name, named.parameters) == value) is same, (
+                step.id,
+                named.name,
+            )
 
 
 def test_a_text_that_counts_our_lessons_counts_all() -> None:
@@ -117,7 +134,9 @@ def test_a_text_that_counts_our_lessons_counts_all() -> None:
 def test_no_reply_says_a_negative_depth() -> None:
     step = next(s for s in LESSONS[6].steps if s.measurements[0].id == "smallest")
     assert step.question is not None
-    replies = [fill(step, choice.reply, reference(step, step.setup), "en") for choice in step.question.choices]
+    replies = [
+        fill(step, choice.reply, reference(step, step.setup), "en") for choice in step.question.choices
+    ]
     assert not any(re.search(r"−\d+ mm into", reply) for reply in replies) and re.search(
         r"went\s+130 mm into each other", replies[0]
     )
@@ -130,7 +149,9 @@ def test_every_inequality_of_every_challenge_can_fail() -> None:
             if step.challenge is None or step.challenge.custom_law:
                 continue
             missed = {id for trial in step.trials for id in trial.fails}
-            asked = {c.measurement.id for c in step.challenge.criteria} | {f.measurement.id for f in step.challenge.forecasts}
+            asked = {c.measurement.id for c in step.challenge.criteria} | {
+                f.measurement.id for f in step.challenge.forecasts
+            }
             shut = {"dm", "law"} | loopholes.get(lesson.id, set())
             assert asked - missed <= shut, (lesson.id, step.id)
 
@@ -235,7 +256,9 @@ def test_lesson_10_what_helps_and_what_does_not() -> None:
     fed, plain, fine, steep = values("limits", "fast", "margin")
     assert fed > 0.0 > max(plain, fine, steep) and fine == pytest.approx(plain, abs=1e-3)
     asked = values("limits", "lever", "textbook")
-    assert asked == pytest.approx([0.3 / (0.4 * np.sin(np.radians(a))) for a in (5.0, 20.0, 10.0, 1.0)], rel=1e-4)
+    assert asked == pytest.approx(
+        [0.3 / (0.4 * np.sin(np.radians(a))) for a in (5.0, 20.0, 10.0, 1.0)], rel=1e-4
+    )
     assert values("limits", "lever", "reached")[0] < 2.0
     own, double, soft, qp = values("limits", "switching", "step")
     assert own / double > 0.9 and max(soft, qp) < 0.05 * own
@@ -243,7 +266,9 @@ def test_lesson_10_what_helps_and_what_does_not() -> None:
     assert switches[0] > 1.5 * switches[1]
 
 
-def test_lesson_10_between_two_pairs_the_closest_pair_alone_loses_more_than_100_mm_and_a_smooth_distance_cures_it() -> None:
+def test_lesson_10_between_two_pairs_the_closest_pair_alone_loses_more_than_100_mm_and_a_smooth_distance_cures_it() -> (
+    None
+):
     """The obstacle rests, and every other condition is met."""
     single, finer, smooth, soft, faster = values("limits", "tie", "margin")
     assert max(single, finer) < -0.1 and abs(finer - single) < 2e-3
@@ -259,7 +284,10 @@ def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
     assert [line.split(" | ")[0] for line in text] == ["| n", "| ---", "| 1", "| 2", "| 5", "| 10"]
     assert all(step.measurements[i].text(outcome.values[i][2]) in text[4] for i in (0, 1))
     assert lesson_html(fill(step, step.observe, outcome, "en")).count("<td") == 12
-    assert "with n = 2" in outcome.lines(step, "en")[0] and "with n = 2" not in outcome.lines(step, "en", ["bias"])[0]
+    assert (
+        "with n = 2" in outcome.lines(step, "en")[0]
+        and "with n = 2" not in outcome.lines(step, "en", ["bias"])[0]
+    )
 
 
 def test_a_number_for_a_dead_time_that_the_run_has_not_stands_in_the_text_alone() -> None:
@@ -282,7 +310,11 @@ def test_a_swing_of_the_elbow_is_shown_beside_an_elbow_at_rest() -> None:
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     step = our_book().lessons[4].steps[1]
     text = fill(step, "{table:step}", None, "en")
-    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law set to “Strict priority, switched at dₘ” |" in text
+    assert (
+        "| this run |" in text
+        and "| dt = 10 ms |" in text
+        and "| law set to “Strict priority, switched at dₘ” |" in text
+    )
     # Beside the lever by the names that stand in the plots.
     text = fill(our_book().lessons[3].steps[0], "{table:lost,error,step}", None, "en")
     assert "| you |" in text and "| Smooth priority (paper) |" in text

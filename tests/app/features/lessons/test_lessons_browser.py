@@ -36,8 +36,12 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     assert at_the_end(run) and len(walked.said) == 3 and walked.whys == 2 and walked.challenge == "passed"
     assert walked.said[0] != walked.said[2], "a wrong answer is answered otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()
-    canvas = page.evaluate("(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()")
-    assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, "the panel stands beside the scene, not over it"
+    canvas = page.evaluate(
+        "(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()"
+    )
+    assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, (
+        "the panel stands beside the scene, not over it"
+    )
     screenshot(page, "lesson-challenge")
     assert page.get_by_role("button", name="Leave the lessons").count() == 1
     assert not page.get_by_role("button", name="Lessons", exact=True).is_visible()
@@ -96,7 +100,9 @@ def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at:
 
 
 @pytest.mark.thorough
-def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1024, 768)
     session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
     question = run.walk.step.question
@@ -114,7 +120,8 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
     assert [cards.nth(i).locator(".ticks .ok").count() for i in range(4)] == [0, 1, 0, 0]
     assert "continue" in cards.nth(1).inner_text() and "continue" not in cards.nth(2).inner_text()
     assert (
-        "Say why a computed hand drifts" in cards.nth(2).inner_text() and "15\N{NO-BREAK SPACE}min" in cards.nth(2).inner_text()
+        "Say why a computed hand drifts" in cards.nth(2).inner_text()
+        and "15\N{NO-BREAK SPACE}min" in cards.nth(2).inner_text()
     )
     named(page)
     screenshot(page, "lesson-list")
@@ -125,7 +132,11 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
     assert (run.walk.lesson.number, run.walk.step_index) == (2, 0)
     press(page, "All lessons")
     cards.nth(1).click()
-    until(page, lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0), "the first step that is not finished")
+    until(
+        page,
+        lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0),
+        "the first step that is not finished",
+    )
     # The test before lesson 1: nothing runs, and nothing says what is right.
     press(page, "All lessons")
     cards.first.click()
@@ -136,7 +147,10 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
     until(page, lambda: run.walk.done.choice == 2, "the answer")
     press(page, "Next step")
     until(page, lambda: run.walk.step_index == 1, "the next question")
-    assert page.locator(".duet-lesson .card").count() == 0 and run.walk.done_in("beliefs", "null_space").outcome is None
+    assert (
+        page.locator(".duet-lesson .card").count() == 0
+        and run.walk.done_in("beliefs", "null_space").outcome is None
+    )
     screenshot(page, "test-before")
 
     # By keys alone an elbow is swung, and numbers are said.

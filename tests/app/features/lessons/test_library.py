@@ -81,9 +81,14 @@ def test_a_folder_stands_beside_ours_between_the_two_tests(tmp_path: Path) -> No
     assert german.lessons[0].title != german.lessons[-1].title and book.in_language("de") is german
 
 
-def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     write(tmp_path / "theirs" / "07-nearer.md", SMALL)
-    write(tmp_path / "mine" / "03-quiz.md", "# Quiz\n\nTwo questions.\n\n" + "".join(QUESTION.format(name=name) for name in "ab"))
+    write(
+        tmp_path / "mine" / "03-quiz.md",
+        "# Quiz\n\nTwo questions.\n\n" + "".join(QUESTION.format(name=name) for name in "ab"),
+    )
     names = (
         *("beliefs", "hold#push", "hold#3", "lambda", "mine/03-quiz.md", "nearer#second"),
         *("lambda#tail", "hold", "beliefs", "beliefs#delay"),
@@ -91,13 +96,30 @@ def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: 
     playlist = write(tmp_path / "week.toml", f"lessons = {list(names)}\n".replace("'", '"'))
     book = Library(tmp_path / "theirs", playlist).book
     assert not book.problems
-    assert ids(book) == ["beliefs", "hold", "lambda", "quiz", "nearer", "lambda_2", "hold_2", "beliefs" + LAST, "beliefs_3"]
+    assert ids(book) == [
+        "beliefs",
+        "hold",
+        "lambda",
+        "quiz",
+        "nearer",
+        "lambda_2",
+        "hold_2",
+        "beliefs" + LAST,
+        "beliefs_3",
+    ]
     assert [lesson.number for lesson in book.lessons] == [*range(1, 10)]
     steps = [[step.id for step in lesson.steps] for lesson in book.lessons]
-    assert steps[1] == ["push", "break"] and steps[5] == ["tail"] and steps[4] == ["second"] and len(steps[2]) > 1
+    assert (
+        steps[1] == ["push", "break"]
+        and steps[5] == ["tail"]
+        and steps[4] == ["second"]
+        and len(steps[2]) > 1
+    )
     assert [lesson.asked for lesson in book.lessons] == ["first", *[""] * 6, "last", ""]
     minutes, whole = {lesson.id: lesson.minutes for lesson in book.lessons}, our_book().lessons[3]
-    assert minutes["lambda"] == whole.minutes and minutes["lambda_2"] == round(whole.minutes / len(whole.steps)), whole.id
+    assert minutes["lambda"] == whole.minutes and minutes["lambda_2"] == round(
+        whole.minutes / len(whole.steps)
+    ), whole.id
     capsys.readouterr()
     assert main(["lessons", "--playlist", str(playlist), "--folder", str(tmp_path / "theirs")]) == 0
     assert f" 1 step, {minutes['lambda_2']} min" in capsys.readouterr().out
@@ -116,13 +138,19 @@ def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> N
     NotesView(gui, library.notes).show(run)
     tail = our_book().lessons[our_book().index("lambda")].steps[run.walk.step.number - 1]
     assert tail.id == "tail"
-    assert gui.add_html.return_value.content.partition("</h4>")[0].endswith(f"<h4>{tail.number}. {tail.title}")
+    assert gui.add_html.return_value.content.partition("</h4>")[0].endswith(
+        f"<h4>{tail.number}. {tail.title}"
+    )
 
 
 def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> None:
-    write(tmp_path / "01-bad.md", SMALL.replace("right = 2", "right = 9").replace('id = "second"', 'id = "second"\ncolour = 1'))
+    write(
+        tmp_path / "01-bad.md",
+        SMALL.replace("right = 2", "right = 9").replace('id = "second"', 'id = "second"\ncolour = 1'),
+    )
     playlist = write(
-        tmp_path / "week.toml", 'lessons = [\n  "hold",\n  "holt",\n  "hold#pull",\n  "01-bad.md",\n  "02-none.md",\n]\n'
+        tmp_path / "week.toml",
+        'lessons = [\n  "hold",\n  "holt",\n  "hold#pull",\n  "01-bad.md",\n  "02-none.md",\n]\n',
     )
     book = Library(None, playlist).book
     assert ids(book) == ["hold"]
@@ -132,7 +160,11 @@ def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> 
         *((("01-bad.md", SMALL[: SMALL.index("right = 2")].count("\n") + 1)), ("01-bad.md", said[3][1])),
         *(("week.toml", 5), ("week.toml", 6)),
     ]
-    assert "choose from beliefs, redundancy" in said[0][2] and "choose from push" in said[1][2] and "'colour'" in said[3][2]
+    assert (
+        "choose from beliefs, redundancy" in said[0][2]
+        and "choose from push" in said[1][2]
+        and "'colour'" in said[3][2]
+    )
     for text, message in (
         ("lessons = 3", "needs a list of names"),
         ("[", "the playlist is not TOML"),
@@ -161,14 +193,27 @@ def again(library: Library) -> bool:
 
 
 def test_a_file_that_changes_is_read_again_and_a_faulty_one_stays_as_it_was(tmp_path: Path) -> None:
-    lesson, playlist = write(tmp_path / "01-small.md", SMALL), write(tmp_path / "week.toml", 'lessons = ["small#first"]')
+    lesson, playlist = (
+        write(tmp_path / "01-small.md", SMALL),
+        write(tmp_path / "week.toml", 'lessons = ["small#first"]'),
+    )
     library = Library(tmp_path, playlist)
     assert not again(library)
     for path, text, titles, faults in (
         (lesson, SMALL.replace("# A small", "# Another small"), ["Another small lesson"], ()),
         (lesson, SMALL.replace("right = 2", "right = 9"), ["Another small lesson"], ("stays as it was",)),
-        (playlist, 'lessons = ["small", "hold"]', ["Another small lesson", "Hold while a person pushes"], ("stays as it was",)),
-        (playlist, "lessons = [", ["Another small lesson", "Hold while a person pushes"], ("stays as it was", "not TOML")),
+        (
+            playlist,
+            'lessons = ["small", "hold"]',
+            ["Another small lesson", "Hold while a person pushes"],
+            ("stays as it was",),
+        ),
+        (
+            playlist,
+            "lessons = [",
+            ["Another small lesson", "Hold while a person pushes"],
+            ("stays as it was", "not TOML"),
+        ),
         (lesson, SMALL, ["A small lesson", "Hold while a person pushes"], ("not TOML",)),
         (playlist, 'lessons = ["small"]', ["A small lesson"], ()),
     ):
@@ -220,10 +265,14 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
     guest.wait(reads("A small lesson"))
 
 
-def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_files_are_looked_after_though_reading_them_failed_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write(tmp_path / "01-small.md", SMALL)
     library, read = Library(tmp_path), Event()
-    monkeypatch.setattr(library, "refresh", MagicMock(side_effect=chain((RuntimeError("bad"), True), repeat(False))))
+    monkeypatch.setattr(
+        library, "refresh", MagicMock(side_effect=chain((RuntimeError("bad"), True), repeat(False)))
+    )
     library.watch(read.set)
     assert read.wait(60.0)
     library.close()
@@ -237,9 +286,13 @@ def test_a_new_lesson_passes_its_check_is_in_the_readmes_playlist_and_faults_end
     assert f"--folder '{path.parent}'" in capsys.readouterr().out
     assert main(["lessons", "--check", "--folder", str(path.parent)]) == 0
     assert "0 not as declared" in capsys.readouterr().out
-    (text,) = re.findall(r"```toml\n(lessons = .*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    (text,) = re.findall(
+        r"```toml\n(lessons = .*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL
+    )
     book = Library(None, write(path.parents[1] / "week-3.toml", text)).book
-    assert not book.problems and [step.id for step in book.lessons[book.index("nearer")].steps] == ["the_stop"]
+    assert not book.problems and [step.id for step in book.lessons[book.index("nearer")].steps] == [
+        "the_stop"
+    ]
     for bad, message in ((path, "a file already"), (path.with_name("nearer.md"), "is like 01-nearer.md")):
         assert main(["new-lesson", str(bad)]) == 2 and message in capsys.readouterr().err
     text = path.read_text(encoding="utf-8")
@@ -263,4 +316,6 @@ def test_a_question_without_a_run_is_named_when_it_asks_for_one(tmp_path: Path) 
         ("concept = true", "", "needs an outcome"),
     ):
         write(tmp_path / "01-quiz.md", good.replace(old, new))
-        assert message in str(load_lessons(tmp_path).problems) and bool(message) == bool(load_lessons(tmp_path).problems)
+        assert message in str(load_lessons(tmp_path).problems) and bool(message) == bool(
+            load_lessons(tmp_path).problems
+        )

@@ -44,14 +44,18 @@ def until_parked(app: App, one: Guest) -> None:
 
 
 @pytest.mark.thorough
-def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     app = house()
     one = arrive(app, "lesson=hold&step=3")
     link = pushed(one)
     push = lessons_of(one).walk.nearest
     assert push is not None
     other = arrive(app, link)
-    other.visitor.wait_for(lambda v: "This is a push from a link" in shown(v) and "Try to touch it" in shown(v))
+    other.visitor.wait_for(
+        lambda v: "This is a push from a link" in shown(v) and "Try to touch it" in shown(v)
+    )
     other.wait(lambda s: s.player.replay is not None)
     player = other.session.player
     assert player.replay is not None
@@ -82,7 +86,10 @@ def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: Ope
             again.wait(lambda s: s.player.replay is not None)
         assert (again.session.player.loaded != "") == replays
         first = again
-    for damaged, why in ((link[:-3], "push: the link is damaged"), (f"{link}{'A' * 3500}", "push: is longer than 3000")):
+    for damaged, why in (
+        (link[:-3], "push: the link is damaged"),
+        (f"{link}{'A' * 3500}", "push: is longer than 3000"),
+    ):
         third = arrive(app, damaged)
         third.visitor.wait_for(lambda v, why=why: any(why in note for note in notes(v)))
         assert third.session.player.replay is None

@@ -93,7 +93,12 @@ def test_links_are_answered_in_the_page_s_language() -> None:
         problems += open_link(run, link, None)
     problems += (step_of("🦆")[1], not_again("🦆.py"))
     set_language("de")
-    said = ("dm = '9' liegt außerhalb", "Es gibt keine Einstellung", "Es gibt keine Lektion 99", "Es gibt keine Lektion 🦆;")
+    said = (
+        "dm = '9' liegt außerhalb",
+        "Es gibt keine Einstellung",
+        "Es gibt keine Lektion 99",
+        "Es gibt keine Lektion 🦆;",
+    )
     said += ("step = 2 hat nur zusammen", "step = 🦆 ist keine Zahl", "🦆.py läuft in einem eigenen")
     assert all(tr(problem).startswith(begin) for problem, begin in zip(problems, said, strict=True))
 

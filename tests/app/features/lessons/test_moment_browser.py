@@ -39,9 +39,14 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     nearest = table[table[:, COLUMN["d"]].argmin()]
     end = ask(session, lambda s: s.simulation.time)
     assert (
-        shown_time(session) == pytest.approx(nearest[COLUMN["t"]] + session.settings.run.dt) and end > nearest[COLUMN["t"]] + 0.5
+        shown_time(session) == pytest.approx(nearest[COLUMN["t"]] + session.settings.run.dt)
+        and end > nearest[COLUMN["t"]] + 0.5
     )
-    until(page, lambda: "smallest d − dₘ, 3.1 s" in pseudo(page, "body", "::after", "content"), "its name over the scene")
+    until(
+        page,
+        lambda: "smallest d − dₘ, 3.1 s" in pseudo(page, "body", "::after", "content"),
+        "its name over the scene",
+    )
     assert "smallest d − dₘ, 3.1 s" in pseudo(page, ".u-over", "::before", "content")
     narrow = page.add_style_tag(content=".u-over{width:120px!important}")
     assert pseudo(page, ".u-over", "::before", "content") == '"3.1 s"'
@@ -68,8 +73,16 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     hint.wait_for(state="hidden")
     drag_over_plot(page, (0.8, 0.3))
     until(page, lambda: abs((shown_time(session) or 0.0) - 0.3 * end) < MOUSE * end, "another moment")
-    until(page, lambda: float(np.linalg.norm(np.array(world_position(page, wrist)) - before)) > 0.02, "the scene of then")
-    until(page, lambda: pseudo(page, "body", "::after", "content") == f'"{shown_time(session):.2f} s"', "the time over the scene")
+    until(
+        page,
+        lambda: float(np.linalg.norm(np.array(world_position(page, wrist)) - before)) > 0.02,
+        "the scene of then",
+    )
+    until(
+        page,
+        lambda: pseudo(page, "body", "::after", "content") == f'"{shown_time(session):.2f} s"',
+        "the time over the scene",
+    )
     line = float(pseudo(page, ".u-over", "::after", "left").removesuffix("px"))
     width = float(page.locator(".u-over").first.bounding_box()["width"])  # pyright: ignore[reportOptionalSubscript]
     assert line / width == pytest.approx((shown_time(session) or 0.0) / end, abs=0.01)
@@ -78,4 +91,8 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Space")
     until(page, lambda: shown_time(session) is None and not session.paused, "the run")
-    until(page, lambda: pseudo(page, "body", "::after", "content") in ("none", "normal"), "no name over the scene")
+    until(
+        page,
+        lambda: pseudo(page, "body", "::after", "content") in ("none", "normal"),
+        "no name over the scene",
+    )

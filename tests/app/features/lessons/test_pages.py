@@ -15,11 +15,15 @@ def labels(visitor: BlockingClient) -> list[str]:
 
 
 @pytest.mark.thorough
-def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     guest = arrive(house(), "lang=sl&dm=9")
     visitor = guest.visitor
     visitor.wait_for(lambda _: notes(visitor))
-    assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == ["Del povezave je izpuščen"]
+    assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == [
+        "Del povezave je izpuščen"
+    ]
     assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
     visitor.set_value("prizor", "Žoga na poti (sl. 1)")
     guest.wait(lambda s: s.settings.run.scene == "ball")
@@ -34,5 +38,12 @@ def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
     title = plain(load_lessons(language="sl").lessons[0].steps[0].title)
     for word in ("Zapusti lekcije", title, "Lekcija: zapusti lekcije"):
         comes(visitor, word)
-    own, others = ("jezik", "prizor", "zakon", "ura"), {"language", "scene", "law", "clock", "Leave the lessons"}
-    visitor.wait_for(lambda _: [labels(visitor).count(label) for label in own] == [1] * 4 and not others & set(labels(visitor)))
+    own, others = (
+        ("jezik", "prizor", "zakon", "ura"),
+        {"language", "scene", "law", "clock", "Leave the lessons"},
+    )
+    visitor.wait_for(
+        lambda _: (
+            [labels(visitor).count(label) for label in own] == [1] * 4 and not others & set(labels(visitor))
+        )
+    )

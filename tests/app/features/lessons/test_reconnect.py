@@ -46,9 +46,13 @@ def test_four_dropped_connections_lose_nothing(
                 ask(session, lambda s: s.control.toggle_pause())
             ask(session, lambda s: s.control.halt.set("visitor"))
             before = one.remembered()
-            message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
+            message = msgspec.msgpack.encode(
+                {"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}}
+            )
             one.cut(message if turn % 2 else b"")
-            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and len(opened.context.store.parked) == 1, 60.0)
+            other.visitor.wait_for(
+                lambda _: len(live_sessions(opened)) == 1 and len(opened.context.store.parked) == 1, 60.0
+            )
             one.come()
             assert one.session is session and not opened.context.store.parked
             assert one.remembered() == before

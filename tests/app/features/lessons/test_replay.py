@@ -11,7 +11,9 @@ def says_so(visitor: HeadlessClient) -> bool:
     return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
-def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     opened = house()
     guest = arrive(opened)
     stand = visitor_of(opened)
@@ -24,7 +26,9 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     guest.ask(lambda _: lessons_of(stand).act(GoTo(1, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v))
     # The next step waits for an answer.
-    assert guest.ask(lambda s: ("replay" in s.control.halt, s.paused, s.simulation.steps, lessons_of(stand).locked)) == (
+    assert guest.ask(
+        lambda s: ("replay" in s.control.halt, s.paused, s.simulation.steps, lessons_of(stand).locked)
+    ) == (
         False,
         True,
         0,

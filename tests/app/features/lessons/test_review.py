@@ -70,7 +70,10 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     assert frame.shown.replay.mark is not None and str(frame.shown.replay.mark.name) == "smallest d − dₘ"
     assert frame.traced == (watched.session.simulation, None) and frame.settings == watched.session.settings
     # The numbers of the lesson are of then.
-    assert dict(watched.lessons.live(frame.simulation)).keys() and watched.session.simulation.time > frame.simulation.time + 0.5
+    assert (
+        dict(watched.lessons.live(frame.simulation)).keys()
+        and watched.session.simulation.time > frame.simulation.time + 0.5
+    )
     said = moment_html(frame, (0.0, 4.0))
     assert "smallest d − dₘ, 3.1 s" in said and f"--duet-moment:{25.0 * frame.simulation.time:.2f}%" in said
     # What is kept is the run, not the moment.
@@ -81,7 +84,10 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     assert not watched.player.reviewing and not watched.frame().replayed
     while not watched.player.reviewing:
         assert watched.frame().simulation.time < 4.1
-    assert watched.lessons.walk.phase is Phase.OBSERVE and watched.frame().shown.replay.mark == frame.shown.replay.mark
+    assert (
+        watched.lessons.walk.phase is Phase.OBSERVE
+        and watched.frame().shown.replay.mark == frame.shown.replay.mark
+    )
 
 
 def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
@@ -93,7 +99,9 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
     while not watched.player.reviewing:
         watched.frame()
     frame, ghost = watched.frame(), watched.session.ghost
-    assert frame.ghost is not None and ghost is not None and frame.traced == (watched.session.simulation, ghost)
+    assert (
+        frame.ghost is not None and ghost is not None and frame.traced == (watched.session.simulation, ghost)
+    )
     table = ghost.history.table()
     row = int(np.abs(table[:, COLUMN["t"]] - frame.ghost.sample().time).argmin())
     assert abs(frame.ghost.time - frame.simulation.time) < 1e-9 and frame.ghost.time < ghost.time
@@ -107,7 +115,9 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     session.handlers.do(Pause())
     player.review(1.0)
     frame = watched.frame()
-    assert not frame.replayed and not player.reviewing and moment_html(frame, None) == "", "nothing before the first step"
+    assert not frame.replayed and not player.reviewing and moment_html(frame, None) == "", (
+        "nothing before the first step"
+    )
     session.handlers.do(Pause())
     watched.run(3.0)
     player.review(1.0)
@@ -119,7 +129,10 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     assert frame.simulation.time == pytest.approx(1.0) and (frame.ghost is None) == (ghost == "off")
     if frame.ghost is not None and session.ghost is not None:
         row = round(1.0 / session.settings.run.dt) - 1
-        assert_array_equal(frame.ghost.sample().positions, session.ghost.history.positions(session.ghost.history.table())[row])
+        assert_array_equal(
+            frame.ghost.sample().positions,
+            session.ghost.history.positions(session.ghost.history.table())[row],
+        )
     table = session.simulation.history.table()
     assert frame.shown.replay.mark is not None
     assert frame.shown.replay.mark.time == pytest.approx(
@@ -156,7 +169,11 @@ def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
     frame = watched.frame()
     for span in ((0.7, 1.0), (0.0, 0.3)):
         said = moment_html(frame, span)
-        assert "--duet-moment-words" in said and "--duet-moment:" not in said and "--duet-moment-line" not in said
+        assert (
+            "--duet-moment-words" in said
+            and "--duet-moment:" not in said
+            and "--duet-moment-line" not in said
+        )
     for span, place in (((0.0, 1.0), "50.00%"), ((0.0, 0.49), "100.00%")):
         said = moment_html(frame, span)
         assert f"--duet-moment:{place}" in said and "--duet-moment-line" in said
@@ -207,7 +224,9 @@ def test_single_steps_are_shown_about_the_moment() -> None:
 def test_the_first_lesson_has_the_process_begun_that_makes_its_films() -> None:
     watched = Watched()
     watched.lessons.enter(0, 0)
-    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == ("warm",), "before Run is pressed"
+    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == ("warm",), (
+        "before Run is pressed"
+    )
     watched.pool.work("warm")
     watched.frame()
     watched.lessons.enter(1, 0)

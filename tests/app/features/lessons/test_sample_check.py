@@ -18,4 +18,7 @@ def test_a_lesson_s_file_outside_its_run_is_a_fault_of_the_lesson(tmp_path: Path
     data = {"seconds": 3.0, "input": {"file": "ros.csv"}}
     with pytest.raises(Fault, match="since 1970"):
         read_setup(Table(data, [(1, "input = …")], 1), base)
-    assert read_setup(Table({**data, "input": {"file": "good.csv"}}, [(1, "input = …")], 1), base).input.name == "good.csv"
+    assert (
+        read_setup(Table({**data, "input": {"file": "good.csv"}}, [(1, "input = …")], 1), base).input.name
+        == "good.csv"
+    )

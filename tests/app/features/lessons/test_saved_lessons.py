@@ -32,7 +32,9 @@ def short() -> Session:
 
 
 @pytest.mark.parametrize(("lesson", "open"), [("3", True), ("4", False)])
-def test_by_the_same_lesson_link_a_tab_is_where_it_was_and_by_another_one_keeps_its_progress(lesson: str, open: bool) -> None:
+def test_by_the_same_lesson_link_a_tab_is_where_it_was_and_by_another_one_keeps_its_progress(
+    lesson: str, open: bool
+) -> None:
     book = load_lessons()
     run = lessons_in(Session(Settings()), book)
     run.enter(2)
@@ -42,7 +44,9 @@ def test_by_the_same_lesson_link_a_tab_is_where_it_was_and_by_another_one_keeps_
     session.parts.restore({run.name: run.saved()})
     back = lessons_in(session, book)
     assert open_link(back, {"lesson": lesson}, VisitorRecord({"lesson": "3"}, Settings())) == ()
-    assert back.walk.done_in(*place).choice == 1 and ((back.walk.lesson.id, back.walk.step.id) == place) == open
+    assert (
+        back.walk.done_in(*place).choice == 1 and ((back.walk.lesson.id, back.walk.step.id) == place) == open
+    )
 
 
 NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
@@ -53,13 +57,17 @@ STEPS = st.tuples(NAMES, NAMES)
 
 @given(
     progress=WORDS,
-    said=st.dictionaries(STEPS, st.lists(st.none() | st.floats(allow_nan=False), max_size=3).map(tuple), max_size=3),
+    said=st.dictionaries(
+        STEPS, st.lists(st.none() | st.floats(allow_nan=False), max_size=3).map(tuple), max_size=3
+    ),
     names=st.lists(STEPS, max_size=2, unique=True),
     dm=st.floats(0.03, 0.3),
     flags=st.tuples(*[st.booleans()] * 3),
 )
 @settings(max_examples=25, deadline=None)
-def test_what_was_done_in_lessons_comes_back_as_it_was(short: Session, progress, said, names, dm, flags) -> None:
+def test_what_was_done_in_lessons_comes_back_as_it_was(
+    short: Session, progress, said, names, dm, flags
+) -> None:
     own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
     hands, people = dict.fromkeys(names, piece), {name: RecordedPerson(piece) for name, _ in names}
     lessons = SavedLesson(progress, own, flags[0], hands, own if flags[1] else None, people, said, flags[2])
@@ -70,11 +78,21 @@ def test_what_was_done_in_lessons_comes_back_as_it_was(short: Session, progress,
     record = again(record_of({"resume": TAB}, session))
     other.parts.restore(record.parts, record.recordings)
     back = other.parts.of(LessonSession)
-    assert back.left is not None and replace(back.left, seen={}, kept={}) == replace(lessons, seen={}, kept={})
+    assert back.left is not None and replace(back.left, seen={}, kept={}) == replace(
+        lessons, seen={}, kept={}
+    )
     assert back.left.seen.keys() == set(names) and back.left.kept.keys() == people.keys()
-    assert back.saved() == run.saved() and back.recordings().keys() == run.recordings().keys() == record.recordings.keys()
+    assert (
+        back.saved() == run.saved()
+        and back.recordings().keys() == run.recordings().keys() == record.recordings.keys()
+    )
     # The release before stored it as a field of the record.
-    stored = {"query": {"resume": TAB}, "settings": own, "lessons": replace(lessons, seen={}, kept={}), "state": None}
+    stored = {
+        "query": {"resume": TAB},
+        "settings": own,
+        "lessons": replace(lessons, seen={}, kept={}),
+        "state": None,
+    }
     earlier = joined_record(visitor_from_bytes(record_to_bytes(stored)), record.recordings)
     assert earlier.parts == record.parts and earlier.recordings == record.recordings
 

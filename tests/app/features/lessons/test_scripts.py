@@ -81,7 +81,13 @@ def test_a_push_is_a_straight_line_at_its_speed() -> None:
 @pytest.mark.parametrize("speed", [0.1, 0.2, 0.4])
 def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None:
     """With w_max as high, w along the line between the hands comes to within 2 % of it."""
-    changes = (("scene", "hold"), ("rig", "table"), ("pairs", "single"), ("wmax", speed), ("law", "unprotected"))
+    changes = (
+        ("scene", "hold"),
+        ("rig", "table"),
+        ("pairs", "single"),
+        ("wmax", speed),
+        ("law", "unprotected"),
+    )
     setup = Setup(changes, Input("script", "push", (("speed", speed),)), None, 1.0 + 0.3 / speed, FOLDER)
     w = measured(setup, "largest_approach")
     assert w == pytest.approx(speed, rel=0.02)
@@ -90,7 +96,9 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
 def test_a_wall_goes_straight_at_its_speed_tilts_on_the_way_and_stays() -> None:
     simulation = fresh("first_task")
     person = script(
-        "wall_to", checked_script("wall_to", {"x": -0.3, "z": -0.4, "tilt": 0.5, "after": 1.0}, "first_task"), simulation
+        "wall_to",
+        checked_script("wall_to", {"x": -0.3, "z": -0.4, "tilt": 0.5, "after": 1.0}, "first_task"),
+        simulation,
     )
     begin, half, end, later = (person.target(time) for time in (1.0, 2.25, 3.5, 9.0))
     assert all(isinstance(target, WallTarget) for target in (begin, half, end, later))
@@ -141,7 +149,10 @@ def test_a_place_leaves_its_gap(origin: Any, gap: float) -> None:
     simulation = fresh("ball", point="elbow" if origin == "elbow" else "hand")
     simulation.kinematics.update(simulation.positions)
     arm = simulation.avoiding
-    hand, elbow = simulation.kinematics.hand_pose(arm).translation, simulation.kinematics.joint_point(arm.elbow)
+    hand, elbow = (
+        simulation.kinematics.hand_pose(arm).translation,
+        simulation.kinematics.joint_point(arm.elbow),
+    )
     at = {"hand": hand, "goal": hand + PATH, "middle": hand + PATH / 2.0, "elbow": elbow}[origin]
     assert np.linalg.norm(centre - at) == pytest.approx(gap + BALL_RADIUS + POINT_RADIUS)
     assert_allclose(np.cross(centre - at, [1.0, 2.0, -0.5]), 0.0, atol=1e-12)
@@ -157,8 +168,14 @@ def test_places_that_are_not_possible_are_named() -> None:
         (lambda: ball_centre(build_alone(), PLACE), "scene = ball"),
         (lambda: ball_centre(room, RoomPlace("goal", (0.0, 0.0, 0.0), 0.1)), "not a direction"),
         (lambda: ball_centre(room, RoomPlace("goal", (1.0, 0.0, 0.0), 2.9)), "out of its room"),
-        (lambda: start_positions(build_alone(), Start(posture=(0.0,) * 3)), "has 3 angles, but the arms of this room have 7"),
-        (lambda: start_positions(build_room("table"), Start(posture=(0.0, 9.0, *(0.0,) * 12))), "angle 2 is 9; it must be from"),
+        (
+            lambda: start_positions(build_alone(), Start(posture=(0.0,) * 3)),
+            "has 3 angles, but the arms of this room have 7",
+        ),
+        (
+            lambda: start_positions(build_room("table"), Start(posture=(0.0, 9.0, *(0.0,) * 12))),
+            "angle 2 is 9; it must be from",
+        ),
     ]
     for place, message in refused:
         with pytest.raises(BadSetting, match=message):
@@ -173,7 +190,9 @@ def test_a_posture_and_a_ball_together() -> None:
     assert_array_equal(positions[:7], posture)
     assert_array_equal(positions[room.ball], ball_centre(room, PLACE))
     assert start_positions(room, None) is None
-    assert start_positions(room, Start()) is not None and not np.shares_memory(start_positions(room, Start()), room.start)
+    assert start_positions(room, Start()) is not None and not np.shares_memory(
+        start_positions(room, Start()), room.start
+    )
 
 
 def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:

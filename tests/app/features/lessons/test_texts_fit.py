@@ -79,7 +79,13 @@ def see_labels(page: Page, session: Session) -> None:
     ],
 )
 def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
-    size: tuple[int, int], language: str, look: dict[str, str], words: str, font: Font, house: OpenHouse, page_at: PageAt
+    size: tuple[int, int],
+    language: str,
+    look: dict[str, str],
+    words: str,
+    font: Font,
+    house: OpenHouse,
+    page_at: PageAt,
 ) -> None:
     page, opened = page_at(*size, font=font), house()
     session = visit(page, opened, f"autopilot=0&lang={language}")
@@ -99,5 +105,8 @@ def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
             shown_step(page, session, run, lesson.number - 1, step)
             wait_frames(page, 3)
             flawed = lasting(page, lambda: flaws(page))
-            found += [f"{lesson.number}.{step + 1}: {flaw}" for flaw in (*flawed, *wide_formulas(page, session, run))]
+            found += [
+                f"{lesson.number}.{step + 1}: {flaw}"
+                for flaw in (*flawed, *wide_formulas(page, session, run))
+            ]
     assert found == []

@@ -12,7 +12,9 @@ from app.settings import Settings
 from tests.app.runtime.test_throttled_log import Caplog, lines
 
 
-def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: pytest.MonkeyPatch, caplog: Caplog) -> None:
+def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
+    monkeypatch: pytest.MonkeyPatch, caplog: Caplog
+) -> None:
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     run.enter(0)

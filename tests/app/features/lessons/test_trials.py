@@ -28,7 +28,9 @@ from tests.app.runtime.processes import until
 
 def test_without_a_file() -> None:
     session = Session(changed(Settings(), "ghost", "own"))
-    assert session.law_status.ghost_file is None and session.ghost is not None and examination(session) is None
+    assert (
+        session.law_status.ghost_file is None and session.ghost is not None and examination(session) is None
+    )
     for _ in range(20):
         session.advance(0.02)
     assert np.array_equal(session.ghost.positions, session.simulation.positions)
@@ -44,7 +46,9 @@ def test_without_a_file() -> None:
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=10&step=5")
     guest.ask(lambda session: to_challenge(session, lessons_of(guest)))
-    guest.visitor.wait_for(lambda v: "Hint 1 of" in " ".join(buttons(v)) and all(command in shown(v) for command in COMMANDS))
+    guest.visitor.wait_for(
+        lambda v: "Hint 1 of" in " ".join(buttons(v)) and all(command in shown(v) for command in COMMANDS)
+    )
     assert "Test my law" not in buttons(guest.visitor)
 
 

@@ -57,11 +57,15 @@ def test_an_arm_rests_at_the_number_that_is_shown_in_every_treatment_of_pairs(
     frame = freeze(session, 0.0)
     sample, run = frame.sample, settings.run
     table = simulation.history.table(60)
-    assert np.ptp(table[:, COLUMN["d"]]) < 1e-3 and sample.lever == 1.0 and sample.authority == 0, "at rest, and able to move"
+    assert np.ptp(table[:, COLUMN["d"]]) < 1e-3 and sample.lever == 1.0 and sample.authority == 0, (
+        "at rest, and able to move"
+    )
     assert sample.activation > 0.1, "pulled by its task, held back by the law"
     assert resting_now(simulation, sample) == pytest.approx(sample.distance, abs=1e-3)
     # The card, the plot, and what a lesson measures.
-    d, law_d, rest, *_ = contact_numbers(frame, frame.contact, budget_terms(simulation, sample, frame.contact), 0)
+    d, law_d, rest, *_ = contact_numbers(
+        frame, frame.contact, budget_terms(simulation, sample, frame.contact), 0
+    )
     assert d is not None and law_d is not None and rest is not None
     assert abs(rest - d) <= 1 and d == round(1e3 * sample.distance)
     columns = signals(simulation, run, table)
@@ -69,4 +73,6 @@ def test_an_arm_rests_at_the_number_that_is_shown_in_every_treatment_of_pairs(
     assert columns[:, COLUMNS["d*"]].mean() == pytest.approx(columns[:, COLUMNS["d"]].mean(), abs=1e-3)
     evidence = Evidence(simulation)
     assert measure(evidence, "rest_now") == pytest.approx(measure(evidence, "distance_now"), abs=1e-3)
-    assert (sample.distance - sample.law_distance > 2e-3) == (treatment != "single"), "d_law is another number there"
+    assert (sample.distance - sample.law_distance > 2e-3) == (treatment != "single"), (
+        "d_law is another number there"
+    )

@@ -31,7 +31,10 @@ def test_the_card_has_the_lever_under_its_law_and_can_move_it(house: OpenHouse) 
         assert told is not None and told["value"] == 40 and told["box"] in visitor.mirror.gui
     with BlockingClient(opened.url, query="scene=hold&motion=paused") as visitor:
         visitor.wait_for(is_whole, 60.0)
-        visitor.wait_for(lambda page: any(WORDS.search(str(one.get("content"))) for one in list(page.mirror.gui.values())), 60.0)
+        visitor.wait_for(
+            lambda page: any(WORDS.search(str(one.get("content"))) for one in list(page.mirror.gui.values())),
+            60.0,
+        )
         assert lever_of(visitor) is None
 
 

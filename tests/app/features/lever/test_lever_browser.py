@@ -48,7 +48,9 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     before = share()
     page.keyboard.press("ArrowDown")
     stands(before - 0.1, "the keys of the page go on after a drag", 1e-9)
-    until(page, lambda: abs(float(slider.input_value()) / 100.0 - share()) < 0.006, "the lever follows the keys")
+    until(
+        page, lambda: abs(float(slider.input_value()) / 100.0 - share()) < 0.006, "the lever follows the keys"
+    )
     slider.focus()
     page.keyboard.press("ArrowUp")
     stands(before, "by its own keys")

@@ -32,8 +32,15 @@ def row_of(path: Path, language: Language = "en") -> GradedFile:
 
 
 def test_what_a_file_is_and_whose() -> None:
-    names = {"Jo/law.py": ("Jo", ""), "law.py": ("law", ""), "doejo_LATE_5_6_a-1.py": ("doejo", "5"), "a_b.py": ("a_b", "")}
-    assert {name: student_of(Path(name)) for name in names} == {name: Student(*known) for name, known in names.items()}
+    names = {
+        "Jo/law.py": ("Jo", ""),
+        "law.py": ("law", ""),
+        "doejo_LATE_5_6_a-1.py": ("doejo", "5"),
+        "a_b.py": ("a_b", ""),
+    }
+    assert {name: student_of(Path(name)) for name in names} == {
+        name: Student(*known) for name, known in names.items()
+    }
     assert returned_line(b"def law(") == returned_line(b"law = 3") == ()
 
 
@@ -56,7 +63,10 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
 ) -> None:
     ended = LazyText("it did not end within {seconds:g} s", seconds=2.0)
     monkeypatch.setattr(graded_file, "marked", lambda *given: LawMarks(ended=ended))
-    for name, said in (("law.py", ended), ("report.html", "is not a lab report of Duet, or is from an older version")):
+    for name, said in (
+        ("law.py", ended),
+        ("report.html", "is not a lab report of Duet, or is from an older version"),
+    ):
         (tmp_path / name).touch()
         row = row_of(tmp_path / name, language)
         assert row.reason == words_of(language)(said) != said
@@ -64,27 +74,42 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
 
 def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "law.py").touch()
-    for passed, said in ((TRIALS, "law.py: Alle sechs Prüfungen sind bestanden."), (list(TRIALS)[1:], "law.py: Die anderen")):
+    for passed, said in (
+        (TRIALS, "law.py: Alle sechs Prüfungen sind bestanden."),
+        (list(TRIALS)[1:], "law.py: Die anderen"),
+    ):
         made = LawMarks({name: TrialResult(name, True, "") for name in passed})
         monkeypatch.setattr(graded_file, "marked", lambda *given, made=made: made)
         assert StudentMarks(Student("Jo", ""), (row_of(tmp_path / "law.py", "de"),)).feedback.startswith(said)
     (hold,) = (lesson for lesson in load_lessons().lessons if lesson.id == "hold")
-    asked = [(step.id, step.question is not None or None, step.challenge is not None or None) for step in hold.steps]
+    asked = [
+        (step.id, step.question is not None or None, step.challenge is not None or None)
+        for step in hold.steps
+    ]
     records = [StepRecord("hold", id, 1 if right else None, right, passed, 1) for id, right, passed in asked]
     (tmp_path / "report.html").write_text(records_html(records), encoding="utf-8")
-    assert row_of(tmp_path / "report.html").feedback == "Every prediction is right, and every challenge is passed."
+    assert (
+        row_of(tmp_path / "report.html").feedback
+        == "Every prediction is right, and every challenge is passed."
+    )
 
 
 def test_the_template_has_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = LawMarks(
-        {name: TrialResult(name, name != BOUNDED, "no" if name == BOUNDED else "", as_template=True) for name in TRIALS}
+        {
+            name: TrialResult(name, name != BOUNDED, "no" if name == BOUNDED else "", as_template=True)
+            for name in TRIALS
+        }
     )
     monkeypatch.setattr(graded_file, "marked", lambda *given: made)
     (tmp_path / "my_law.py").touch()
     row = row_of(tmp_path / "my_law.py")
     assert row.points == 0 and row.maximum == 6
     page = feedback_page(StudentMarks(row.student, (row,)))
-    assert "answers as the template" in row.reason and "answers as the template of <code>lwr-duet new-law</code>" in page
+    assert (
+        "answers as the template" in row.reason
+        and "answers as the template of <code>lwr-duet new-law</code>" in page
+    )
     assert "μ² beside <code>J_d @ J_d</code>" in page and "`" not in page
 
 
@@ -111,8 +136,12 @@ def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number
     folder.mkdir()
     (folder / "a.html").write_text("<p>no report", encoding="utf-8")
     (folder / "b.py").write_text(SLOW_LAW, encoding="utf-8")
-    command = own_command("app.__main__", "grade", str(folder), "--csv", str(table), "--moodle", str(worksheet), "--jobs", "1")
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path) as grading:
+    command = own_command(
+        "app.__main__", "grade", str(folder), "--csv", str(table), "--moodle", str(worksheet), "--jobs", "1"
+    )
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path
+    ) as grading:
         try:
             assert grading.stderr is not None and grading.stdout is not None
             assert grading.stderr.readline().startswith("1/2 a.html")

@@ -38,7 +38,10 @@ from scenes.files import csv_cell
 from tests.app.features.custom_law.helpers import PAPER, write
 from tests.app.runtime.processes import until
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="the files fork and send signals")]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(os.name != "posix", reason="the files fork and send signals"),
+]
 
 LAW = "def law(situation):\n    return situation.nominal\n"
 FORKS = "import os, time\nfor _ in range(9):\n    os.fork()\ntime.sleep(60)\n"
@@ -53,11 +56,20 @@ TOO_MANY = "more than 48 processes|BlockingIOError"
 NASTY = {
     "closes.py": ("import os\nos.closerange(0, 256)\n" + LAW, ""),
     "forks.py": (FORKS, f"{TOO_MANY}|endless loop"),
-    "groups.py": ("import os\nos.killpg(os.getpgid(os.getppid()) or 1, 9)\nraise RuntimeError('still here')\n", ""),
-    "kills.py": ("import os\nos.kill(os.getppid(), 9)\nos.kill(os.getppid(), 19)\nraise RuntimeError('still here')\n", ""),
+    "groups.py": (
+        "import os\nos.killpg(os.getpgid(os.getppid()) or 1, 9)\nraise RuntimeError('still here')\n",
+        "",
+    ),
+    "kills.py": (
+        "import os\nos.kill(os.getppid(), 9)\nos.kill(os.getppid(), 19)\nraise RuntimeError('still here')\n",
+        "",
+    ),
     "large.py": ("open('a', 'wb').write(bytes(2**25))\n", "File too large"),
     "memory.py": ("a = bytearray(2**34)\n", "wants more memory than the 512 MiB"),
-    "prints.py": ("import os\nfor _ in range(1000):\n    os.write(1, b'x' * 2**20)\nraise RuntimeError('printed')\n", "printed"),
+    "prints.py": (
+        "import os\nfor _ in range(1000):\n    os.write(1, b'x' * 2**20)\nraise RuntimeError('printed')\n",
+        "printed",
+    ),
     "doe_7_8_quits.py": ("import os\nos._exit(0)\n", "exit code 0"),
 }
 """Name → text, and what is said to it, as a regular expression."""
@@ -67,11 +79,18 @@ NASTY = {
 def _nothing_is_left(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     # Tests of other files start fences at the same time.
     mine, made = secrets.token_hex(8), secrets.token_hex
-    monkeypatch.setattr("app.features.marks.fence.secrets", SimpleNamespace(token_hex=lambda count: mine + made(count)))
+    monkeypatch.setattr(
+        "app.features.marks.fence.secrets", SimpleNamespace(token_hex=lambda count: mine + made(count))
+    )
     yield
     # What was killed takes a moment to end on a busy machine.
     until(
-        lambda: not any(name.isdecimal() and f"DUET_FENCE={mine}".encode() in environment(name) for name in os.listdir("/proc"))
+        lambda: (
+            not any(
+                name.isdecimal() and f"DUET_FENCE={mine}".encode() in environment(name)
+                for name in os.listdir("/proc")
+            )
+        )
     )
 
 
@@ -110,7 +129,10 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     os.mkfifo(folder / "pipe.py")
     (folder / "deep" / "__pycache__" / "no.py").write_text(LAW, encoding="utf-8")
     lesson = next(lesson for lesson in load_lessons().lessons if lesson.id == "hold")
-    report = lab_bytes([Done(lesson, 0, StepProgress(choice=1)), Done(lesson, 2, StepProgress(attempts=2, passed=True))], "de")
+    report = lab_bytes(
+        [Done(lesson, 0, StepProgress(choice=1)), Done(lesson, 2, StepProgress(attempts=2, passed=True))],
+        "de",
+    )
     (folder / "report.html").write_bytes(report)
 
     zero = "Ann Lee_12_assignsubmission_file_/my_law.py"
@@ -121,19 +143,51 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     files = {name: tmp_path / name for name in ("moodle", "canvas", "gradescope")}
     more = [word for name, path in files.items() for word in (f"--{name}", str(path))]
     weights = ["--points", "3", "1", "3", "2", "1", "1"]
-    command = ["grade", str(folder), "--csv", str(table), "--jobs", "2", "--seconds", "150", "--feedback", str(pages)]
+    command = [
+        "grade",
+        str(folder),
+        "--csv",
+        str(table),
+        "--jobs",
+        "2",
+        "--seconds",
+        "150",
+        "--feedback",
+        str(pages),
+    ]
     assert main([*command, *more, *weights]) == 0
     with table.open(encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    assert header == ["name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback"]
+    assert header == [
+        "name",
+        "kind",
+        *TRIALS,
+        *REPORT,
+        "points",
+        "reason",
+        "student",
+        "id",
+        "maximum",
+        "feedback",
+    ]
     others = "=1+1.py bytes.py deep/good.py empty.html huge.html huge.py loop.py pipe.py report.html"
     assert [row[0].removeprefix("'") for row in rows] == sorted([*others.split(), zero, *NASTY])
     by_name = {row[0]: dict(zip(header, row, strict=True)) for row in rows}
-    assert [by_name["deep/good.py"][name] for name in TRIALS] == ["pass"] * 6 and by_name["deep/good.py"]["points"] == "11"
+    assert [by_name["deep/good.py"][name] for name in TRIALS] == ["pass"] * 6 and by_name["deep/good.py"][
+        "points"
+    ] == "11"
     assert [by_name[zero][name] for name in TRIALS] == ["fail", "fail", "fail", "pass", "pass", "pass"]
-    assert [by_name[zero][key] for key in ("points", "maximum", "student", "id")] == ["0", "11", "Ann Lee", "12"]
+    assert [by_name[zero][key] for key in ("points", "maximum", "student", "id")] == [
+        "0",
+        "11",
+        "Ann Lee",
+        "12",
+    ]
     assert "on line 3, in “return 0.0 * s.nominal”" in by_name[zero]["feedback"]
-    assert all(TRY[name][0] in by_name[zero]["feedback"] for name in GATES) and "Lesson 6 shows it." in by_name[zero]["feedback"]
+    assert (
+        all(TRY[name][0] in by_name[zero]["feedback"] for name in GATES)
+        and "Lesson 6 shows it." in by_name[zero]["feedback"]
+    )
     page = (pages / "Ann Lee-12.html").read_text(encoding="utf-8")
     assert page.count("<svg xmlns") == 3 and "0 of 11 points" in page and "<script" not in page
     assert "Participant 12,Ann Lee,0,11,," in files["moodle"].read_text(encoding="utf-8")
@@ -143,11 +197,29 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     good = [one for one in result["tests"] if one["name"].startswith("deep/good.py")]
     assert sum(one["score"] for one in good) == 11 and {one["status"] for one in good} == {"passed"}
     said = {name: text for name, (_, text) in NASTY.items()}
-    said |= {"'=1+1.py": "division by zero", "bytes.py": "cannot be read as text", "loop.py": "a link", "pipe.py": "a pipe"}
+    said |= {
+        "'=1+1.py": "division by zero",
+        "bytes.py": "cannot be read as text",
+        "loop.py": "a link",
+        "pipe.py": "a pipe",
+    }
     said |= {"huge.py": "larger than 1", "huge.html": "larger than 33", "empty.html": "is not a lab report"}
-    assert {name: by_name[name]["reason"] for name, text in said.items() if not re.search(text, by_name[name]["reason"])} == {}
+    assert {
+        name: by_name[name]["reason"]
+        for name, text in said.items()
+        if not re.search(text, by_name[name]["reason"])
+    } == {}
     assert all(by_name[name]["reason"] for name in by_name if name != "deep/good.py")
-    assert [by_name["report.html"][key] for key in ("kind", *REPORT, "points")] == ["report", "2", "1", "0", "1", "1", "2", "1"]
+    assert [by_name["report.html"][key] for key in ("kind", *REPORT, "points")] == [
+        "report",
+        "2",
+        "1",
+        "0",
+        "1",
+        "1",
+        "2",
+        "1",
+    ]
     progress = capfd.readouterr().err
     assert f"{len(rows)}/{len(rows)} " in progress and "\n'=1+1.py" not in progress
 
@@ -161,7 +233,9 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
     assert len(quick(LEAVES, isolated=isolated).verdicts) == 6
 
 
-def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def test_less_isolation_is_said_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setattr("app.features.marks.fence.FenceLimits", partial(FenceLimits, isolated=False))
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
@@ -171,7 +245,10 @@ def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_memory_and_time_of_the_whole_tree() -> None:
     many = "import os, time\nfor _ in range(4):\n    os.fork()\na = bytearray(b'x') * (100 * 2**20)\ntime.sleep(60)\n"
-    assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
+    assert (
+        quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended
+        == "it took more than 300 MiB of memory"
+    )
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
     assert marks.ended == "it did not end within 2 s" and marks.verdicts == {}
     assert words_of("de")(marks.ended) == "es endete nicht innerhalb von 2 s"
@@ -225,9 +302,13 @@ def test_a_law_that_changes_the_clock_is_not_quick(busy: None) -> None:
     app.features.custom_law.law_file.perf_counter = time.perf_counter = time.monotonic = time.process_time = lambda: 0.0
     """
     for wait in ("time.sleep(0.003)", "while real() < end: pass"):
-        slow = PAPER.replace("(situation):\n", f"(situation):\n        end = real() + 0.003\n        {wait}\n", 1)
+        slow = PAPER.replace(
+            "(situation):\n", f"(situation):\n        end = real() + 0.003\n        {wait}\n", 1
+        )
         verdict = next(examine(Path("law.py"), only=("quick",), text=dedent(clock + slow).encode()))
-        assert isinstance(verdict.reason, LazyText) and isinstance(median := verdict.reason.parts["median"], float)
+        assert isinstance(verdict.reason, LazyText) and isinstance(
+            median := verdict.reason.parts["median"], float
+        )
         assert not verdict.passed and median > 2.0, wait
 
 
@@ -252,8 +333,16 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
         )
         lines = ["import os", "failed = []"]
         for one in tries:
-            lines += ["try:", f"    {one}", "except OSError as error:", "    failed.append(type(error).__name__)"]
-        lines += ["open('here', 'w').write(os.environ['HOME'])", "raise RuntimeError(failed, os.getcwd() == os.environ['HOME'])"]
+            lines += [
+                "try:",
+                f"    {one}",
+                "except OSError as error:",
+                "    failed.append(type(error).__name__)",
+            ]
+        lines += [
+            "open('here', 'w').write(os.environ['HOME'])",
+            "raise RuntimeError(failed, os.getcwd() == os.environ['HOME'])",
+        ]
         marks = marked("law.py", "\n".join(lines).encode())
     refused, gone = "PermissionError", "ProcessLookupError"
     nothing = "FileNotFoundError"
@@ -268,7 +357,13 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
     of_lines = ({"lines": {"": [1.0]}}, {"lines": {"": ["<b>"] * PIECES}})
     for change in ({}, {"quantity": "x"}, {"seconds": float("nan")}, {"limit": "a"}, *of_lines):
         marks = LawMarks()
-        said = {"name": "smooth", "passed": False, "reason": "no", "as_template": True, "curve": good | change}
+        said = {
+            "name": "smooth",
+            "passed": False,
+            "reason": "no",
+            "as_template": True,
+            "curve": good | change,
+        }
         with suppress(ValueError):
             take(marks, said)
         (verdict,) = marks.verdicts.values()
@@ -279,7 +374,11 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
 def test_a_cell_is_no_formula() -> None:
     starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@", "＝1", "＋1", "－1", "＠a")
     assert all(csv_cell(text).startswith("'") for text in starts)
-    assert csv_cell("a\nb\x1b[2J\u202e") == "a b [2J" and csv_cell(5) == "5" and len(csv_cell("x" * 9999)) == 2000
+    assert (
+        csv_cell("a\nb\x1b[2J\u202e") == "a b [2J"
+        and csv_cell(5) == "5"
+        and len(csv_cell("x" * 9999)) == 2000
+    )
 
 
 RECORDS = [StepRecord("hold", "push", 2, True, None, 0), StepRecord("hold", "break", None, None, False, 3)]
@@ -294,20 +393,34 @@ def test_a_record_comes_back_and_shows_nothing() -> None:
 @pytest.mark.parametrize(
     "steps",
     [
-        *([["hold", "push", True, None, None, 0]], [["hold", "push", 1, 1, None, 0]], [["hold", "push", 1, True, None, -1]]),
-        *([["=1", "push", 1, True, None, 0]], [["hold", "push"]], "steps", [["hold", "push", 1, True, None, 0]] * 2, [[]] * 501),
+        *(
+            [["hold", "push", True, None, None, 0]],
+            [["hold", "push", 1, 1, None, 0]],
+            [["hold", "push", 1, True, None, -1]],
+        ),
+        *(
+            [["=1", "push", 1, True, None, 0]],
+            [["hold", "push"]],
+            "steps",
+            [["hold", "push", 1, True, None, 0]] * 2,
+            [[]] * 501,
+        ),
         json.loads("[" * 500 + "]" * 500),
     ],
 )
 def test_a_damaged_record_is_refused(steps: object) -> None:
     page = str(records_html(RECORDS))
-    good = json.dumps([[r.lesson, r.step, r.prediction, r.right, r.passed, r.attempts] for r in RECORDS]).replace('"', "&#34;")
+    good = json.dumps(
+        [[r.lesson, r.step, r.prediction, r.right, r.passed, r.attempts] for r in RECORDS]
+    ).replace('"', "&#34;")
     assert good in page
     with pytest.raises(ValueError, match="its record"):
         read_records(page.replace(good, json.dumps(steps).replace('"', "&#34;")).encode())
 
 
-def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_to_grade(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     for arguments in (["."], ["no"], [".", "--jobs", "-1"], [".", "--points", "1", "2"]):
         assert main(["grade", *arguments]) == 2

@@ -58,11 +58,32 @@ BLENDER = Style(
     (10.0, 45.0, 0.0, 20.0),
 )  # fmt: skip
 SNAKE = Style(
-    "root", "spine", "", "{}_shoulder", "{}_elbow", "", "", ("left", "right"), "YXZ", Z_UP, 39.37, (0.0, 90.0, 0.0, 0.0), True
+    "root",
+    "spine",
+    "",
+    "{}_shoulder",
+    "{}_elbow",
+    "",
+    "",
+    ("left", "right"),
+    "YXZ",
+    Z_UP,
+    39.37,
+    (0.0, 90.0, 0.0, 0.0),
+    True,
 )
-UNDERSCORE = Style("Pelvis", "Spine", "{}_Collar", "{}_UpperArm", "{}_LowerArm", "{}_Hand", "{}_Thigh", ("L", "R"), "ZYX")
+UNDERSCORE = Style(
+    "Pelvis", "Spine", "{}_Collar", "{}_UpperArm", "{}_LowerArm", "{}_Hand", "{}_Thigh", ("L", "R"), "ZYX"
+)
 
-STYLES = {"mixamo": MIXAMO, "twisted": TWISTED, "poser": POSER, "blender": BLENDER, "snake": SNAKE, "underscore": UNDERSCORE}
+STYLES = {
+    "mixamo": MIXAMO,
+    "twisted": TWISTED,
+    "poser": POSER,
+    "blender": BLENDER,
+    "snake": SNAKE,
+    "underscore": UNDERSCORE,
+}
 
 
 Node = tuple[str, Array, Sequence["Node"]]
@@ -71,7 +92,9 @@ Node = tuple[str, Array, Sequence["Node"]]
 
 def _skeleton(style: Style, rests: list[Array]) -> Node:
     def bone(start: str, end: str, way: Array, hung: Node) -> Node:
-        return (start + style.roll, way / 2.0, [(end, way / 2.0, [hung])]) if style.roll else (end, way, [hung])
+        return (
+            (start + style.roll, way / 2.0, [(end, way / 2.0, [hung])]) if style.roll else (end, way, [hung])
+        )
 
     thighs: list[Node] = []
     arms: list[Node] = []
@@ -91,7 +114,9 @@ def _skeleton(style: Style, rests: list[Array]) -> Node:
     return style.hips, 0.0 * z, [*thighs, (style.spine, 0.2 * z, arms)]
 
 
-def write_bvh(source: PersonSource, style: Style, frames: int = 60, frame_time: float = 0.05, seed: int = 1) -> str:
+def write_bvh(
+    source: PersonSource, style: Style, frames: int = 60, frame_time: float = 0.05, seed: int = 1
+) -> str:
     """A BVH file of a person who also walks about and turns."""
     C, drift = np.array(style.axes), np.random.default_rng(seed).uniform(-0.3, 0.3, 3)
     rests = [arm_rotation(np.radians(style.rest), side) for side in SIDES]
@@ -104,7 +129,11 @@ def write_bvh(source: PersonSource, style: Style, frames: int = 60, frame_time: 
         lines.extend((f"{kind} {name}" if name else "End Site", "{", f"OFFSET {x:.6f} {y:.6f} {z:.6f}"))
         if name:
             joints.append((name, kind == "ROOT" or style.all_positions))
-            lines.append(f"CHANNELS 6 Xposition Yposition Zposition {rotations}" if joints[-1][1] else f"CHANNELS 3 {rotations}")
+            lines.append(
+                f"CHANNELS 6 Xposition Yposition Zposition {rotations}"
+                if joints[-1][1]
+                else f"CHANNELS 3 {rotations}"
+            )
         for child in inside:
             write(child)
         lines.append("}")
@@ -124,6 +153,10 @@ def write_bvh(source: PersonSource, style: Style, frames: int = 60, frame_time: 
         for name, full in joints:
             if full:
                 row += (C @ drift * t * style.unit if name == style.hips else np.zeros(3)).tolist()
-            row += Rotation.from_matrix(C @ turns.get(name, np.eye(3)) @ C.T).as_euler(style.order, degrees=True).tolist()
+            row += (
+                Rotation.from_matrix(C @ turns.get(name, np.eye(3)) @ C.T)
+                .as_euler(style.order, degrees=True)
+                .tolist()
+            )
         lines.append(" ".join(f"{v:.7f}" for v in row))
     return "\n".join(lines) + "\n"

@@ -14,7 +14,15 @@ from app.features.person_files.bvh import read_bvh
 from app.features.person_files.bvh_file import CHANNELS, BvhJoint, load_bvh
 from controllers.errors import BadInputFile
 from scenes.person.clips import Clip
-from tests.app.features.person_files.bvh_text import BLENDER, MIXAMO, POSER, SNAKE, UNDERSCORE, Style, write_bvh
+from tests.app.features.person_files.bvh_text import (
+    BLENDER,
+    MIXAMO,
+    POSER,
+    SNAKE,
+    UNDERSCORE,
+    Style,
+    write_bvh,
+)
 
 CLIP = Clip("cross", 2)
 LEFT_RIGHT, LR, LOWER = ("Left", "Right"), ("L", "R"), ("l", "r")
@@ -97,7 +105,9 @@ def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, cr
     random, file = np.random.default_rng(seed), load_bvh(text.encode())
     count = len(file.frames)
     names = [joint.name for joint in file.joints]
-    children = [[i for i, joint in enumerate(file.joints) if joint.parent == k] for k in range(len(file.joints))]
+    children = [
+        [i for i, joint in enumerate(file.joints) if joint.parent == k] for k in range(len(file.joints))
+    ]
     lines, columns = ["HIERARCHY"], list[np.ndarray]()
 
     def rotations(joint: BvhJoint) -> Rotation:
@@ -106,7 +116,9 @@ def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, cr
         return Rotation.from_euler(order, file.frames[:, first : first + 3], degrees=True)
 
     def begin(kind: str, name: str, offset: np.ndarray) -> None:
-        lines.extend((f"{kind} {name}" if name else "End Site", "{", "OFFSET " + " ".join(f"{v:.9f}" for v in offset)))
+        lines.extend(
+            (f"{kind} {name}" if name else "End Site", "{", "OFFSET " + " ".join(f"{v:.9f}" for v in offset))
+        )
 
     def write(i: int, offset: np.ndarray, undone: Rotation) -> None:
         joint = file.joints[i]
@@ -114,13 +126,17 @@ def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, cr
         if joint.name:
             moved = [joint.column + k for k, c in enumerate(joint.channels) if c < 3]
             lines.append(
-                f"CHANNELS {len(moved) + 3} " + "Xposition Yposition Zposition " * bool(moved) + "Zrotation Xrotation Yrotation"
+                f"CHANNELS {len(moved) + 3} "
+                + "Xposition Yposition Zposition " * bool(moved)
+                + "Zrotation Xrotation Yrotation"
             )
             columns.extend(file.frames[:, k] for k in moved)
             columns.extend((undone.inv() * rotations(joint)).as_euler("ZXY", degrees=True).T)
         for child in children[i]:
             cut = (names[i], names[child]) in bones
-            pieces(joint.name, child) if cut else write(child, file.joints[child].offset, Rotation.identity(count))
+            pieces(joint.name, child) if cut else write(
+                child, file.joints[child].offset, Rotation.identity(count)
+            )
         lines.append("}")
 
     def pieces(name: str, child: int) -> None:
@@ -131,10 +147,16 @@ def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, cr
         points = np.vstack([np.zeros(3), shares[:, None] * way + off, way])
         turned = Rotation.identity(count)
         for n in range(1, size + 1):
-            begin("JOINT", PIECE_NAMES[rule].format(name=name, n=n, letter="abc"[n - 1]), points[n] - points[n - 1])
+            begin(
+                "JOINT",
+                PIECE_NAMES[rule].format(name=name, n=n, letter="abc"[n - 1]),
+                points[n] - points[n - 1],
+            )
             lines.append("CHANNELS 3 Zrotation Xrotation Yrotation")
             axis = (points[n + 1] - points[n]) / np.linalg.norm(points[n + 1] - points[n])
-            twist = Rotation.from_rotvec(np.outer(random.uniform(-1.5, 1.5) * np.sin(np.linspace(0.0, 5.0, count)), axis))
+            twist = Rotation.from_rotvec(
+                np.outer(random.uniform(-1.5, 1.5) * np.sin(np.linspace(0.0, 5.0, count)), axis)
+            )
             # In the frame of the bone, each piece turns what hangs on it; the next one turns that back first.
             columns.extend((turned.inv() * twist).as_euler("ZXY", degrees=True).T)
             turned = twist
@@ -157,7 +179,9 @@ def bones_of(style: Style) -> list[tuple[str, str]]:
     return [(a.format(side), b.format(side)) for side in style.sides for a, b in ends if a]
 
 
-@given(st.sampled_from(sorted(PROGRAMS)), st.sampled_from(sorted(PIECE_NAMES)), st.integers(0, 10_000), st.data())
+@given(
+    st.sampled_from(sorted(PROGRAMS)), st.sampled_from(sorted(PIECE_NAMES)), st.integers(0, 10_000), st.data()
+)
 def test_bones_in_pieces_equal_bones_in_one(program: str, rule: str, seed: int, data: st.DataObject) -> None:
     made = PROGRAMS[program]
     text = short_motion(program)
@@ -187,7 +211,10 @@ def test_two_people_are_refused_in_one_sentence() -> None:
 
 
 def test_the_unit_of_lengths_makes_no_difference() -> None:
-    tables = [read_bvh(write_bvh(CLIP, replace(MIXAMO, unit=unit), frames=6).encode()).table for unit in (1.0, 39.37, 1000.0)]
+    tables = [
+        read_bvh(write_bvh(CLIP, replace(MIXAMO, unit=unit), frames=6).encode()).table
+        for unit in (1.0, 39.37, 1000.0)
+    ]
     for table in tables[1:]:
         assert_allclose(table, tables[0], atol=1e-4)
 
@@ -198,7 +225,9 @@ def test_an_elbow_of_a_control_is_not_taken_for_the_arm_s() -> None:
     head, motion = text.split("MOTION\n")
     # The controls are the first that hang on the hips.
     at = head.index("JOINT mixamorig:LeftUpLeg")
-    controls = "".join(control.format(name) for name in ("target_elbow.L", "ik_hand.L", "target_elbow.R", "ik_hand.R"))
+    controls = "".join(
+        control.format(name) for name in ("target_elbow.L", "ik_hand.L", "target_elbow.R", "ik_hand.R")
+    )
     rows = motion.splitlines()
     rows[2:] = [" ".join([*row.split()[:6], *["30"] * 12, *row.split()[6:]]) for row in rows[2:]]
     found = read_bvh("\n".join([head[:at] + controls + head[at:] + "MOTION", *rows, ""]).encode())
@@ -222,5 +251,7 @@ def test_twists_beside_the_arm_are_not_in_it() -> None:
         head = head[:at] + leaf.format(twist) + head[at:]
         for row in rows:
             row.insert(columns[names.index(name)], "40")
-    found = read_bvh("\n".join([head + "MOTION", *motion.splitlines()[:2], *map(" ".join, rows), ""]).encode())
+    found = read_bvh(
+        "\n".join([head + "MOTION", *motion.splitlines()[:2], *map(" ".join, rows), ""]).encode()
+    )
     assert_allclose(found.table, read_bvh(text.encode()).table)

@@ -42,7 +42,12 @@ def test_frames_layout_and_offsets() -> None:
         assert_allclose(motion.angles(beyond), motion.angles(edge))  # type: ignore[arg-type]
     # Tabs, blank lines, braces at the end of a line, lower case, a missing blank after Frames: are all in use.
     text = write_bvh(Clip("clap", 1), POSER, frames=4)
-    loose = text.replace("\n{", " {").replace("OFFSET ", "\tOffset\t").replace("\n", "\n\n").replace("Frames: ", "Frames:")
+    loose = (
+        text.replace("\n{", " {")
+        .replace("OFFSET ", "\tOffset\t")
+        .replace("\n", "\n\n")
+        .replace("Frames: ", "Frames:")
+    )
     loose = loose.replace("Xrotation", "XROTATION").replace("HIERARCHY", "Hierarchy")
     assert_allclose(read_bvh(loose.encode()).table, read_bvh(text.encode()).table, atol=0.0)
     # A joint whose position channels move is where they say; one whose channels stay at zero is at its offset.
@@ -50,7 +55,9 @@ def test_frames_layout_and_offsets() -> None:
     spine = "JOINT mixamorig:Spine\n{\nOFFSET 0.000000 20.000000 0.000000\nCHANNELS 3 "
     assert spine in text
     head, rows = text.split("Frame Time: 0.05\n")
-    head = head.replace(spine, spine.replace("20.000000", "77.000000").replace("3 ", "6 Xposition Yposition Zposition "))
+    head = head.replace(
+        spine, spine.replace("20.000000", "77.000000").replace("3 ", "6 Xposition Yposition Zposition ")
+    )
     # The root has 6 channels, each thigh 3.
     at = 12
     moved = [" ".join([*row.split()[:at], "0 20 0", *row.split()[at:]]) for row in rows.splitlines()]
@@ -68,7 +75,9 @@ def test_frames_layout_and_offsets() -> None:
         found = motion.angles(float(t))
         assert found is not None
         for i, side in enumerate(SIDES):
-            assert_allclose(arm_directions(found[i], side), arm_directions(Windmill().angles(t)[i], side), atol=0.01)
+            assert_allclose(
+                arm_directions(found[i], side), arm_directions(Windmill().angles(t)[i], side), atol=0.01
+            )
 
 
 def test_sources_of_a_file(tmp_path: Path) -> None:
@@ -131,7 +140,10 @@ def test_no_person_in_it() -> None:
     text = "\n".join("OFFSET 0 0 0" if line.startswith("OFFSET") else line for line in LINES)
     refused(text, "in no frame")
     # A small file that promises many frames of many channels takes no memory for them.
-    joints = "JOINT a\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Xrotation Yrotation Zrotation\n" * 400
+    joints = (
+        "JOINT a\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Xrotation Yrotation Zrotation\n"
+        * 400
+    )
     head = "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n" + joints + "}\n" * 401
     text = f"{head}MOTION\nFrames: 100000\nFrame Time: 0.01\n" + "1\n" * 100_000
     tracemalloc.start()
@@ -166,8 +178,14 @@ FIVE = ROOT + "OFFSET 0 0 0\n"
         (FIVE + "CHANNELS 1 Xrotation\nJOIN a\n", ("line 6", "'JOIN a'", "JOINT and a name")),
         (with_line(ROW - 2, "Frames: 5"), ("4 frames follow, but Frames: says 5", "export it again")),
         (with_line(ROW - 2, "Frames: 3"), ("4 frames follow, but Frames: says 3",)),
-        *((with_line(ROW - 2, f"Frames: {count}"), (f"line {ROW - 1}", "1 to 100000")) for count in (0, 999999999)),
-        *((with_line(ROW - 2, f"Frames: {count}"), (f"line {ROW - 1}", "whole number")) for count in (-4, 9999999999999999)),
+        *(
+            (with_line(ROW - 2, f"Frames: {count}"), (f"line {ROW - 1}", "1 to 100000"))
+            for count in (0, 999999999)
+        ),
+        *(
+            (with_line(ROW - 2, f"Frames: {count}"), (f"line {ROW - 1}", "whole number"))
+            for count in (-4, 9999999999999999)
+        ),
         (with_line(ROW - 2, "Frame 5"), (f"line {ROW - 1}", "Frames:")),
         (with_line(ROW - 1, "Frame Time: 0"), (f"line {ROW}", "not believable")),
         (with_line(ROW - 1, "Frame Time: inf"), (f"line {ROW}", "not a finite number")),
@@ -176,8 +194,14 @@ FIVE = ROOT + "OFFSET 0 0 0\n"
         (with_line(ROW + 1, " ".join(NUMBERS[:-1])), (f"line {ROW + 2}", "numbers stand here")),
         (with_line(ROW + 1, " ".join(["zero", *NUMBERS[1:]])), (f"line {ROW + 2}", "is not a number")),
         (with_line(ROW + 2, " ".join(["nan", *NUMBERS[1:]])), (f"line {ROW + 3}", "'nan'")),
-        (with_line(ROW + 2, " ".join([*NUMBERS[1:], "-1e300"])), (f"line {ROW + 3}", "'-1e300'", "not believable")),
-        *(("\n".join(LINES[:keep]) + "\n", ("line ",)) for keep in (1, 5, 20, ROW - 3, ROW - 2, ROW - 1, ROW, ROW + 2)),
+        (
+            with_line(ROW + 2, " ".join([*NUMBERS[1:], "-1e300"])),
+            (f"line {ROW + 3}", "'-1e300'", "not believable"),
+        ),
+        *(
+            ("\n".join(LINES[:keep]) + "\n", ("line ",))
+            for keep in (1, 5, 20, ROW - 3, ROW - 2, ROW - 1, ROW, ROW + 2)
+        ),
         (GOOD.replace(":LeftForeArm", ":LeftThing"), ("no left elbow", "'mixamorig:Hips'", "L_LowerArm")),
         (GOOD.replace(":RightForeArm", ":Elbow"), ("no right elbow",)),
         (GOOD.replace(":RightArm", ":RightClavicle"), ("no right upper arm",)),
@@ -207,7 +231,9 @@ def test_too_large(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         refused(source, "larger than", "fewer frames")
     monkeypatch.undo()
     refused("\n" * (bvh_file.MOST_LINES + 1), "lines")
-    deep = "HIERARCHY\nROOT a\n" + "{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\nJOINT a\n" * (bvh_file.MOST_JOINTS + 1)
+    deep = "HIERARCHY\nROOT a\n" + "{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\nJOINT a\n" * (
+        bvh_file.MOST_JOINTS + 1
+    )
     refused(deep, "more than 500 joints")
 
 

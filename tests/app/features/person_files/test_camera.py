@@ -11,7 +11,16 @@ from hypothesis import given
 from numpy.testing import assert_allclose
 
 from app.features.person_files import camera, film
-from app.features.person_files.camera import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, CameraSource, landmarks_to_angles, read_film
+from app.features.person_files.camera import (
+    ARMS,
+    ELBOWS,
+    HIPS,
+    SHOULDERS,
+    WRISTS,
+    CameraSource,
+    landmarks_to_angles,
+    read_film,
+)
 from app.features.person_files.film import VideoFrame
 from controllers.errors import BadInputFile, BadSetting, DuetError
 from controllers.kinematics import Array
@@ -76,7 +85,9 @@ def test_a_noisy_sequence_with_drop_outs() -> None:
     random, clip, previous, errors, lost = np.random.default_rng(5), Clip("medley", 2), None, [], 0
     for t in np.arange(0.0, clip.duration, 1.0 / 30.0):
         visibility = np.where(random.uniform(size=33) < 0.01, 0.2, 0.9)
-        found = landmarks_to_angles(landmarks_of(clip.angles(t)) + random.normal(0.0, 0.01, (33, 3)), visibility, previous)
+        found = landmarks_to_angles(
+            landmarks_of(clip.angles(t)) + random.normal(0.0, 0.01, (33, 3)), visibility, previous
+        )
         if found is None:
             lost += 1
             continue
@@ -205,7 +216,11 @@ def test_without_the_packages_or_the_files(monkeypatch: pytest.MonkeyPatch, tmp_
 
     monkeypatch.setattr(importlib, "import_module", missing)
     (there := tmp_path / "file").write_bytes(b"x")
-    for attempt in (lambda: film.open_camera(0), lambda: film.open_video(there), lambda: film.open_detector(there)):
+    for attempt in (
+        lambda: film.open_camera(0),
+        lambda: film.open_video(there),
+        lambda: film.open_detector(there),
+    ):
         with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
             attempt()
         assert isinstance(caught.value, DuetError)

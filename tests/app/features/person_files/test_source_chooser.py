@@ -74,7 +74,10 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
         assert json.loads(capsys.readouterr().out)["steps"] == 600
         last.append(out.read_text(encoding="utf-8").splitlines()[-1])
     assert last[0] != last[1]
-    for wrong, named in (bvh, "--scene imitation"), (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"):
+    for wrong, named in (
+        (bvh, "--scene imitation"),
+        (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"),
+    ):
         assert main(["run", "--seconds", "1", *wrong]) == 2
         assert named in capsys.readouterr().err
 
@@ -99,10 +102,15 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
 
 
 def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> None:
-    session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
+    session, content = (
+        Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))),
+        wave.read_bytes(),
+    )
     for brings in (True, False):
         client, handlers = MagicMock(), ActionHandlers()
-        page = SourceChooser(PanelContext(client, session, MagicMock(), handlers, MagicMock(), MagicMock(), MagicMock(), True))
+        page = SourceChooser(
+            PanelContext(client, session, MagicMock(), handlers, MagicMock(), MagicMock(), MagicMock(), True)
+        )
         said = client.gui.add_html.return_value
         page.show(freeze(session, 0.0))
         if brings:
@@ -112,7 +120,9 @@ def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> 
         assert_array_equal(angles_of(session.target()), read_bvh(wave).angles(0.0))
 
 
-def test_the_command_gives_the_server_all_that_names_a_person(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_command_gives_the_server_all_that_names_a_person(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     served: list[PersonOptions] = []
 
     def alone(options: ServeOptions, *_: object, **__: object) -> App:
@@ -122,7 +132,17 @@ def test_the_command_gives_the_server_all_that_names_a_person(monkeypatch: pytes
 
     monkeypatch.setattr("app.start.start_app", alone)
     video, model, bvh = (tmp_path / name for name in ("video", "model", "bvh"))
-    given = ["serve", "--store", "memory", "--port", str(free_port()), "--bvh", str(bvh), "--video", str(video)]
+    given = [
+        "serve",
+        "--store",
+        "memory",
+        "--port",
+        str(free_port()),
+        "--bvh",
+        str(bvh),
+        "--video",
+        str(video),
+    ]
     given += ["--pose-model", str(model), "--source", "camera"]
     # One process reads the camera, whatever the machine has.
     assert main([*given, "--camera", "1"]) == INTERRUPTED
@@ -130,6 +150,8 @@ def test_the_command_gives_the_server_all_that_names_a_person(monkeypatch: pytes
 
 
 @pytest.mark.parametrize("film", [("--camera", "0"), ("--video", "walk.mp4")])
-def test_several_processes_cannot_read_one_camera(film: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_several_processes_cannot_read_one_camera(
+    film: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["serve", "--workers", "2", "--store", "memory", *film]) == 2
     assert "--workers must be 1 here: one process reads the camera." in capsys.readouterr().err

@@ -7,7 +7,10 @@ LENGTHS = (0.18, 0.14, 0.38, 0.20, 0.18, 0.10)
 def arm_urdf(count: int = 6, kind: str = "revolute", more: str = "", shape: str = "") -> str:
     """An arm of cylinders and boxes; its third joint is of a kind."""
     shape = shape or '<cylinder radius="0.05" length="{length}"/>'
-    links, joints = ['<link name="base"><collision><geometry><box size="0.2 0.2 0.04"/></geometry></collision></link>'], []
+    links, joints = (
+        ['<link name="base"><collision><geometry><box size="0.2 0.2 0.04"/></geometry></collision></link>'],
+        [],
+    )
     for i, (axis, length) in enumerate(zip(AXES[:count], LENGTHS, strict=False), start=1):
         place = f'<origin xyz="0 0 {length / 2}"/><geometry>{shape.format(length=length)}</geometry>'
         links.append(f'<link name="l{i}"><visual>{place}</visual><collision>{place}</collision></link>')

@@ -29,7 +29,11 @@ pytestmark = pytest.mark.slow
 
 lengths = st.floats(0.02, 0.3).map(lambda x: round(x, 4))
 angles = st.floats(-3.1, 3.1).map(lambda x: round(x, 4))
-names = st.text(st.characters(blacklist_categories=("Cs", "Cc"), min_codepoint=33, max_codepoint=0x3FF), min_size=1, max_size=8)
+names = st.text(
+    st.characters(blacklist_categories=("Cs", "Cc"), min_codepoint=33, max_codepoint=0x3FF),
+    min_size=1,
+    max_size=8,
+)
 
 
 @dataclass
@@ -47,7 +51,9 @@ class Place:
         return f'<origin xyz="{numbers}" quat_xyzw="{" ".join(map(repr, Rotation.from_euler("xyz", self.rpy).as_quat().tolist()))}"/>'
 
 
-places = st.builds(Place, st.tuples(lengths, lengths, lengths), st.tuples(angles, angles, angles), st.booleans())
+places = st.builds(
+    Place, st.tuples(lengths, lengths, lengths), st.tuples(angles, angles, angles), st.booleans()
+)
 mesh_scales = st.tuples(*[st.sampled_from([-1.0, -0.5, 0.5, 1.0, 1.5])] * 3)
 
 
@@ -81,7 +87,9 @@ def arms(draw: st.DrawFn) -> tuple[str, str]:
         st.lists(st.none() | st.tuples(places, forms()), min_size=count + 2, max_size=count + 2)
     )
     assume(any(parts[2:]))
-    joints = draw(st.lists(st.tuples(places, st.tuples(*[st.integers(-3, 3)] * 3)), min_size=count, max_size=count))
+    joints = draw(
+        st.lists(st.tuples(places, st.tuples(*[st.integers(-3, 3)] * 3)), min_size=count, max_size=count)
+    )
     assume(all(any(axis) for _, axis in joints))
     tool = draw(places)
     texts = []
@@ -112,14 +120,20 @@ def arms(draw: st.DrawFn) -> tuple[str, str]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("any")
     corners = [[0, 0, 0], [0.1, 0, 0], [0, 0.15, 0], [0, 0, 0.2]]
-    trimesh.Trimesh(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], process=False).export(made / "wedge.stl")
+    trimesh.Trimesh(corners, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], process=False).export(
+        made / "wedge.stl"
+    )
     return made
 
 
 @pytest.mark.thorough
 @settings(
     max_examples=25,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.filter_too_much],
+    suppress_health_check=[
+        HealthCheck.function_scoped_fixture,
+        HealthCheck.too_slow,
+        HealthCheck.filter_too_much,
+    ],
 )
 @given(arms(), st.integers(0, 99))
 def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
@@ -155,7 +169,10 @@ def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
     for capsule in capsules:
         for solid in found:
             if solid.joint == capsule.joint:
-                assert beyond(np.asarray(solid.mesh.vertices), capsule.start, capsule.end, capsule.radius).max() <= 1e-9
+                assert (
+                    beyond(np.asarray(solid.mesh.vertices), capsule.start, capsule.end, capsule.radius).max()
+                    <= 1e-9
+                )
 
 
 def other_shapes(text: str, q: Array) -> dict[str, Array]:
@@ -194,10 +211,16 @@ BAD_VALUES = (
 
 @settings(
     max_examples=150,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.filter_too_much],
+    suppress_health_check=[
+        HealthCheck.function_scoped_fixture,
+        HealthCheck.too_slow,
+        HealthCheck.filter_too_much,
+    ],
 )
 @given(data=st.data())
-def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(data: st.DataObject, folder: Path, registry: None) -> None:
+def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(
+    data: st.DataObject, folder: Path, registry: None
+) -> None:
     shape = data.draw(
         st.sampled_from(
             [
@@ -220,7 +243,9 @@ def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(data: st.DataOb
             case "left out":
                 part.attrib.pop(key, None)
             case "tag":
-                part.tag = data.draw(st.sampled_from(["origin", "link", "mesh", "capsule", "Axis", "geometry"]))
+                part.tag = data.draw(
+                    st.sampled_from(["origin", "link", "mesh", "capsule", "Axis", "geometry"])
+                )
             case _:
                 part.extend(list(part)[:1])
     path = folder / "arm.urdf"

@@ -33,7 +33,11 @@ def box_arm(tmp_path: Path, registry: None) -> str:
 
 
 def test_landmarks_are_found_where_they_are_known() -> None:
-    assert [landmarks(robot(name).model) for name in ("lwr", "panda", "ur5")] == [(2, 4, 6), (2, 4, 6), (2, 3, 4)]
+    assert [landmarks(robot(name).model) for name in ("lwr", "panda", "ur5")] == [
+        (2, 4, 6),
+        (2, 4, 6),
+        (2, 3, 4),
+    ]
 
 
 @pytest.mark.parametrize("rig", ["torso", "table"])
@@ -45,14 +49,23 @@ def test_two_arms_start_clear_and_keep_clear(pair: str, rig: str, box_arm: str) 
 def test_an_arm_of_boxes_gets_landmarks_capsules_and_links_to_draw(box_arm: str) -> None:
     made = robot(box_arm)
     assert (made.model.nv, made.shoulder, made.elbow, made.hand) == (6, 2, 3, "l6")
-    assert [capsule.name for capsule in made.capsules] == ["pedestal", "link 2", "link 3", "link 4", "link 5", "hand"]
+    assert [capsule.name for capsule in made.capsules] == [
+        "pedestal",
+        "link 2",
+        "link 3",
+        "link 4",
+        "link 5",
+        "hand",
+    ]
     upper = made.capsules[1]
     rims = np.array([(x, y, z) for z in (0.0, LENGTHS[1]) for x, y in ((0.05, 0.0), (0.0, -0.05))])
     assert beyond(rims, upper.start, upper.end, upper.radius).max() <= 1e-9
     assert len(robot_glbs(box_arm, "silver", coarse=True)) == 7
 
 
-def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn_of_it(tmp_path: Path, registry: None) -> None:
+def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn_of_it(
+    tmp_path: Path, registry: None
+) -> None:
     head, link, rest = arm_urdf().partition('<link name="l2">')
     seen, _, rest = rest.partition("<collision>")
     knob = '<visual><origin xyz="0.2 0 0"/><geometry><sphere radius="0.04"/></geometry></visual>'
@@ -60,12 +73,19 @@ def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn
     (tmp_path / "bare.urdf").write_text(text, encoding="utf-8")
     upper = robot(register(tmp_path / "bare.urdf")).capsules[1]
     assert upper.name == "link 2"
-    assert beyond(np.array([[0.24, 0.0, 0.0], [0.0, 0.0, LENGTHS[1]]]), upper.start, upper.end, upper.radius).max() <= 1e-9
+    assert (
+        beyond(
+            np.array([[0.24, 0.0, 0.0], [0.0, 0.0, LENGTHS[1]]]), upper.start, upper.end, upper.radius
+        ).max()
+        <= 1e-9
+    )
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["so100", "so101"])
-def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(name: str, registry: None) -> None:
+def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(
+    name: str, registry: None
+) -> None:
     files = importlib.metadata.files("example-robot-data")
     assert files is not None
     (file,) = (Path(str(one.locate())) for one in files if one.name == f"{name}.urdf")
@@ -76,11 +96,20 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
         assert [arm.joints for arm in room.arms] == [slice(0, 5), slice(5, 10)]
         done = run(settings, 20.0)
         # They come near each other, for they stand nearer than longer arms do.
-        assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
+        assert (
+            settings.law.critical_distance
+            <= column(done.table, "law_d").min()
+            < column(done.table, "d").min()
+            < 0.25
+        )
         assert column(done.table, "lambda").max() > 0.1
         # Levers that are small do not give the whole rate, which is said; the distance holds all the same.
         assert done.summary.out_of_authority_s < 10.0
-    assert room.rig.bases[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).rig.bases[1].translation[0]
+    assert (
+        room.rig.bases[1].translation[0]
+        < 0.46
+        < room_of(replace(given, robot="lwr")).rig.bases[1].translation[0]
+    )
 
 
 def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None) -> None:
@@ -105,25 +134,42 @@ BAD = {
         '<robot name="x" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="arm.xacro"/></robot>',
         r"run `xacro .*arm\.urdf > robot\.urdf`",
     ),
-    "no axis": (arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1), "axis of its joint l2 is not a direction"),
-    "parallel": (arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>'), "all its axes are parallel"),
+    "no axis": (
+        arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1),
+        "axis of its joint l2 is not a direction",
+    ),
+    "parallel": (
+        arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>'),
+        "all its axes are parallel",
+    ),
     "millimetres": (
         re.sub(r"(?<=[ \"])(0\.\d+|\.\d+)", lambda m: str(1000 * float(m[0])), arm_urdf()),
         "lengths in a URDF are in metres",
     ),
     "tiny": (re.sub(r'xyz="0 0 0\.\d+"', 'xyz="0 0 0.0015"', arm_urdf()), "lengths in a URDF are in metres"),
-    "speed none": (arm_urdf().replace('velocity="2"', 'velocity="nan"', 1), "joint l1 has a top speed of nan rad/s"),
-    "too slow": (arm_urdf().replace('velocity="2"', 'velocity="1e-9"', 1), "joint l1 has a top speed of 1e-09 rad/s"),
+    "speed none": (
+        arm_urdf().replace('velocity="2"', 'velocity="nan"', 1),
+        "joint l1 has a top speed of nan rad/s",
+    ),
+    "too slow": (
+        arm_urdf().replace('velocity="2"', 'velocity="1e-9"', 1),
+        "joint l1 has a top speed of 1e-09 rad/s",
+    ),
     "mimic": (
         arm_urdf().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="l1"/>', 1),
         "has 1 revolute joints in a chain, then l2, which only follows another",
     ),
     "fork": (
-        arm_urdf(more='<link name="x"/><joint name="x" type="revolute"><parent link="l1"/><child link="x"/></joint>'),
+        arm_urdf(
+            more='<link name="x"/><joint name="x" type="revolute"><parent link="l1"/><child link="x"/></joint>'
+        ),
         "forks into .* after 1 joints",
     ),
     "two_roots": (arm_urdf(more='<link name="x"/>'), "2 links without a parent"),
-    "missing": (arm_urdf(shape='<mesh filename="package://there/no.stl"/>'), "mesh package://there/no.stl is missing"),
+    "missing": (
+        arm_urdf(shape='<mesh filename="package://there/no.stl"/>'),
+        "mesh package://there/no.stl is missing",
+    ),
     "huge": (arm_urdf(shape='<mesh filename="huge.stl"/>'), r"larger than 64 MB"),
 }
 
@@ -172,7 +218,16 @@ def test_every_serial_arm_of_the_package_avoids_or_is_refused_for_a_reason(regis
             fits[path.stem] = register(path)
         except DuetError as error:
             assert str(path) in str(error)
-    assert {"kinova", "panda", "talos_left_arm", "ur3_robot", "ur5_robot", "ur10_robot", "xarm7", "z1"} <= set(fits)
+    assert {
+        "kinova",
+        "panda",
+        "talos_left_arm",
+        "ur3_robot",
+        "ur5_robot",
+        "ur10_robot",
+        "xarm7",
+        "z1",
+    } <= set(fits)
     for stem in ("kinova", "talos_left_arm", "ur10_robot", "ur3_gripper", "xarm7", "z1"):
         settings = replace(RunSettings(), robot=fits[stem], rig="table", dt=0.01)
         assert column(run(settings, 5.0).table, "d").min() >= settings.law.critical_distance, stem

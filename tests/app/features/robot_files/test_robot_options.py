@@ -57,7 +57,9 @@ CLAW = arm_urdf(
 
 
 @pytest.mark.thorough
-def test_guesses_are_said_and_the_hand_can_be_named(tmp_path: Path, registry: None, capsys: pytest.CaptureFixture[str]) -> None:
+def test_guesses_are_said_and_the_hand_can_be_named(
+    tmp_path: Path, registry: None, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "claw.urdf"
     path.write_text(CLAW, encoding="utf-8")
     guessed = settings_of_options(RunOptions(robot=str(path), rig="table"), RunSettings()).robot  # type: ignore[call-arg]
@@ -72,7 +74,10 @@ def test_guesses_are_said_and_the_hand_can_be_named(tmp_path: Path, registry: No
     assert len({guessed, left, right}) == 3
     assert [(robot(name).hand, robot(name).model.nv) for name in (left, right)] == [("l6", 6), ("claw", 7)]
     said = capsys.readouterr().err.splitlines()
-    assert said[0] == "claw.urdf: the arm has the 6 joints l1, l2, l3, l4, l5, l6, its hand is l6. Held still: claw_joint."
+    assert (
+        said[0]
+        == "claw.urdf: the arm has the 6 joints l1, l2, l3, l4, l5, l6, its hand is l6. Held still: claw_joint."
+    )
     assert len(said) == 2
 
 
@@ -82,18 +87,28 @@ def test_a_named_hand_ends_a_fork(tmp_path: Path, registry: None, capsys: pytest
     path.write_text(arm_urdf(more=fork), encoding="utf-8")
     assert main(["run", "--robot-left", str(path), "--seconds", "0.1"]) == 2
     assert "or name the hand with --hand-left" in capsys.readouterr().err
-    name = makes(settings_of_options(RunOptions(robot_left=str(path), hand_left="l6"), RunSettings()).robot)[0]  # type: ignore[call-arg]
+    name = makes(settings_of_options(RunOptions(robot_left=str(path), hand_left="l6"), RunSettings()).robot)[
+        0
+    ]  # type: ignore[call-arg]
     assert robot(name).model.nv == 6 and "Held still: x." in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        (["--hand-left", "l9"], "box.urdf: has no link l9 that could be the hand; its links are base, l1, l2, l3, l4, l5, l6."),
-        (["--hand-left", "l3"], "has 3 revolute joints on the way to the hand l3; Duet takes arms of 5 to 7."),
+        (
+            ["--hand-left", "l9"],
+            "box.urdf: has no link l9 that could be the hand; its links are base, l1, l2, l3, l4, l5, l6.",
+        ),
+        (
+            ["--hand-left", "l3"],
+            "has 3 revolute joints on the way to the hand l3; Duet takes arms of 5 to 7.",
+        ),
     ],
 )
-def test_a_hand_that_cannot_be_is_one_line(options: list[str], line: str, urdf: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_hand_that_cannot_be_is_one_line(
+    options: list[str], line: str, urdf: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["run", "--robot-left", str(urdf), "--seconds", "0.1", *options]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and line in said
@@ -108,7 +123,10 @@ def test_a_named_hand_is_in_the_run_file_and_in_workers(tmp_path: Path, registry
     data = saved_bytes(recorded_run(settings, 0.5, 99.0, {})[1])
     assert load_run(data, "run.duet.npz").verdict == "exact"
     # One call would run in this process.
-    assert [hand for _, hand in computed(hand_of, 2 * [(makes(settings.robot)[0],)], workers=2)] == ["l6", "l6"]
+    assert [hand for _, hand in computed(hand_of, 2 * [(makes(settings.robot)[0],)], workers=2)] == [
+        "l6",
+        "l6",
+    ]
     GIVEN.clear()
     added_choices().clear()
     # The same file with another hand is another robot.
@@ -127,7 +145,11 @@ def test_a_file_in_other_units_is_one_line_before_any_work(
     more = ["--seconds", "1"] if command == "run" else ["--no-open", "--port", "0", "--store", "memory"]
     assert main([command, "--robot", str(path), *more]) == 2
     said = capsys.readouterr()
-    assert said.out == "" and said.err.count("\n") == 1 and "link l1 are 0.0001 m large, and its arm is" in said.err
+    assert (
+        said.out == ""
+        and said.err.count("\n") == 1
+        and "link l1 are 0.0001 m large, and its arm is" in said.err
+    )
 
 
 def test_a_link_names_no_file(urdf: Path) -> None:
@@ -136,14 +158,18 @@ def test_a_link_names_no_file(urdf: Path) -> None:
 
 
 def test_a_run_file_needs_the_same_robot(urdf: Path) -> None:
-    settings = settings_of_options(RunOptions(robot_left=str(urdf), robot_right="panda", rig="table"), RunSettings())  # type: ignore[call-arg]
+    settings = settings_of_options(
+        RunOptions(robot_left=str(urdf), robot_right="panda", rig="table"), RunSettings()
+    )  # type: ignore[call-arg]
     _, recorded = recorded_run(settings, 1.0, 99.0, {})
     data = saved_bytes(recorded)
     assert load_run(data, "run.duet.npz").verdict == "exact"
     given = dict(GIVEN), {key: dict(found) for key, found in added_choices().items()}
     GIVEN.clear()
     added_choices().clear()
-    with pytest.raises(BadInputFile, match=r"start Duet with --robot and the same file, box\.urdf, unchanged"):
+    with pytest.raises(
+        BadInputFile, match=r"start Duet with --robot and the same file, box\.urdf, unchanged"
+    ):
         load_run(data, "run.duet.npz")
     # A worker takes over what its server was given.
     take_over(given)

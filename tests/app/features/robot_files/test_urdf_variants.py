@@ -44,7 +44,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     fin = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0.1]], [[0, 1, 2]], process=False)
     fin.export(made / "triangle.stl")
     trimesh.util.concatenate([block, fin]).export(made / "open.stl")
-    trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [[0, 1, 2]], process=False).export(made / "line.stl")
+    trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [[0, 1, 2]], process=False).export(
+        made / "line.stl"
+    )
     content = bytearray((made / "box.stl").read_bytes())
     content[96:100] = struct.pack("<f", float("nan"))
     (made / "nan.stl").write_bytes(content)
@@ -56,7 +58,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     asset = re.search(r"<asset>.*?</asset>", text, re.DOTALL)
     for name, unit in (("cm", COLLADA), ("zero", COLLADA.replace("0.01", "0")), ("metres", "")):
         head = f"<asset>{unit}<up_axis>Z_UP</up_axis></asset>"
-        one = text.replace(asset[0], head) if asset else re.sub(r"(<COLLADA[^>]*>)", rf"\1{head}", text, count=1)
+        one = (
+            text.replace(asset[0], head)
+            if asset
+            else re.sub(r"(<COLLADA[^>]*>)", rf"\1{head}", text, count=1)
+        )
         (made / f"{name}.dae").write_text(one, encoding="utf-8")
     return made
 
@@ -127,9 +133,13 @@ ARMS: dict[str, str | bytes] = {
     "UTF-16": arm_urdf().encode("utf-16"),
     "an entity": '<!DOCTYPE robot [<!ENTITY h "0.14">]>' + joint("0 0 0.14", "0 0 &h;", every=True),
     "a namespace": joint("<robot ", '<robot xmlns="http://www.ros.org" '),
-    "of other programs": arm_urdf(more='<gazebo reference="l1"><x/></gazebo><transmission name="t"/><ros2_control/>'),
+    "of other programs": arm_urdf(
+        more='<gazebo reference="l1"><x/></gazebo><transmission name="t"/><ros2_control/>'
+    ),
     "quaternions": versioned(joint(PLACE, '<origin xyz="0 0 0.14" quat_xyzw="0 0 2 2"/>', every=True)),
-    "paint": joint("</visual>", '<material name="p"><color rgba="1 0.5 0 1"/></material></visual>', every=True),
+    "paint": joint(
+        "</visual>", '<material name="p"><color rgba="1 0.5 0 1"/></material></visual>', every=True
+    ),
 }
 
 REFUSED: dict[str, tuple[str | bytes, str]] = {
@@ -219,7 +229,9 @@ def test_an_arm_has_capsules_and_is_drawn_solid(
     case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]
 ) -> None:
     made = robot(given(folder, ARMS[case]))
-    assert made.model.nv == 6 and all(np.isfinite([*c.start, *c.end, c.radius]).all() and c.radius > 0.01 for c in made.capsules)
+    assert made.model.nv == 6 and all(
+        np.isfinite([*c.start, *c.end, c.radius]).all() and c.radius > 0.01 for c in made.capsules
+    )
     links = robot_link_meshes(made.key, False)
     assert len(links) == 7 and all(links)
     for parts in links:
@@ -232,7 +244,9 @@ def test_an_arm_has_capsules_and_is_drawn_solid(
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_refused_is_one_sentence(case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_is_refused_is_one_sentence(
+    case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]
+) -> None:
     text, reason = REFUSED[case]
     with pytest.raises(BadInputFile, match=reason) as error:
         robot(given(folder, text))
@@ -251,7 +265,9 @@ def test_a_capsule_is_taken_as_it_is(folder: Path, registry: None) -> None:
 
 def test_turns_as_quaternions_and_as_angles_make_one_arm(folder: Path, registry: None) -> None:
     place = '<origin xyz="0 0 0.14" {turn}/>'
-    crooked = arm_urdf(shape='<box size="0.3 0.05 0.05"/>').replace('<origin xyz="0 0 0.07"/>', '<origin xyz="0 0 0.07" {turn}/>')
+    crooked = arm_urdf(shape='<box size="0.3 0.05 0.05"/>').replace(
+        '<origin xyz="0 0 0.07"/>', '<origin xyz="0 0 0.07" {turn}/>'
+    )
     angles, quaternions = (
         versioned(crooked.replace(PLACE, place)).replace("{turn}", turn)
         for turn in ('rpy="0 1.5707963267948966 0"', 'quat_xyzw="0 0.7071067811865476 0 0.7071067811865476"')
@@ -274,7 +290,9 @@ def test_mirrored_and_centimetre_meshes_are_as_large_as_the_others(folder: Path,
             assert a.radius == b.radius
 
 
-def test_what_is_drawn_of_a_file_is_there_before_a_visitor(folder: Path, registry: None, tmp_path: Path) -> None:
+def test_what_is_drawn_of_a_file_is_there_before_a_visitor(
+    folder: Path, registry: None, tmp_path: Path
+) -> None:
     with own_cache(tmp_path, robot_glbs):
         key = given(folder, ARMS["few shapes"])
         draw_given(key)

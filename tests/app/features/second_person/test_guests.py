@@ -64,7 +64,9 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         see(host.visitor, "The second person is here")
         assert not any(name.startswith(yours.partition("/base")[0]) for name in guest.mirror.grabbable)
         describe = next(
-            u for u, command in guest.mirror.commands.items() if command["label"] == "Was zu sehen ist, in einem Satz"
+            u
+            for u, command in guest.mirror.commands.items()
+            if command["label"] == "Was zu sehen ist, in einem Satz"
         )
         guest.send({"type": "CommandTriggerMessage", "uuid": describe})
         guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
@@ -90,8 +92,15 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
             guest.pull(yours, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
         guest.pull(other, "end", hand.tolist(), hand.tolist())
         host.wait(lambda s: s.hand.other is None)
-        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (settings, paused, None, word)
-        assert not lessons_of(host).open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
+        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (
+            settings,
+            paused,
+            None,
+            word,
+        )
+        assert not lessons_of(host).open and not re.search(
+            "Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values())
+        )
 
         # No one else can take the arm, until it is free; what the guest held is let go of.
         late = enter(opened, url, word, 3)
@@ -131,7 +140,9 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         assert word_on(back) != word
 
 
-def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
+def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(
+    house: OpenHouse, arrive: Arrive, tmp_path: Path
+) -> None:
     file = tmp_path / "my_law.py"
     owner = arrive(house(HOLD, features=(edited(file),)))
     owner.visitor.wait_for(state_of)
@@ -143,7 +154,9 @@ def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(house: OpenHouse, a
         assert state_of(guest) is None
         save_law(guest, box, LAW)
         # What a connection sends is dealt with in its order: after the pull, the forged entry has been.
-        _, silver = (HAND_LINK.format(arm.name) for arm in (owner.session.hand.arm, owner.session.simulation.avoiding))
+        _, silver = (
+            HAND_LINK.format(arm.name) for arm in (owner.session.hand.arm, owner.session.simulation.avoiding)
+        )
         guest.wait_for(lambda v: silver in v.mirror.grabbable)
         guest.pull(silver, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
         owner.wait(lambda s: s.hand.other is not None)

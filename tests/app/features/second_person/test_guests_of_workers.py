@@ -41,9 +41,13 @@ def test_a_guest_comes_to_the_worker_of_the_host_also_after_it_was_killed(serve:
         pause(host)
         click(host, INVITE)
         word = word_on(host)
-        guest = opened.enter_context(served.come(f"{JOIN}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v)))
+        guest = opened.enter_context(
+            served.come(f"{JOIN}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v))
+        )
         assert worker_of(served, guest) == place
-        host.wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and word_in(left) == word)
+        host.wait_for(
+            lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and word_in(left) == word
+        )
         # The worker is killed; the guest, who is back before the host, gets in after them.
         served.replace(place)
         guest = enter(opened, served.url, word, GUEST_TAB)

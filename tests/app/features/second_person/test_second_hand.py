@@ -24,7 +24,10 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     before = place_of(session.simulation)
     assert guest.arm is session.simulation.avoiding and session.hand.arm is session.simulation.guided
     # They come for each other.
-    mine, theirs = (session.simulation.kinematics.hand_pose(one).translation.copy() for one in (session.hand.arm, guest.arm))
+    mine, theirs = (
+        session.simulation.kinematics.hand_pose(one).translation.copy()
+        for one in (session.hand.arm, guest.arm)
+    )
     guest.hold(HandTarget(mine))
     session.hand.hold(HandTarget(theirs))
     nearest = np.inf

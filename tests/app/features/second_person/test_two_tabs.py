@@ -8,14 +8,25 @@ from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import grab, visit
-from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_ready, world_position, world_to_px
+from tests.browser import (
+    CAMERA,
+    PageAt,
+    screenshot,
+    settled_view,
+    until,
+    wait_ready,
+    world_position,
+    world_to_px,
+)
 
 HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6"
 SENTENCE = "#duet-overlay h2"
 
 
 @pytest.mark.thorough
-def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     mine = page_at(1440, 900)
     session = visit(mine, house(Settings(run=RunSettings(scene="hold", avoid="both"))), "autopilot=0")
     mine.get_by_role("button", name="Two people, one arm each").click()
@@ -45,7 +56,11 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
         lambda: ask(session, lambda s: np.abs(s.simulation.positions - before)[moved].max() > 0.05),
         "the silver arm moves",
     )
-    until(mine, lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"), "the mark at the host's")
+    until(
+        mine,
+        lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"),
+        "the mark at the host's",
+    )
     screenshot(mine, "two-host")
     screenshot(theirs, "two-guest")
     assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"

@@ -67,7 +67,9 @@ def small(number: int, dm: float = 0.11) -> VisitorRecord:
     return VisitorRecord({"resume": tab(number)}, changed(Settings(), "dm", dm), None)
 
 
-def test_a_record_outlives_the_server_for_a_day_and_belongs_to_the_user_alone(opened: Open, path: Path, clock: Clock) -> None:
+def test_a_record_outlives_the_server_for_a_day_and_belongs_to_the_user_alone(
+    opened: Open, path: Path, clock: Clock
+) -> None:
     session = session_of(0.5)
     store = opened()
     store.save(record_of(session, 1))
@@ -85,13 +87,19 @@ def test_a_record_outlives_the_server_for_a_day_and_belongs_to_the_user_alone(op
     assert find(store, {"resume": tab(1)}) is None
     opened()
     with sqlite3.connect(path) as file:
-        assert file.execute("SELECT (SELECT count(*) FROM tabs) + (SELECT count(*) FROM parts)").fetchone() == (0,)
+        assert file.execute(
+            "SELECT (SELECT count(*) FROM tabs) + (SELECT count(*) FROM parts)"
+        ).fetchone() == (0,)
 
 
-def test_only_what_is_new_is_written_and_what_is_over_is_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_what_is_new_is_written_and_what_is_over_is_deleted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     writes: list[Change] = []
     write = StoreFile.write
-    monkeypatch.setattr(StoreFile, "write", lambda self, changes: [writes.extend(changes), write(self, changes)])
+    monkeypatch.setattr(
+        StoreFile, "write", lambda self, changes: [writes.extend(changes), write(self, changes)]
+    )
     store = SessionStore(DAY, file=RecordWriter(tmp_path / "store", DAY, 50_000_000))
     session = session_of(0.5)
 
@@ -109,7 +117,9 @@ def test_only_what_is_new_is_written_and_what_is_over_is_deleted(tmp_path: Path,
     assert first is not None and len(first.parts) > 3
     session.advance(0.05, 60.0)
     second = save()
-    assert second is not None and list(second.parts) == [max([*first.parts, *second.parts])] and not second.gone
+    assert (
+        second is not None and list(second.parts) == [max([*first.parts, *second.parts])] and not second.gone
+    )
     assert save() is None
     session.reset()
     third = save()
@@ -147,7 +157,11 @@ def ruined(path: Path, kind: str) -> None:
 
 
 def asides(path: Path) -> list[Path]:
-    return [one for one in path.parent.iterdir() if ".damaged-20" in one.name and not one.name.endswith(("-wal", "-shm"))]
+    return [
+        one
+        for one in path.parent.iterdir()
+        if ".damaged-20" in one.name and not one.name.endswith(("-wal", "-shm"))
+    ]
 
 
 @pytest.mark.parametrize("kind", ["head", "half", "schema", "unwritable", "newer"])
@@ -162,7 +176,9 @@ def test_a_file_that_cannot_be_used_is_renamed_and_named(
     with caplog.at_level(logging.WARNING):
         store = opened()
     (aside,) = asides(path)
-    assert aside.read_bytes() == before and aside.name in caplog.text and store.state == (True, "", aside.name)
+    assert (
+        aside.read_bytes() == before and aside.name in caplog.text and store.state == (True, "", aside.name)
+    )
     store.save(small(2))
     assert find(store, {"resume": tab(2)}) is not None
     store = opened()
@@ -225,7 +241,9 @@ def test_whatever_is_damaged_saving_goes_on_and_what_is_whole_comes_back(
         left = damaged(path.read_bytes(), kind, random.Random(f"{kind} {seed}"))
         path.write_bytes(left)
     store = opened()
-    back = {number: found for number in records if (found := find(store, {"resume": tab(number)})) is not None}
+    back = {
+        number: found for number in records if (found := find(store, {"resume": tab(number)})) is not None
+    }
     heads = {number: content(record)[0] for number, record in records.items()}
     assert all(content(found)[0] == heads[number] for number, found in back.items())
     if kind == "cut":
@@ -240,7 +258,9 @@ def test_whatever_is_damaged_saving_goes_on_and_what_is_whole_comes_back(
     assert all(find(store, {"resume": tab(number)}) is not None for number in back)
 
 
-def test_what_a_clock_that_was_set_back_has_saved_is_kept_for_a_day_from_now(opened: Open, clock: Clock) -> None:
+def test_what_a_clock_that_was_set_back_has_saved_is_kept_for_a_day_from_now(
+    opened: Open, clock: Clock
+) -> None:
     clock.now += 4.0 * 365.0 * DAY
     opened().save(small(1))
     opened()
@@ -339,7 +359,9 @@ def test_what_could_not_be_read_when_its_visitor_came_is_not_overwritten(
     assert again is not None and again.settings.run.law.critical_distance == 0.3
 
 
-def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     dispatcher = StoreLock(path)
     with pytest.raises(StoreRefused, match=r"--store other\.sqlite"):
         RecordWriter(path, DAY, 1_000_000)

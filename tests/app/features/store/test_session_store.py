@@ -39,7 +39,9 @@ def test_nothing_is_read_where_the_live_session_waits() -> None:
     store.park(LINK, session)
     assert find(store, LINK) is None and find(store, {**LINK, "dm": "0.3"}) is not None
     assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) is session
-    assert find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
+    assert (
+        find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
+    )
     store.close()
 
 
@@ -48,13 +50,16 @@ def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
     now = 0.0
     store = SessionStore(keep, lambda: now)
     mine, theirs = (
-        VisitorRecord({"resume": tab}, changed(Settings(), "dm", dm), None) for tab, dm in ((TAB, 0.11), ("f" * 16, 0.22))
+        VisitorRecord({"resume": tab}, changed(Settings(), "dm", dm), None)
+        for tab, dm in ((TAB, 0.11), ("f" * 16, 0.22))
     )
     for record in (mine, theirs, VisitorRecord({"resume": "../../etc"}, Settings(), None)):
         store.save(record)
     now = AWAY - 1.0
     assert find(store, {**LINK, "lesson": "4"}) is mine and find(store, theirs.query) is theirs
-    assert find(store, {"resume": TAB[::-1]}) is find(store, {}) is find(store, {"resume": "../../etc"}) is None
+    assert (
+        find(store, {"resume": TAB[::-1]}) is find(store, {}) is find(store, {"resume": "../../etc"}) is None
+    )
     now = AWAY + 1.0
     assert (find(store, LINK) is mine) == (keep == math.inf)
     for number in range(MOST_RECORDS):
@@ -111,7 +116,9 @@ NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
 @settings(max_examples=25, deadline=None)
 def test_a_record_comes_back_as_it_was(short: Session, query, stored, names, dm) -> None:
     own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
-    record = VisitorRecord({"resume": tab(1), **query}, own, state_of(short), stored, dict.fromkeys(names, piece))
+    record = VisitorRecord(
+        {"resume": tab(1), **query}, own, state_of(short), stored, dict.fromkeys(names, piece)
+    )
     back = again(record)
     assert content(back) == content(record)
     assert back.settings == own and back.parts == stored
@@ -157,7 +164,12 @@ def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: fl
     other = Session(back.settings)
     list(go_on_from(other, back.state, history))
     logged, kept = other.inputs.window(), session.inputs.window()
-    assert other.paused and logged is not None and kept is not None and logged.seconds == pytest.approx(kept.seconds)
+    assert (
+        other.paused
+        and logged is not None
+        and kept is not None
+        and logged.seconds == pytest.approx(kept.seconds)
+    )
     if history:
         assert other.simulation.history.table().tobytes() == session.simulation.history.table().tobytes()
     for one in (session, other):
@@ -167,7 +179,11 @@ def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: fl
     pairs = [(session.simulation, other.simulation), (session.ghost, other.ghost)]
     for mine, theirs in [pair for pair in pairs if pair[0] is not None]:
         assert theirs is not None and mine is not None and mine.steps > 500
-        assert (mine.steps, mine.time, mine.positions.tobytes()) == (theirs.steps, theirs.time, theirs.positions.tobytes())
+        assert (mine.steps, mine.time, mine.positions.tobytes()) == (
+            theirs.steps,
+            theirs.time,
+            theirs.positions.tobytes(),
+        )
     recorded = other.inputs.window()
     assert recorded is not None and recorded.begin == 0.0 and recorded.steps == other.simulation.steps
     assert rerun(recorded).table[-1].tobytes() == other.simulation.history.table()[-1].tobytes()
@@ -183,7 +199,12 @@ def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_
     back = joined_record(head, parts)
     assert back.state is not None and back.state.run.pieces == tuple(parts[name] for name in names[4:])
     data = record_to_bytes(head)
-    for damaged in (b"", data[:-5], data[:9] + bytes([data[9] ^ 1]) + data[10:], record_to_bytes({"query": 1})):
+    for damaged in (
+        b"",
+        data[:-5],
+        data[:9] + bytes([data[9] ^ 1]) + data[10:],
+        record_to_bytes({"query": 1}),
+    ):
         with pytest.raises(DamagedRecord):
             visitor_from_bytes(damaged)
 
@@ -198,7 +219,9 @@ class Marks(NamedTuple):
 def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureFixture) -> None:
     plain = VisitorRecord({"resume": TAB}, Settings())
     record = again(with_part(with_part(plain, "marks", Marks(3, ("Ann",))), "other", Marks(1)))
-    assert part_of(record, "marks", Marks) == Marks(3, ("Ann",)) and part_of(record, "other", Marks) == Marks(1)
+    assert part_of(record, "marks", Marks) == Marks(3, ("Ann",)) and part_of(record, "other", Marks) == Marks(
+        1
+    )
     assert part_of(record, "none", Marks) is None and caplog.text == ""
     assert part_of(record, "marks", int) is None and "“marks”" in caplog.text
     assert again(with_part(with_part(record, "marks", None), "other", None)) == plain

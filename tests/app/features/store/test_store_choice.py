@@ -36,7 +36,9 @@ def test_which_file_a_server_has(tmp_path: Path) -> None:
             name, lock = take(9000 + number)
             assert name == f"visitors-{number}.sqlite"
             held.callback(lock.release)
-        with pytest.raises(StoreTaken, match=f"{MOST_SERVERS} servers keep their visitors in .*--store memory"):
+        with pytest.raises(
+            StoreTaken, match=f"{MOST_SERVERS} servers keep their visitors in .*--store memory"
+        ):
             take(9999)
     usual.write_text("a letter", encoding="utf-8")
     with pytest.raises(StoreRefused, match="is not a store of Duet"):

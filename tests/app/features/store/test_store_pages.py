@@ -71,7 +71,9 @@ def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, 
 
 def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_path: Path) -> None:
     def state_with(store: Path | None) -> dict[str, object]:
-        with urlopen(f"{house(features=() if store is None else kept_in(store)).url}/healthz", timeout=60.0) as answer:
+        with urlopen(
+            f"{house(features=() if store is None else kept_in(store)).url}/healthz", timeout=60.0
+        ) as answer:
             return json.load(answer)["store"]
 
     whole, damaged = tmp_path / "whole", tmp_path / "damaged"
@@ -87,7 +89,9 @@ def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_pat
     assert state_with(tmp_path / "file" / "store") == {**well, "problem": "File exists"}
 
 
-def test_a_page_at_rest_is_saved_seldom(by_hand: Made, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_at_rest_is_saved_seldom(
+    by_hand: Made, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opened = by_hand(sessions=3, features=kept_in(tmp_path / "store"))
     opened.let_in(f"resume={'0123456789abcdef' * 2}")
     visitor, saved = visitor_of(opened), []
@@ -103,7 +107,10 @@ def test_a_page_at_rest_is_saved_seldom(by_hand: Made, tmp_path: Any, monkeypatc
 
 
 def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_path: Path) -> None:
-    opened, query = by_hand(sessions=3, features=kept_in(tmp_path / "store")), {"resume": "0123456789abcdef" * 2}
+    opened, query = (
+        by_hand(sessions=3, features=kept_in(tmp_path / "store")),
+        {"resume": "0123456789abcdef" * 2},
+    )
     page = opened.let_in(f"lesson=3&step=2&resume={query['resume']}")
     for choice, rest in enumerate((0.0, 4.0, 25.0)):
         drawn(opened, LIVELY + rest)

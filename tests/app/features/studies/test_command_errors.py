@@ -14,5 +14,7 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("arguments", ERRORS)
-def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
+def test_one_line_says_what_is_wrong(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str
+) -> None:
     assert_said(capsys, tmp_path, arguments, ERRORS[arguments])

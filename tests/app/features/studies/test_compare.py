@@ -49,7 +49,10 @@ def test_smoothness_in_a_table() -> None:
 @pytest.mark.parametrize(
     ("steps", "words"),
     [
-        ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "Between: at dt/8, 41 % of the largest step are left; 12 % would be smooth"),
+        (
+            (5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4),
+            "Between: at dt/8, 41 % of the largest step are left; 12 % would be smooth",
+        ),
         ((0.4, 0.2, 0.105, 0.1), "A jump of 0.1 rad/s: it stays, however small the time step."),
         ((0.0, 0.0, 0.0, 0.0), "Nothing moved that keeps clear."),
     ],
@@ -82,7 +85,9 @@ def held(jobs: JobPool, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     jobs._pump()
 
 
-def test_the_tab_on_comparisons_follows_the_studies(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tab_on_comparisons_follows_the_studies(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opened = house()
     one, jobs = arrive(opened, "scene=hold"), opened.context.jobs
     assert isinstance(jobs, JobPool)
@@ -105,9 +110,13 @@ def test_the_tab_on_comparisons_follows_the_studies(house: OpenHouse, arrive: Ar
     with held(jobs, monkeypatch):
         one.ask(lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
         says("Measuring")
-    one.visitor.wait_for(lambda v: "Largest step" in text(shown(v)) and "Measuring" not in text(shown(v)), PATIENCE)
+    one.visitor.wait_for(
+        lambda v: "Largest step" in text(shown(v)) and "Measuring" not in text(shown(v)), PATIENCE
+    )
     one.ask(lambda s: s.change("scene", "solo"))
-    one.visitor.wait_for(lambda v: "as it was" not in shown(v) and not v.mirror.labelled("how smooth")["visible"], PATIENCE)
+    one.visitor.wait_for(
+        lambda v: "as it was" not in shown(v) and not v.mirror.labelled("how smooth")["visible"], PATIENCE
+    )
 
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave"])
@@ -129,14 +138,25 @@ def test_what_if_in_a_table(scene: str) -> None:
     ("law", "lost", "strict", "words"),
     [
         ("smooth_priority", 0.105, 0.0, ("falls 105.0 mm below", "What was missing: one closest pair.")),
-        ("smooth_priority", 0.105, 0.02, ("falls 105.0 mm below", "All conditions held: here the promise breaks.")),
+        (
+            "smooth_priority",
+            0.105,
+            0.02,
+            ("falls 105.0 mm below", "All conditions held: here the promise breaks."),
+        ),
         ("unprotected", 0.105, 0.02, ("falls 105.0 mm below", "This law makes no promise.")),
         ("smooth_priority", 0.0, 0.0, ("none broke the promise", "comes to 3.0 mm above")),
     ],
 )
-def test_a_search_says_which_condition_was_missing(law: str, lost: float, strict: float, words: tuple[str, str]) -> None:
+def test_a_search_says_which_condition_was_missing(
+    law: str, lost: float, strict: float, words: tuple[str, str]
+) -> None:
     search = CounterexampleSearch(None, lambda: None, Settings, lambda recorded, name: None)
     attack = Attack(RunSettings(scene="hold", law=LawSettings(law=law)), np.zeros(14), np.zeros((3, 3)))
     search.worst, search.runs = Found(attack, Loss(lost, strict, 0.003, {}), {}, 40), 40
     said = attack_html(search)
-    assert said.startswith("40 runs") and all(part in said for part in words) and said.endswith((words[1], "hold."))
+    assert (
+        said.startswith("40 runs")
+        and all(part in said for part in words)
+        and said.endswith((words[1], "hold."))
+    )

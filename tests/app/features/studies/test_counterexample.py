@@ -11,7 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from app.features.studies.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, lasting, replayed, searched
+from app.features.studies.counterexample import (
+    BROKEN,
+    FINER,
+    SECONDS,
+    Attack,
+    attack_of,
+    check,
+    lasting,
+    replayed,
+    searched,
+)
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
@@ -38,7 +48,9 @@ def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met
         # From d_m or above d_law falls so far before a step in which another condition is missing.
         table = attack.table(finer)
         lacking = missing(replace(attack.settings, dt=attack.settings.dt / finer), table)
-        bad = np.any([steps for condition, steps in lacking.items() if condition is not Condition.PAIRS], axis=0)
+        bad = np.any(
+            [steps for condition, steps in lacking.items() if condition is not Condition.PAIRS], axis=0
+        )
         d = table[:, COLUMN["law_d"]]
         lowest = int(d.argmin())
         begin = int(np.flatnonzero(d[:lowest] >= d_m)[-1])
@@ -109,7 +121,8 @@ def test_a_search_begins_where_two_pairs_tie_just_above_the_critical_distance() 
 
 def test_what_nothing_can_be_searched_for_is_refused() -> None:
     with pytest.raises(
-        BadSetting, match="Nothing is in the way in the scene solo; choose from ball, hold, master_slave, imitation"
+        BadSetting,
+        match="Nothing is in the way in the scene solo; choose from ball, hold, master_slave, imitation",
     ):
         check(given_settings(scene="solo"))
     with pytest.raises(BadSetting, match="ideal robot; leave out dead, lag"):
@@ -158,5 +171,7 @@ def test_waypoints_are_passed_at_the_persons_speed() -> None:
     assert isinstance(end, BallTarget) and end.position == pytest.approx(points[-1])
     angles = Waypoints("person", np.arange(16.0).reshape(2, 8), 1.0).target(0.0)
     assert (
-        isinstance(angles, AnglesTarget) and angles.angles is not None and angles.angles.tolist() == [[0, 1, 2, 3], [4, 5, 6, 7]]
+        isinstance(angles, AnglesTarget)
+        and angles.angles is not None
+        and angles.angles.tolist() == [[0, 1, 2, 3], [4, 5, 6, 7]]
     )

@@ -32,7 +32,9 @@ def searching(desk: Inline, **settings: object) -> tuple[Session, Counterexample
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("in_time", [3, 5])
-def test_it_goes_from_start_to_start_and_ends(desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
+def test_it_goes_from_start_to_start_and_ends(
+    desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int
+) -> None:
     """After the starts that are made in time, but not before a fourth one."""
     monkeypatch.setattr(counterexample_search, "STARTS", 4)
     session, search = searching(desk, seed=7)
@@ -42,7 +44,11 @@ def test_it_goes_from_start_to_start_and_ends(desk: Inline, monkeypatch: pytest.
         assert search.worst is not None and search.runs >= 3 * done
     assert not search.busy
     found = [job.result for job in desk.jobs if job.kind == "search"]
-    assert search.worst is not None and len(found) == starts and search.worst.badness == max(one.badness for one in found)
+    assert (
+        search.worst is not None
+        and len(found) == starts
+        and search.worst.badness == max(one.badness for one in found)
+    )
     # The worst of all is one in which the closest pair loses centimetres.
     assert search.broken and search.worst.loss.lost > 0.01
 
@@ -95,7 +101,9 @@ def press_row(visitor: BlockingClient, label: str, button: str) -> None:
 
 
 @pytest.mark.thorough
-def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(
+    house: OpenHouse, arrive: Arrive
+) -> None:
     app = house()
     attack = attack_of(given_settings(dt=0.02), ",".join(["0.1"] * 14 + ["0.5"] * 9))
     link = "&".join(f"{key}={text}" for key, text in {"dt": "0.02", ATTACK: attack.text()}.items())

@@ -23,12 +23,16 @@ def law(name: str) -> dict[str, object]:
     return values(given_settings(law=name).law)
 
 
-@pytest.mark.parametrize(("name", "key"), [("barrier_qp", "dm"), ("potential_field", "eta"), ("intermediate_value", "dm")])
+@pytest.mark.parametrize(
+    ("name", "key"), [("barrier_qp", "dm"), ("potential_field", "eta"), ("intermediate_value", "dm")]
+)
 def test_the_found_value_keeps_the_distance(recorded: Recorded, name: str, key: str) -> None:
     reference = law("smooth_priority")
     found = match_knob(recorded, reference, law(name))
     assert found.key == key and found.value is not None
-    ours, theirs = (rerun(recorded, settings).summary.d_min for settings in (reference, {**law(name), key: found.value}))
+    ours, theirs = (
+        rerun(recorded, settings).summary.d_min for settings in (reference, {**law(name), key: found.value})
+    )
     assert found.wanted == ours and found.reached == theirs and abs(theirs - ours) <= MATCH
 
 

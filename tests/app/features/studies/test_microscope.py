@@ -28,7 +28,9 @@ def test_the_largest_jump_is_between_two_steps_that_count(steps: int, joints: in
     times, velocities = np.linspace(0.0, (steps - 1) * 0.01, steps), rng.normal(size=(steps, joints))
     time = time_of_largest_jump(times, velocities, 0.01)
     jumps = np.abs(np.diff(velocities, axis=0)).max(axis=1)
-    counted = [jump for jump, later in zip(jumps.tolist(), times[1:].tolist(), strict=True) if later >= ECHO * 0.01]
+    counted = [
+        jump for jump, later in zip(jumps.tolist(), times[1:].tolist(), strict=True) if later >= ECHO * 0.01
+    ]
     if counted:
         assert jumps[int(np.searchsorted(times, time)) - 1] == max(counted)
     else:
@@ -67,17 +69,22 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inlin
     assert recorded is not None
     again = rerun(recorded, substeps=2).table
     place = int(np.searchsorted(again[:, COLUMN["t"]], found.finer.times[0] - 1e-9))
-    there = simulation.history.velocities(again)[place : place + len(found.finer.times), simulation.avoiding.joints]
+    there = simulation.history.velocities(again)[
+        place : place + len(found.finer.times), simulation.avoiding.joints
+    ]
     assert len(found.finer.times) == 4 * AROUND + 1 and found.finer.dt == pytest.approx(0.0025)
     assert found.finer.values.tobytes() == there[:, found.joint].tobytes()
     # A jump stays at half the step.
     assert found.finer.largest == pytest.approx(found.steps.largest, rel=0.1)
     # Nothing is asked a second time.
-    assert session.parts.of(BackgroundStudies).microscope.magnify(session.simulation) is not None and not desk.waiting(
-        "microscope"
-    )
+    assert session.parts.of(BackgroundStudies).microscope.magnify(
+        session.simulation
+    ) is not None and not desk.waiting("microscope")
     dots = re.findall(r'class="(\w+) dots" d="([^"]*)"', microscope_html(found, session.settings.run, 150))
-    assert [(name, path.count("h0")) for name, path in dots] == [("u", 2 * AROUND + 1), ("ghost", 4 * AROUND + 1)]
+    assert [(name, path.count("h0")) for name, path in dots] == [
+        ("u", 2 * AROUND + 1),
+        ("ghost", 4 * AROUND + 1),
+    ]
 
 
 def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown(desk: Inline) -> None:
@@ -116,7 +123,9 @@ def test_another_signal_and_another_instant(desk: Inline) -> None:
     session.parts.of(BackgroundStudies).microscope.move(0, 0.005)
     session.advance(0.1)
     session.advance(0.1)
-    assert session.parts.of(BackgroundStudies).microscope.magnify(session.simulation) is not None and desk.waiting("microscope")
+    assert session.parts.of(BackgroundStudies).microscope.magnify(
+        session.simulation
+    ) is not None and desk.waiting("microscope")
     session.reset()
     microscope = session.parts.of(BackgroundStudies).microscope
     assert microscope.magnify(session.simulation) is microscope.span is None
@@ -138,9 +147,16 @@ def test_any_instant_of_the_run(desk: Inline) -> None:
         rates = avoiding_rates(session.simulation, table[near])
         assert np.array_equal(found.steps.values, rates[:, found.joint])
         # The finer steps meet the same stretch, and hardly differ where nothing jumps.
-        assert found.finer.times[0] == pytest.approx(found.steps.times[0]) and len(found.finer.times) >= 2 * AROUND
-        assert np.interp(found.steps.times, found.finer.times, found.finer.values) == pytest.approx(found.steps.values, abs=0.02)
+        assert (
+            found.finer.times[0] == pytest.approx(found.steps.times[0])
+            and len(found.finer.times) >= 2 * AROUND
+        )
+        assert np.interp(found.steps.times, found.finer.times, found.finer.values) == pytest.approx(
+            found.steps.values, abs=0.02
+        )
         assert microscope.span == (table[0, COLUMN["t"]], table[-1, COLUMN["t"]], found.time)
     # A place before the run is its beginning.
     microscope.go_to(-5.0)
-    assert (first := microscope.magnify(session.simulation)) is not None and first.time == table[0, COLUMN["t"]]
+    assert (first := microscope.magnify(session.simulation)) is not None and first.time == table[
+        0, COLUMN["t"]
+    ]

@@ -48,7 +48,11 @@ def test_a_jump_is_an_edge_and_has_its_steps(house: OpenHouse, page_at: PageAt) 
         return span[2]
 
     found = looked_at()
-    until(page, lambda: float(knob.get_attribute("aria-valuenow") or 0.0) == pytest.approx(found, abs=0.003), "its place")
+    until(
+        page,
+        lambda: float(knob.get_attribute("aria-valuenow") or 0.0) == pytest.approx(found, abs=0.003),
+        "its place",
+    )
     screenshot(page, "microscope")
     knob.press("ArrowLeft")
     until(page, lambda: looked_at() == pytest.approx(found - 0.005, abs=0.003), "one step back")

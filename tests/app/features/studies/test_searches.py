@@ -54,7 +54,9 @@ def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp
 def test_an_interrupted_hunt_says_what_it_has(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hunt", "--runs", "9", "--seconds", "0.5", "--workers", "1"]) == INTERRUPTED
     said = capsys.readouterr()
-    assert said.out.startswith("2 runs, 0 broken.") and said.err.endswith("the runs that were not made are not counted.\n")
+    assert said.out.startswith("2 runs, 0 broken.") and said.err.endswith(
+        "the runs that were not made are not counted.\n"
+    )
 
 
 def test_the_runs_are_drawn_from_everything() -> None:
@@ -81,7 +83,11 @@ def test_a_promise_that_a_smaller_step_does_not_mend_is_a_fault(monkeypatch: pyt
     assert run_verdict(1, 0, 6.0).faults == ()
 
     def without(settings: RunSettings, table: np.ndarray) -> dict[Condition, np.ndarray]:
-        return {condition: steps for condition, steps in missing(settings, table).items() if condition is not Condition.PAIRS}
+        return {
+            condition: steps
+            for condition, steps in missing(settings, table).items()
+            if condition is not Condition.PAIRS
+        }
 
     monkeypatch.setattr("scenes.promise.missing", without)
     (fault,) = run_verdict(1, 0, 6.0).faults
@@ -123,20 +129,30 @@ def test_a_broken_run_comes_with_the_command_that_repeats_it(
     assert main([*words, "--csv", str(tmp_path / "again.csv")]) == 0
     summary, drawn = json.loads(capsys.readouterr().out), random_run(1, STARTED)
     again = random_runs.run(drawn.settings, 0.2, start=drawn.start).summary
-    assert (summary["d_min"], summary["e2_end"], summary["dq_step_max"]) == (again.d_min, again.e2_end, again.dq_step_max)
+    assert (summary["d_min"], summary["e2_end"], summary["dq_step_max"]) == (
+        again.d_min,
+        again.e2_end,
+        again.dq_step_max,
+    )
 
 
 CLOSEST = ["falsify", "--pairs", "single", "--v", "0.05", "--dt", "0.01", "--workers", "1"]
 
 
 @pytest.mark.thorough
-def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     out = tmp_path / "worst.duet.npz"
     assert main([*CLOSEST, "--starts", "1", "--skip", "6", "--seconds", "600", "--out", str(out)]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("1 start postures, ") and lines[1].endswith("Closest pair (paper), v = 0.05 m/s.")
+    assert lines[0].startswith("1 start postures, ") and lines[1].endswith(
+        "Closest pair (paper), v = 0.05 m/s."
+    )
     # Some 100 mm, as in lesson 10.
-    fall = re.fullmatch(r"The promise breaks: d_law falls ([\d.]+) mm below d_m, at dt and at dt/4\.", lines[2])
+    fall = re.fullmatch(
+        r"The promise breaks: d_law falls ([\d.]+) mm below d_m, at dt and at dt/4\.", lines[2]
+    )
     assert fall is not None and float(fall[1]) > 80.0
     assert lines[3] == "All of this held: w ≤ v, J_d regular, no joint at its limit, an ideal robot."
     assert lines[4].startswith("What was missing: one closest pair.") and lines[-1] == str(out)
@@ -147,13 +163,32 @@ def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest
 def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["falsify", "--starts", "3", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[2].startswith("No run broke the promise.") and lines[3].startswith("The nearest approach: d_law − d_m = ")
+    assert lines[2].startswith("No run broke the promise.") and lines[3].startswith(
+        "The nearest approach: d_law − d_m = "
+    )
     assert lines[4].startswith("Lost where a condition was missing: w ≤ v ")
 
 
 @pytest.mark.thorough
 def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["falsify", "--law", "unprotected", "--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 1
+    assert (
+        main(
+            [
+                "falsify",
+                "--law",
+                "unprotected",
+                "--starts",
+                "1",
+                "--seconds",
+                "600",
+                "--workers",
+                "1",
+                "--dt",
+                "0.01",
+            ]
+        )
+        == 1
+    )
     lines = capsys.readouterr().out.splitlines()
     assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
 
@@ -163,7 +198,9 @@ def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str])
 def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*CLOSEST, "--seed", "3", "--starts", "9", "--skip", "5"]) == INTERRUPTED
     said = capsys.readouterr()
-    assert said.out.startswith("2 start postures, ") and said.err.endswith("Interrupted; --seed 3 --skip 7 goes on from here.\n")
+    assert said.out.startswith("2 start postures, ") and said.err.endswith(
+        "Interrupted; --seed 3 --skip 7 goes on from here.\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -181,7 +218,9 @@ def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.
         ("falsify --out nowhere/at/all.npz", "/nowhere/at; make it first"),
     ],
 )
-def test_nonsense_is_refused_before_anything_runs(arguments: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nonsense_is_refused_before_anything_runs(
+    arguments: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(arguments.split()) == 2
     said = capsys.readouterr()
     assert message in said.err and said.out == "" and said.err.count("\n") == 1

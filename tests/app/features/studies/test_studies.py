@@ -66,7 +66,9 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
     desk.work("newest")
     session.advance(0.0)
     newest = session.parts.of(BackgroundStudies).questions.what_if
-    assert newest is not None and newest.settings.law.critical_distance == 0.14 and not desk.waiting("what if")
+    assert (
+        newest is not None and newest.settings.law.critical_distance == 0.14 and not desk.waiting("what if")
+    )
     (job,) = desk.waiting("newest")
     assert job.arguments[1]["dm"] == 0.12
     desk.work("newest")
@@ -84,7 +86,9 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
     again = rerun(recorded, {"dm": 0.12})
     assert answer.distance.tobytes() == again.table[:, COLUMN["d"]].tobytes()
     assert answer.squared_error.tobytes() == again.table[:, COLUMN["e2"]].tobytes()
-    assert replace(answer.before, step_us_median=0.0) == replace(summarise(session.simulation, table), step_us_median=0.0)
+    assert replace(answer.before, step_us_median=0.0) == replace(
+        summarise(session.simulation, table), step_us_median=0.0
+    )
     assert answer.summary.d_min < answer.before.d_min - 0.01
 
 
@@ -106,12 +110,18 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     assert job.state == "dropped"
     rest_at(desk, session, "v", 0.6)
     answer = answered(desk, session)
-    assert not session.parts.of(BackgroundStudies).questions.busy and len(answer.times) > 1.2 * len(newest.times)
+    assert not session.parts.of(BackgroundStudies).questions.busy and len(answer.times) > 1.2 * len(
+        newest.times
+    )
     # Where it begins, the run was as it went; from there on the law that is asked about has pulled it to the same place.
-    assert np.interp(newest.times[-1], answer.times, answer.distance) == pytest.approx(newest.distance[-1], abs=1e-3)
+    assert np.interp(newest.times[-1], answer.times, answer.distance) == pytest.approx(
+        newest.distance[-1], abs=1e-3
+    )
 
 
-def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_at_small_time_steps_only_what_is_drawn_is_made_again(
+    desk: Inline, monkeypatch: pytest.MonkeyPatch
+) -> None:
     session = running(desk, 0.1)
     monkeypatch.setattr(session.simulation, "_capacity", 700)
     session.reset()
@@ -124,14 +134,19 @@ def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monk
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("wmax", 0.5), ("theme", "dark"), ("seed", 3), ("autopilot", False), ("ghost", "frozen")]
+    ("key", "value"),
+    [("wmax", 0.5), ("theme", "dark"), ("seed", 3), ("autopilot", False), ("ghost", "frozen")],
 )
 def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) -> None:
     session = running(desk, 1.0)
     session.change(key, value)
     for _ in range(5):
         session.advance(REST)
-    assert not session.parts.of(BackgroundStudies).questions.busy and not desk.waiting("what if") and not desk.waiting("newest")
+    assert (
+        not session.parts.of(BackgroundStudies).questions.busy
+        and not desk.waiting("what if")
+        and not desk.waiting("newest")
+    )
 
 
 def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
@@ -142,7 +157,11 @@ def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) 
             session.parts.of(BackgroundStudies).measure_smoothness()
         session.advance(1.0)
         questions = session.parts.of(BackgroundStudies).questions
-        assert questions.what_if is questions.smoothness is None and not questions.busy and questions.message == ""
+        assert (
+            questions.what_if is questions.smoothness is None
+            and not questions.busy
+            and questions.message == ""
+        )
         assert not desk.jobs
     # Switching it on makes a process ready, and asks nothing yet.
     session.change("whatif", True)
@@ -174,7 +193,8 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str, stage: s
     ENDS[end](session)
     session.advance(1.0)
     assert (
-        session.parts.of(BackgroundStudies).questions.what_if is None and not session.parts.of(BackgroundStudies).questions.busy
+        session.parts.of(BackgroundStudies).questions.what_if is None
+        and not session.parts.of(BackgroundStudies).questions.busy
     )
     assert not desk.waiting("what if") and not desk.waiting("newest")
 
@@ -193,7 +213,10 @@ def test_moving_on_replaces_the_question_and_what_fails_is_named(desk: Inline) -
         and not session.parts.of(BackgroundStudies).questions.busy
     )
     rest_at(desk, session, "k", 5.0)
-    assert answered(desk, session).settings.gain == 5.0 and session.parts.of(BackgroundStudies).questions.message == ""
+    assert (
+        answered(desk, session).settings.gain == 5.0
+        and session.parts.of(BackgroundStudies).questions.message == ""
+    )
 
 
 def test_the_run_does_not_notice(desk: Inline) -> None:
@@ -230,14 +253,23 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     ghost = questions.smoothness.ghost
     # The smooth law's true step at dt/8 is far below 0.5; the hard switch of the ghost jumps.
     assert questions.smoothness.law.largest[3] is not None and questions.smoothness.law.largest[3] < 0.01
-    assert ghost is not None and ghost.largest[3] is not None and ghost.largest[3] > 0.1 and ghost.verdict == "jump"
+    assert (
+        ghost is not None
+        and ghost.largest[3] is not None
+        and ghost.largest[3] > 0.1
+        and ghost.verdict == "jump"
+    )
 
 
-def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_and_reset_forgets(desk: Inline) -> None:
+def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_and_reset_forgets(
+    desk: Inline,
+) -> None:
     session = running(desk, 0.1)
     questions = session.parts.of(BackgroundStudies).questions
     session.parts.of(BackgroundStudies).measure_smoothness()
-    assert questions.smoothness is None and "few seconds" in questions.message and not desk.waiting("smoothness")
+    assert (
+        questions.smoothness is None and "few seconds" in questions.message and not desk.waiting("smoothness")
+    )
     go(session, 0.9)
     session.parts.of(BackgroundStudies).measure_smoothness()
     first = desk.waiting("smoothness")
@@ -246,7 +278,9 @@ def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_
     (job, *_) = desk.waiting("smoothness")
     job.state, job.message = "failed", "The computation failed."
     session.advance(0.0)
-    assert questions.smoothness is None and questions.message == job.message and not desk.waiting("smoothness")
+    assert (
+        questions.smoothness is None and questions.message == job.message and not desk.waiting("smoothness")
+    )
     session.parts.of(BackgroundStudies).measure_smoothness()
     assert questions.message == ""
     session.reset()
@@ -289,11 +323,15 @@ def test_a_study_grows_and_is_computed_once(
         # The larger n, the later the arm gives way: nearer, and with a smaller error.
         far, near = at[2.0, 0.3], at[16.0, 0.3]
     else:
-        assert tuple(rows) == knobs() and all(len(row) == len(knob.setting.points) for knob, row in rows.items())
+        assert tuple(rows) == knobs() and all(
+            len(row) == len(knob.setting.points) for knob, row in rows.items()
+        )
         assert all(list(row) == sorted(row) for row in rows.values())
         near, *_, far = rows[knobs()[0]]
     assert near.d_min < far.d_min and near.e2_max < far.e2_max
-    assert made.results(replace(RUN, law=replace(RUN.law, **unlike))) == {} and len(desk.waiting()) == len(jobs)
+    assert made.results(replace(RUN, law=replace(RUN.law, **unlike))) == {} and len(desk.waiting()) == len(
+        jobs
+    )
     made.forget()
     assert not desk.waiting()
 
@@ -355,7 +393,10 @@ def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost(desk: I
     session.change("law", "intermediate_value")
     session.parts.of(BackgroundStudies).match_distance()
     again = searched(desk, session)
-    assert again.law == session.settings.run.law.law == "intermediate_value" and again.wanted == pytest.approx(found.wanted)
+    assert (
+        again.law == session.settings.run.law.law == "intermediate_value"
+        and again.wanted == pytest.approx(found.wanted)
+    )
     assert session.ghost.settings.law == LawSettings()
 
 
@@ -375,7 +416,10 @@ def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> Non
     session.parts.of(BackgroundStudies).match_distance()
     found = searched(desk, session)
     assert found.value is None
-    assert session.settings == before and "No value of d_0 helps" in session.parts.of(BackgroundStudies).knob_search.message
+    assert (
+        session.settings == before
+        and "No value of d_0 helps" in session.parts.of(BackgroundStudies).knob_search.message
+    )
     search = session.parts.of(BackgroundStudies).knob_search
     search._asked = session.settings
     search._found(replace(found, wanted=-0.0334))

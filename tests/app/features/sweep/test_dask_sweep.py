@@ -47,7 +47,9 @@ Process = subprocess.Popen[bytes]
 @contextmanager
 def process(folder: Path, *command: str, **more: str) -> Iterator[Process]:
     with (folder / "log").open("ab") as log:
-        started = subprocess.Popen([sys.executable, *command], cwd=folder, stdout=log, stderr=log, env=os.environ | more)
+        started = subprocess.Popen(
+            [sys.executable, *command], cwd=folder, stdout=log, stderr=log, env=os.environ | more
+        )
     try:
         yield started
     finally:
@@ -61,7 +63,9 @@ def scheduler(folder: Path, program: tuple[str, ...] = DASK) -> Iterator[tuple[P
     file = folder / f"{uuid4()}.json"
     # A worker that has been killed is given up sooner than after half a minute.
     soon = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s"}
-    with process(folder, *program, "scheduler", *LOCAL, "--port", "0", "--scheduler-file", str(file), **soon) as started:
+    with process(
+        folder, *program, "scheduler", *LOCAL, "--port", "0", "--scheduler-file", str(file), **soon
+    ) as started:
         until(lambda: file.exists() and file.read_text(encoding="utf-8").endswith("}"), started)
         yield started, json.loads(file.read_text(encoding="utf-8"))["address"]
 
@@ -70,9 +74,23 @@ def scheduler(folder: Path, program: tuple[str, ...] = DASK) -> Iterator[tuple[P
 def worker(folder: Path, address: str, program: tuple[str, ...] = DASK, **more: str) -> Iterator[Process]:
     """A worker that the scheduler knows, and knows to run: it is not at once what it waits for when it is asked for workers."""
     name = uuid4().hex
-    options = (*LOCAL, "--no-nanny", "--nthreads", "2", "--local-directory", str(folder / "scratch"), "--name", name)
+    options = (
+        *LOCAL,
+        "--no-nanny",
+        "--nthreads",
+        "2",
+        "--local-directory",
+        str(folder / "scratch"),
+        "--name",
+        name,
+    )
     with process(folder, *program, "worker", address, *options, **more) as started:
-        until(lambda: asked(address, lambda dask_scheduler: sum(one.name == name for one in dask_scheduler.running)), started)
+        until(
+            lambda: asked(
+                address, lambda dask_scheduler: sum(one.name == name for one in dask_scheduler.running)
+            ),
+            started,
+        )
         yield started
 
 
@@ -107,12 +125,19 @@ def sweeping(out: Path, *arguments: str) -> Iterator[Process]:
 
 def test_a_sweep_outlives_ctrl_c_and_the_end_of_a_worker_and_of_the_scheduler(tmp_path: Path) -> None:
     grid, table, other = ("--over", "seed=1:60", "--seconds", "4"), tmp_path / "table", tmp_path / "other"
-    with scheduler(tmp_path) as (boss, address), worker(tmp_path, address), worker(tmp_path, address) as victim:
+    with (
+        scheduler(tmp_path) as (boss, address),
+        worker(tmp_path, address),
+        worker(tmp_path, address) as victim,
+    ):
         with sweeping(table, *grid, "--scheduler", address) as sweep:
             sweep.send_signal(signal.SIGINT)
             _, said = sweep.communicate(timeout=PATIENCE)
         begun = rows(table)
-        assert (sweep.returncode, said.decode().split(" are in")[0]) == (INTERRUPTED, f"{begun} of 60 runs"), said
+        assert (sweep.returncode, said.decode().split(" are in")[0]) == (
+            INTERRUPTED,
+            f"{begun} of 60 runs",
+        ), said
         until(lambda: tasks(address) == 0)
         with sweeping(table, *grid, "--scheduler", address) as sweep:
             victim.kill()
@@ -143,19 +168,25 @@ def test_a_scheduler_that_goes_at_any_moment_is_named(monkeypatch: pytest.Monkey
         raise CommClosedError("in <TCP (closed)>: ConnectionResetError: [Errno 104] Connection reset by peer")
 
     closed: list[bool] = []
-    monkeypatch.setattr(dask_cluster, "_connected", lambda _: SimpleNamespace(close=lambda: closed.append(True)))
+    monkeypatch.setattr(
+        dask_cluster, "_connected", lambda _: SimpleNamespace(close=lambda: closed.append(True))
+    )
     monkeypatch.setattr(dask_cluster, "_check", gone if place == "while it is asked" else lambda *_: None)
     with pytest.raises(DuetError, match="The scheduler is gone"), on_dask("tcp://127.0.0.1:1"):
         gone()
     assert closed == [True]
 
 
-def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_computers_with_another_duet_or_none_are_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     """Metadata of another version, as an installed package has it, comes first on that worker's path."""
     monkeypatch.setattr(dask_cluster, "JOINING", 0.2)
     metadata, grid = tmp_path / "other" / "lwr_duet.dist-info", read_grid(RunSettings(), ["seed=1:2000"], 0.5)
     metadata.mkdir(parents=True)
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: lwr-duet\nVersion: 9.9.9\n", encoding="utf-8")
+    (metadata / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: lwr-duet\nVersion: 9.9.9\n", encoding="utf-8"
+    )
     with scheduler(tmp_path, WITHOUT_DUET) as (_, address):
         assert f"scheduler {address} has no Duet" in refusal(address)
     with scheduler(tmp_path) as (_, address):
@@ -168,19 +199,27 @@ def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.Monke
                     said = refusal(address)
                     with pytest.raises(BadSetting, match=r"worker that has joined has Duet 9\.9\.9"):
                         list(found)
-            assert re.match(r"The worker tcp://127.* has Duet 9.9.9 .*, and this computer .*: install the same Duet there", said)
+            assert re.match(
+                r"The worker tcp://127.* has Duet 9.9.9 .*, and this computer .*: install the same Duet there",
+                said,
+            )
             with worker(tmp_path, address, WITHOUT_DUET):
                 assert re.match(
-                    r"The worker tcp://127.* has no Duet, or an older one .*; install the same Duet there", refusal(address)
+                    r"The worker tcp://127.* has no Duet, or an older one .*; install the same Duet there",
+                    refusal(address),
                 )
 
 
 def test_a_library_of_another_version_is_named() -> None:
-    with pytest.raises(BadSetting, match=r"The worker W has coal 0\.0, and this computer \d.*: install the same"):
+    with pytest.raises(
+        BadSetting, match=r"The worker W has coal 0\.0, and this computer \d.*: install the same"
+    ):
         dask_cluster.compare("worker W", environment(), environment() | {"coal": "0.0"})
 
 
-def test_a_worker_with_other_meshes_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, registry: None) -> None:
+def test_a_worker_with_other_meshes_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, registry: None
+) -> None:
     path, mesh = tmp_path / "box.urdf", tmp_path / "box.stl"
     trimesh.creation.box((0.1, 0.1, 0.2)).export(mesh)
     path.write_text(arm_urdf(shape='<mesh filename="box.stl"/>'), encoding="utf-8")
@@ -203,7 +242,9 @@ def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, tmp
         assert "no Dask scheduler answers there" in refusal(busy)
     for address in (busy, "127.0.0.1:1", "host:8786/x", "nothing", "", "http://127.0.0.1:1"):
         said = refusal(address)
-        assert f"scheduler = {address}: no Dask scheduler answers there" in said and "tcp://host:8786" in said, said
+        assert (
+            f"scheduler = {address}: no Dask scheduler answers there" in said and "tcp://host:8786" in said
+        ), said
 
 
 def test_a_missing_dask_and_workers_of_both_kinds_are_named(

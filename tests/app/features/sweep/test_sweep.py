@@ -49,26 +49,62 @@ def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
 
 def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "new" / "folder"
-    options = ["--over", "n=2,8", "--over", "pairs=single,soft", "--no-maps", "--workers", "1", "--k", "3", "--one-sided"]
+    options = [
+        "--over",
+        "n=2,8",
+        "--over",
+        "pairs=single,soft",
+        "--no-maps",
+        "--workers",
+        "1",
+        "--k",
+        "3",
+        "--one-sided",
+    ]
     assert main(["sweep", *options, "--seconds", "8", "--out", str(folder)]) == 0
     assert capsys.readouterr().out.splitlines() == [str(folder / "sweep.csv")]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
     head, columns, rows = read(folder / "sweep.csv")
     assert columns == ["n", "pairs", *FIGURES]
-    assert {"# k = 3.0", "# one_sided = True", "# scene = hold", "# seconds = 8.0", "# over n = 2.0, 8.0"} <= set(head)
+    assert {
+        "# k = 3.0",
+        "# one_sided = True",
+        "# scene = hold",
+        "# seconds = 8.0",
+        "# over n = 2.0, 8.0",
+    } <= set(head)
     fixed = [line[2:].split(" = ")[0] for line in head if not line.startswith(("# over", "# seconds"))]
     assert fixed == [key for key in specs(RunSettings) if key not in ("n", "pairs", *LATER)]
-    assert [row[:2] for row in rows] == [["2.0", "single"], ["2.0", "soft"], ["8.0", "single"], ["8.0", "soft"]]
+    assert [row[:2] for row in rows] == [
+        ["2.0", "single"],
+        ["2.0", "soft"],
+        ["8.0", "single"],
+        ["8.0", "soft"],
+    ]
     for n, pairs, *cells in rows:
-        settings = changed(changed(changed(changed(USUAL, "k", 3.0), "one_sided", True), "n", n), "pairs", pairs)
+        settings = changed(
+            changed(changed(changed(USUAL, "k", 3.0), "one_sided", True), "n", n), "pairs", pairs
+        )
         summary = run(settings, 8.0).summary
         assert [float(cell) for cell in cells] == [getattr(summary, name) for name in FIGURES]
     assert rows[0][2:] != rows[1][2:] != rows[2][2:]
 
 
-def test_a_curve_is_one_cell_and_the_same_command_again_makes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_curve_is_one_cell_and_the_same_command_again_makes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     curves = ["0.15:1,0.4:0", "0.1:1,0.3:0"]
-    options = ["--over", f"curve={';'.join(curves)}", "--law", "drawn_curve", "--seconds", "0.2", "--workers", "1", "--no-maps"]
+    options = [
+        "--over",
+        f"curve={';'.join(curves)}",
+        "--law",
+        "drawn_curve",
+        "--seconds",
+        "0.2",
+        "--workers",
+        "1",
+        "--no-maps",
+    ]
     for _ in range(2):
         assert main(["sweep", *options, "--out", str(tmp_path)]) == 0
         text = (tmp_path / "sweep.csv").read_text(encoding="utf-8")
@@ -95,7 +131,11 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
 
 @pytest.mark.parametrize("torn", ["", "8.0,single,0.1", "8.0,single,0.1,0.2,0.3,0.4,0.5,0.6,7,0"])
 def test_it_goes_on_where_it_was_ended(
-    whole: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], torn: str
+    whole: bytes,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    torn: str,
 ) -> None:
     folder = tmp_path / "parts"
     with monkeypatch.context() as patch:
@@ -128,7 +168,9 @@ def test_it_goes_on_where_it_was_ended(
         ({"over": ("pairs=single,soft", "n=2,8")}, "the order of the settings"),
     ],
 )
-def test_rows_of_another_sweep_are_not_mixed_in(whole: bytes, tmp_path: Path, other: dict[str, Any], named: str) -> None:
+def test_rows_of_another_sweep_are_not_mixed_in(
+    whole: bytes, tmp_path: Path, other: dict[str, Any], named: str
+) -> None:
     for name in ("sweep.csv", "sweep.part.csv"):
         path = tmp_path / name
         path.write_bytes(whole)
@@ -147,7 +189,9 @@ def test_rows_of_another_sweep_are_not_mixed_in(whole: bytes, tmp_path: Path, ot
         (lambda text: text + "\n9.0,soft" + text.rpartition("soft")[2], "9.0,soft"),
     ],
 )
-def test_a_spoilt_file_is_named(whole: bytes, tmp_path: Path, spoil: Callable[[str], str], named: str) -> None:
+def test_a_spoilt_file_is_named(
+    whole: bytes, tmp_path: Path, spoil: Callable[[str], str], named: str
+) -> None:
     (tmp_path / "sweep.csv").write_text(spoil(whole.decode().rstrip()) + "\n", encoding="utf-8")
     with pytest.raises(BadInputFile) as error:
         sweep(replace(SMALL, out=tmp_path))
@@ -177,13 +221,17 @@ def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None
         ({"settings": RunOptions(dm="9")}, "dm = "),
     ],
 )
-def test_what_is_wrong_is_said_before_a_folder_is_made(tmp_path: Path, wrong: dict[str, Any], named: str) -> None:
+def test_what_is_wrong_is_said_before_a_folder_is_made(
+    tmp_path: Path, wrong: dict[str, Any], named: str
+) -> None:
     with pytest.raises(BadSetting, match=named):
         sweep(replace(SMALL, out=tmp_path / "out", **wrong))
     assert not (tmp_path / "out").exists()
 
 
-def test_a_missing_pyarrow_is_named_before_anything_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_pyarrow_is_named_before_anything_runs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     for name in ("pyarrow", "pyarrow.parquet"):
         monkeypatch.setitem(sys.modules, name, None)
     seen = interrupted(monkeypatch, 0)
@@ -205,7 +253,10 @@ def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path:
     table = parquet.read_table(tmp_path / "sweep.parquet")
     assert table.column_names == columns
     assert [f"# {line}" for line in table.schema.metadata[b"sweep"].decode().splitlines()] == head
-    found = [[value if isinstance(value, str) else repr(value) for value in row.values()] for row in table.to_pylist()]
+    found = [
+        [value if isinstance(value, str) else repr(value) for value in row.values()]
+        for row in table.to_pylist()
+    ]
     assert found == rows
     assert [str(kind) for kind in table.schema.types][:4] == ["double", "string", "bool", "double"]
     # Complete: nothing runs again.
@@ -260,7 +311,9 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
     first.mkdir()
     second.mkdir()
     drawn = draw_maps(grid, rows, first)
-    assert [path.name for path in drawn] == [f"{n}.{form}" for n in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")]
+    assert [path.name for path in drawn] == [
+        f"{n}.{form}" for n in ("d_min", "e2_max", "ddq_max") for form in ("png", "svg")
+    ]
     with monkeypatch.context() as patch:
         # One of the three is enough for the second time.
         patch.setattr(heatmaps, "SHOWN", {"d_min": heatmaps.SHOWN["d_min"]})
@@ -269,13 +322,19 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
     assert len(list(second.iterdir())) == 2
     for png, svg in zip(drawn[::2], drawn[1::2], strict=True):
         with Image.open(png) as image:
-            assert image.width > 600 and image.height > 400 and len(np.unique(np.asarray(image.convert("L")))) > 20
+            assert (
+                image.width > 600
+                and image.height > 400
+                and len(np.unique(np.asarray(image.convert("L")))) > 20
+            )
         assert svg.read_text(encoding="utf-8").count("<svg") == 1
 
 
 def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
     over = ["v=0.1:0.5:5", "n=2:6"]
-    grid, rows = made_up(over, lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0))
+    grid, rows = made_up(
+        over, lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
+    )
     plan = HeatmapPlan(grid, rows)
     for name, unit in (("d_min", "[mm]"), ("e2_max", "[m²]"), ("ddq_max", "[rad/s²]")):
         figure = heatmap_figure(plan, name)
@@ -289,18 +348,25 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
     # Each cell lies about its values, n up the picture.
     mesh = heatmap_figure(plan, "d_min").axes[0].collections[0]
     field = np.asarray(mesh.get_array()).reshape(5, 5)
-    assert np.allclose(field, [[1000 * (0.10 + 0.1 * v + 0.005 * n) for v in (0.1, 0.2, 0.3, 0.4, 0.5)] for n in range(2, 7)])
+    assert np.allclose(
+        field, [[1000 * (0.10 + 0.1 * v + 0.005 * n) for v in (0.1, 0.2, 0.3, 0.4, 0.5)] for n in range(2, 7)]
+    )
 
 
 @pytest.mark.parametrize(("level", "sign"), [(0.2, "≥"), (0.1, "<")])
 def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
     grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
     figure = heatmap_figure(HeatmapPlan(grid, rows), "d_min")
-    assert not contours(figure.axes[0]) and any(sign in text and "everywhere" in text for text in texts(figure))
+    assert not contours(figure.axes[0]) and any(
+        sign in text and "everywhere" in text for text in texts(figure)
+    )
 
 
 def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
-    grid, rows = made_up(["dm=0.05:0.15:5", "n=1:4"], lambda point: math.inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1])
+    grid, rows = made_up(
+        ["dm=0.05:0.15:5", "n=1:4"],
+        lambda point: math.inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1],
+    )
     ax, _ = heatmap_figure(HeatmapPlan(grid, rows), "d_min").axes
     assert ax.get_xlabel() == "$d_\\mathrm{m}$ [mm]"
     vertices = np.concatenate([path.vertices for path in contours(ax)[0].get_paths()])
@@ -309,7 +375,8 @@ def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> No
 
 def test_choices_stand_side_by_side_or_are_lines() -> None:
     grid, rows = made_up(
-        ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"], lambda point: 0.1 + 0.01 * point[3]
+        ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"],
+        lambda point: 0.1 + 0.01 * point[3],
     )
     figure = heatmap_figure(HeatmapPlan(grid, rows), "d_min")
     *panels, _ = [ax for ax in figure.axes if ax.get_visible()]
@@ -317,12 +384,16 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     assert len(titles) == 4 and titles[0] == "law = smooth priority, add w to v = off"
     assert titles[3] == "law = unprotected, add w to v = on"
     # One number only: a line for each choice, and d_m.
-    grid, rows = made_up(["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft"))
+    grid, rows = made_up(
+        ["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft")
+    )
     figure = heatmap_figure(HeatmapPlan(grid, rows), "d_min")
     (ax,), (legend,) = figure.axes, figure.legends
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$n$", "$d_\\mathrm{min}$ [mm]")
     single, soft, critical = ax.get_lines()
-    assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(soft.get_ydata(), [121, 131, 141, 151, 161])
+    assert np.allclose(single.get_ydata(), [120, 130, 140, 150, 160]) and np.allclose(
+        soft.get_ydata(), [121, 131, 141, 151, 161]
+    )
     assert np.allclose(critical.get_ydata(), 150.0)
     # They differ by more than their colour.
     assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
@@ -330,7 +401,11 @@ def test_choices_stand_side_by_side_or_are_lines() -> None:
     # A choice alone has dots without a line.
     (ax,) = heatmap_figure(HeatmapPlan(*made_up(["rig=torso,table"], lambda point: 0.1)), "ddq_max").axes
     (dots,) = ax.get_lines()
-    assert dots.get_linestyle() == "None" and dots.get_marker() != "None" and list(dots.get_ydata()) == [1.0, 2.0]
+    assert (
+        dots.get_linestyle() == "None"
+        and dots.get_marker() != "None"
+        and list(dots.get_ydata()) == [1.0, 2.0]
+    )
     assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
 
 

@@ -34,7 +34,12 @@ RESTS: Final = (3.0, 60.0)
 KILLED_AFTER: Final = (ALLOWED, ALLOWED + 3.0)
 """Shortest and longest rest, and time from an act to the kill [s]."""
 
-LINKS: Final = {"answer": "lesson=3&step=2", "words": "lesson=3&step=2", "curve": "lesson=4&step=2", "pull": "autopilot=0"}
+LINKS: Final = {
+    "answer": "lesson=3&step=2",
+    "words": "lesson=3&step=2",
+    "curve": "lesson=4&step=2",
+    "pull": "autopilot=0",
+}
 PLACE: Final = (0.3, 0.0, 1.0)
 
 
@@ -83,7 +88,9 @@ class RestingVisitor:
         await self.client.send({"type": "CommandTriggerMessage", "uuid": uuid})
 
     async def _type(self, label: str, text: str) -> None:
-        await self.client.send({"type": "GuiUpdateMessage", "uuid": self._boxes(label)[0], "updates": {"value": text}})
+        await self.client.send(
+            {"type": "GuiUpdateMessage", "uuid": self._boxes(label)[0], "updates": {"value": text}}
+        )
 
     async def act(self) -> None:
         match self.kind:
@@ -144,7 +151,9 @@ async def kill_after_rests(served: Served, store: Path, kills: int, sessions: in
             await asyncio.gather(*(one.come() for one in visitors))
             await asyncio.sleep(rest)
             await asyncio.gather(*(one.act() for one in visitors))
-            await asyncio.sleep(max(one.acted for one in visitors) + chance.uniform(*KILLED_AFTER) - time.time())
+            await asyncio.sleep(
+                max(one.acted for one in visitors) + chance.uniform(*KILLED_AFTER) - time.time()
+            )
             victims = served.workers
             for pid in victims:
                 os.kill(pid, signal.SIGKILL)

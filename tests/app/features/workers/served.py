@@ -31,7 +31,18 @@ class Served:
 
     def __init__(self, folder: Path, *options: str) -> None:
         self.store = folder / "store"
-        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(self.store), *options]
+        command = [
+            sys.executable,
+            "-m",
+            "app",
+            "serve",
+            "--no-open",
+            "--port",
+            "0",
+            "--store",
+            str(self.store),
+            *options,
+        ]
         self.errors = (folder / "errors").open("a+")
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.errors, text=True)
         assert self.process.stdout is not None
@@ -43,7 +54,11 @@ class Served:
 
     def children(self, of: str) -> list[int]:
         """Process ids of the dispatcher's children whose command holds a word."""
-        found = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(encoding="utf-8").split()
+        found = (
+            Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
+            .read_text(encoding="utf-8")
+            .split()
+        )
         named: list[int] = []
         for pid in found:
             # One may end between the two looks.

@@ -109,7 +109,8 @@ async def come_and_go(url: str, times: int) -> int:
     seen = 0
     for first in range(0, times, 10):
         tabs = [
-            OperatingClient(url, query=f"resume={10**6 + first + k:032d}", decode=False) for k in range(min(10, times - first))
+            OperatingClient(url, query=f"resume={10**6 + first + k:032d}", decode=False)
+            for k in range(min(10, times - first))
         ]
         for tab in tabs:
             with suppress(OSError, WebSocketException, TimeoutError):
@@ -143,7 +144,9 @@ def worst(tabs: list[Tab]) -> str:
     return f"{len(away)} tabs were away, at most {max(away, default=0.0):.1f} s"
 
 
-async def survive(served: Served, sessions: int, minutes: float, lines: int = 15, visits: int = 200) -> list[str]:
+async def survive(
+    served: Served, sessions: int, minutes: float, lines: int = 15, visits: int = 200
+) -> list[str]:
     """What was lost.
 
     Args:
@@ -165,7 +168,9 @@ async def survive(served: Served, sessions: int, minutes: float, lines: int = 15
         while (now := (perf_counter() - begin) / 60.0) < share * minutes:
             if now >= len(used):
                 used.append(memory(served))
-                report(f"{used[-1]:.0f} MB, {served.health()['clients']} tabs at {len(served.workers)} workers")
+                report(
+                    f"{used[-1]:.0f} MB, {served.health()['clients']} tabs at {len(served.workers)} workers"
+                )
             await asyncio.sleep(1.0)
 
     await reach(0.1)
@@ -187,7 +192,9 @@ async def survive(served: Served, sessions: int, minutes: float, lines: int = 15
     await reach(1.0)
     await asyncio.gather(*lives)
     seconds = perf_counter() - begin
-    report(f"{worst(tabs)}; the slowest had {min(tab.frames for tab in tabs) / seconds:.1f} frames/s on average")
+    report(
+        f"{worst(tabs)}; the slowest had {min(tab.frames for tab in tabs) / seconds:.1f} frames/s on average"
+    )
     said = served.said()
     wrong = [line for line in said.splitlines() if "ERROR" in line or "Traceback" in line]
     return wrong + ([] if all(tab.frames for tab in tabs) else ["a tab has never received a frame"])
@@ -201,7 +208,9 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=0)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        served = Served(Path(folder), "--workers", arguments.workers, "--sessions", str(arguments.sessions + 12))
+        served = Served(
+            Path(folder), "--workers", arguments.workers, "--sessions", str(arguments.sessions + 12)
+        )
         try:
             if arguments.kills:
                 rests = kill_after_rests(served, Path(folder) / "store", arguments.kills, arguments.sessions)

@@ -33,7 +33,9 @@ def answer(student: BlockingClient) -> None:
     student.wait_for(lambda v: "Run" in buttons(v), 60.0)
 
 
-def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_writes_what_waits(serve: Serve) -> None:
+def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_writes_what_waits(
+    serve: Serve,
+) -> None:
     served = serve("--workers", "2", "--sessions", "8")
     store, lesson_link = served.store, "lesson=3&step=2&resume="
     exploring, learning = f"autopilot=0&speed=2&resume={EXPLORER}", lesson_link + STUDENT
@@ -43,7 +45,9 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_wri
             explorer.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(explorer, "up")})
         explorer.wait_for(lambda _: np.abs(joints(explorer) - first).max() > 0.02, 60.0)
         answer(student)
-        student.wait_for(lambda _: any(done.choice == 1 for done in progress_in(kept(store, STUDENT)).steps.values()), 60.0)
+        student.wait_for(
+            lambda _: any(done.choice == 1 for done in progress_in(kept(store, STUDENT)).steps.values()), 60.0
+        )
         since = steps_of(kept(store, EXPLORER))
         # The hand has come to rest, and this is in the file.
         student.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > since + 800, 60.0)
@@ -57,7 +61,9 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_wri
         explorer.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > begin, 60.0)
         explorer.wait_for(lambda _: np.abs(joints(explorer) - moved).max() < 5e-3, 60.0)
         student.wait_for(lambda v: "Run" in buttons(v), 60.0)
-        assert progress_in(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+        assert progress_in(kept(store, STUDENT)) == lesson and [
+            done.choice for done in lesson.steps.values()
+        ] == [1]
     # An answer that waits to be written.
     with served.come(lesson_link + LATE) as late:
         answer(late)

@@ -24,7 +24,11 @@ class Started:
 
     def __init__(self, home: Path, *options: str) -> None:
         (home / "tmp").mkdir(exist_ok=True)
-        environment = os.environ | {"HOME": str(home), "XDG_STATE_HOME": str(home / "state"), "TMPDIR": str(home / "tmp")}
+        environment = os.environ | {
+            "HOME": str(home),
+            "XDG_STATE_HOME": str(home / "state"),
+            "TMPDIR": str(home / "tmp"),
+        }
         self.process = subprocess.Popen(
             [sys.executable, "-m", "app", "--no-open", *options],
             env=environment,
@@ -60,7 +64,9 @@ class Started:
 
     def children(self) -> list[int]:
         with suppress(OSError):
-            listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(encoding="ascii")
+            listed = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(
+                encoding="ascii"
+            )
             return list(map(int, listed.split()))
         return []
 
@@ -90,8 +96,14 @@ def test_two_servers_have_their_own_ports_and_files_and_find_them_again(
     first, second = (start("--workers", workers) for _ in range(2))
     assert first.port >= serve.USUAL_PORT and second.port > first.port
     assert [line for line in first.said if "visitors" in line] == []
-    assert f"Port {serve.USUAL_PORT} is taken by another program, so this Duet has port {second.port}.\n" in second.said
-    assert f"This Duet keeps its visitors in {folder / 'visitors-2.sqlite'}: others have their own files there.\n" in second.said
+    assert (
+        f"Port {serve.USUAL_PORT} is taken by another program, so this Duet has port {second.port}.\n"
+        in second.said
+    )
+    assert (
+        f"This Duet keeps its visitors in {folder / 'visitors-2.sqlite'}: others have their own files there.\n"
+        in second.said
+    )
     for path, server in ((folder / "visitors.sqlite", first), (folder / "visitors-2.sqlite", second)):
         assert path.is_file() and StoreLock.last_port(path) == server.port
         with pytest.raises(StoreTaken):
@@ -107,7 +119,9 @@ def test_two_servers_have_their_own_ports_and_files_and_find_them_again(
 
 
 @pytest.mark.thorough
-def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(start: Callable[..., Started], tmp_path: Path) -> None:
+def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(
+    start: Callable[..., Started], tmp_path: Path
+) -> None:
     store = str(tmp_path / "class.sqlite")
     first = start("--workers", "1", "--store", store)
     taken = start("--workers", "1", "--port", str(first.port))

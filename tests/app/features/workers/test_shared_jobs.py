@@ -47,7 +47,11 @@ def test_two_clients_share_one_pool_and_each_gets_its_own_results(
     first, second = one.submit("me", "a", double, 1.0, wake=news.set), other.submit("me", "a", double, 2.0)
     finish(first, second)
     assert (first.result, second.result) == (2.0, 4.0) and news.wait(60.0)
-    failed = one.submit("me", "a", refuse), one.submit("me", "b", stumble), one.submit("me", "c", double, lambda: None)
+    failed = (
+        one.submit("me", "a", refuse),
+        one.submit("me", "b", stumble),
+        one.submit("me", "c", double, lambda: None),
+    )
     finish(*failed)
     assert [job.state for job in failed] == ["failed"] * 3 and all(job.message for job in failed)
     assert server.pool.workers == 1 and load(server.pool) == (0, 0)
@@ -62,11 +66,15 @@ def test_two_clients_share_one_pool_and_each_gets_its_own_results(
     assert running.state == "dropped" and (tmp_path / "words").read_text() == "other\n"
 
 
-def test_a_running_job_is_stopped_by_a_newer_one(clients: tuple[JobClient, JobClient], tmp_path: Path) -> None:
+def test_a_running_job_is_stopped_by_a_newer_one(
+    clients: tuple[JobClient, JobClient], tmp_path: Path
+) -> None:
     stop_by_a_newer_one(clients[0], tmp_path)
 
 
-def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path) -> None:
+def test_a_client_that_goes_takes_its_jobs_along(
+    clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path
+) -> None:
     one, other = clients
     running = one.submit("me", "a", wait_for, tmp_path / "never")
     begun(tmp_path)

@@ -14,10 +14,16 @@ from tests.app.web.conftest import ended
 
 
 @pytest.mark.parametrize("lasting", [True, False])
-def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_hand: Made, tmp_path: Path, lasting: bool) -> None:
+def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(
+    by_hand: Made, tmp_path: Path, lasting: bool
+) -> None:
     sent: list[object] = []
     link = WorkerLink(0, sent.append)
-    opened = by_hand(sessions=8, started_with=(link,), features=(StoreOptions(file=tmp_path / "store" if lasting else None),))
+    opened = by_hand(
+        sessions=8,
+        started_with=(link,),
+        features=(StoreOptions(file=tmp_path / "store" if lasting else None),),
+    )
     names = [f"resume={number:032d}" for number in range(6)]
     assert isinstance(opened.host, WorkerHost)
     first = opened.let_in(names[0])

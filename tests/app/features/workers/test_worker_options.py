@@ -24,7 +24,10 @@ from tests.app.cli.test_commands import every_option, refused
     ("arguments", "said"),
     [
         ("--workers 0", "--workers must be at least 1."),
-        ("--store memory --port 0 --workers 2 --camera 1", "--workers must be 1 here: one process reads the camera."),
+        (
+            "--store memory --port 0 --workers 2 --camera 1",
+            "--workers must be 1 here: one process reads the camera.",
+        ),
     ],
 )
 def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], arguments: str, said: str) -> None:
@@ -71,5 +74,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 def test_the_process_that_listens_loads_nothing_heavy() -> None:
     heavy = "{'matplotlib', 'numba', 'numpy', 'pinocchio', 'viser', 'trimesh'}"
     code = f"import sys, app.features.workers.start; print(*sorted({heavy} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
     assert (done.stdout.strip(), done.stderr) == ("", "")

@@ -93,7 +93,11 @@ def wait_for_second_worker(served: Served) -> None:
     [
         (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef", ""),
         (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef", ""),
-        (b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r", "fedcba9876543210", "0123456789abcdef"),
+        (
+            b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r",
+            "fedcba9876543210",
+            "0123456789abcdef",
+        ),
         (b"GET /?noresume=0123456789abcdef&noguest=0123456789abcdef HTTP/1.1\r", "", ""),
         (b"GET /?resume=short HTTP/1.1\r", "", ""),
         (b"GET /?resume=0123456789ABCDEF HTTP/1.1\r", "", ""),
@@ -363,9 +367,25 @@ def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang
 
 
 def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", "memory", "--workers", "2"]
+    command = [
+        sys.executable,
+        "-m",
+        "app",
+        "serve",
+        "--no-open",
+        "--port",
+        "0",
+        "--store",
+        "memory",
+        "--workers",
+        "2",
+    ]
     ended = subprocess.run(
-        [*command, "--law-file", str(tmp_path / "none.py")], capture_output=True, text=True, timeout=120.0, check=False
+        [*command, "--law-file", str(tmp_path / "none.py")],
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+        check=False,
     )
     assert ended.returncode == 2 and ended.stdout == ""
     assert ended.stderr.count("\n") == 1 and "there is no such file" in ended.stderr

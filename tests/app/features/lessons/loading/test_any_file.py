@@ -16,7 +16,17 @@ from tests.app.features.lessons.helpers import SMALL
 pytestmark = pytest.mark.slow
 
 LINES: list[str] = list[str](SMALL.splitlines(keepends=True))
-EXTRA = ("```\n", "```duet\n", "## X\n", "### Hints\n", "[challenge]\n", "[[why]]\n", "= 1\n", "{measured:d}\n", "1. x\n")
+EXTRA = (
+    "```\n",
+    "```duet\n",
+    "## X\n",
+    "### Hints\n",
+    "[challenge]\n",
+    "[[why]]\n",
+    "= 1\n",
+    "{measured:d}\n",
+    "1. x\n",
+)
 
 
 @st.composite
@@ -91,10 +101,15 @@ def toml(value: object) -> str:
 
 @given(key=st.sampled_from(KEYS), value=JUNK)
 @settings(max_examples=200)
-def test_any_value_for_any_key_is_taken_or_named(tmp_path_factory: pytest.TempPathFactory, key: str, value: object) -> None:
-    text = SMALL[SMALL.index("## Second") :].replace('id = "second"\ninput = "yours"\nseconds = 1.0', f"{key} = {toml(value)}")
+def test_any_value_for_any_key_is_taken_or_named(
+    tmp_path_factory: pytest.TempPathFactory, key: str, value: object
+) -> None:
+    text = SMALL[SMALL.index("## Second") :].replace(
+        'id = "second"\ninput = "yours"\nseconds = 1.0', f"{key} = {toml(value)}"
+    )
     text = text.replace(
-        '\n[[measure]]\nname = "smallest_distance"\n', "" if key == "measure" else '\n[[measure]]\nname = "gain_step"\n'
+        '\n[[measure]]\nname = "smallest_distance"\n',
+        "" if key == "measure" else '\n[[measure]]\nname = "gain_step"\n',
     )
     lesson, line = load_text(tmp_path_factory.getbasetemp(), "# T\n\nG\n\n" + text)
     assert lesson is not None or 1 <= line <= 20

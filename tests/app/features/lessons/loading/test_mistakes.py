@@ -111,8 +111,12 @@ CASES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("old", "new", "where", "message"), CASES, ids=[case[1][:30] or case[3] for case in CASES])
-def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: str, new: str, where: str, message: str) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "where", "message"), CASES, ids=[case[1][:30] or case[3] for case in CASES]
+)
+def test_a_mistake_is_named_with_its_line_and_the_remedy(
+    tmp_path: Path, old: str, new: str, where: str, message: str
+) -> None:
     assert SMALL.count(old) >= 1
     text = SMALL.replace(old, new, 1)
     (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
@@ -143,11 +147,15 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         assert text.count(old) == 1
         text = text.replace(old, new)
     # A fault of the lesson's own block keeps nothing back but the steps that build on it.
-    assert [problem.message[:28] for problem in book_of(tmp_path, text).problems] == ["there is no key 'equation'; c"[:28]]
+    assert [problem.message[:28] for problem in book_of(tmp_path, text).problems] == [
+        "there is no key 'equation'; c"[:28]
+    ]
     problems = book_of(tmp_path, text.replace("equation = 31", 'equations = "31"')).problems
     said = "\n".join(problem.message for problem in problems)
     assert [message for _, message in [*mistakes.values()][1:] if message not in said] == []
-    assert len(problems) == len(mistakes) and [one.line for one in problems] == sorted(one.line for one in problems)
+    assert len(problems) == len(mistakes) and [one.line for one in problems] == sorted(
+        one.line for one in problems
+    )
 
 
 @pytest.mark.parametrize(
@@ -190,13 +198,19 @@ def test_folders_without_lessons_and_numbers_that_stand_twice_are_named(tmp_path
         ("It was {measured:d}", "Es war {measured:x}", "measures no 'x'"),
     ],
 )
-def test_a_translation_that_does_not_fit_is_named_and_english_stays(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_a_translation_that_does_not_fit_is_named_and_english_stays(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
     book_of(tmp_path)
     assert old in BARE
     (tmp_path / "01-small.de.md").write_text(BARE.replace(old, new, 1), encoding="utf-8")
     book = load_lessons(tmp_path, "de")
     assert book.lessons[0].language == "en"
-    assert len(book.problems) == 1 and book.problems[0].file == "01-small.de.md" and message in book.problems[0].message
+    assert (
+        len(book.problems) == 1
+        and book.problems[0].file == "01-small.de.md"
+        and message in book.problems[0].message
+    )
 
 
 def test_a_translation_carries_every_text(tmp_path: Path) -> None:
@@ -208,7 +222,17 @@ def test_a_translation_carries_every_text(tmp_path: Path) -> None:
     lesson, original = german.lessons[0], book.lessons[0]
     step, question, challenge = lesson.steps[0], lesson.steps[0].question, lesson.steps[0].challenge
     assert question and challenge
-    texts = [lesson.title, lesson.goal, step.title, step.goal, step.do, step.explain, question.text, challenge.text, *step.hints]
+    texts = [
+        lesson.title,
+        lesson.goal,
+        step.title,
+        step.goal,
+        step.do,
+        step.explain,
+        question.text,
+        challenge.text,
+        *step.hints,
+    ]
     texts += [choice.text for choice in question.choices] + [choice.reply for choice in question.choices]
     assert all("ü" in text for text in texts)
     assert step.setup == original.steps[0].setup and step.trials == original.steps[0].trials
@@ -248,17 +272,25 @@ PICTURE = "![x](a.svg)"
         (HERE, "![x](large.svg)", "larger than"),
         (HERE, "![x](text.svg)", "is not an SVG"),
         (HERE, "![x](text.png)", "is not a PNG"),
-        *((HERE, text, "a line of its own") for text in (f"Because {PICTURE}.", f"- {PICTURE}", "![x\n](a.svg)")),
+        *(
+            (HERE, text, "a line of its own")
+            for text in (f"Because {PICTURE}.", f"- {PICTURE}", "![x\n](a.svg)")
+        ),
         *((line, f"{line}\n{PICTURE}", "a line of its own") for line in ("1. Near.", "1. One.")),
         ("## First", f"## First {PICTURE}", "a line of its own"),
         ("Find out something.", PICTURE, "a line of its own"),
     ],
 )
-def test_pictures_are_beside_the_lesson_and_can_be_shown(tmp_path: Path, instead: str, text: str, message: str) -> None:
+def test_pictures_are_beside_the_lesson_and_can_be_shown(
+    tmp_path: Path, instead: str, text: str, message: str
+) -> None:
     folder = tmp_path / "lessons"
     (folder / "below").mkdir(parents=True)
     for path in (tmp_path / "a.svg", folder / "a.svg"):
-        path.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0"/></svg>', encoding="utf-8")
+        path.write_text(
+            '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0"/></svg>',
+            encoding="utf-8",
+        )
     (folder / "link.svg").symlink_to(tmp_path / "a.svg")
     (folder / "below" / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     (folder / "large.svg").write_text("x" * 400_000, encoding="utf-8")

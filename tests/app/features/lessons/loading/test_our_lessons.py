@@ -45,7 +45,13 @@ def test_all_twelve_lessons_load_in_every_language(language: str) -> None:
 
 def test_every_lesson_is_complete() -> None:
     for lesson in our_book().lessons:
-        assert lesson.goal and lesson.promise and lesson.learned and lesson.equations and 5 <= lesson.minutes <= 25
+        assert (
+            lesson.goal
+            and lesson.promise
+            and lesson.learned
+            and lesson.equations
+            and 5 <= lesson.minutes <= 25
+        )
         assert any(step.question for step in lesson.steps)
         assert any(step.challenge for step in lesson.steps)
         for step in lesson.steps:
@@ -54,7 +60,9 @@ def test_every_lesson_is_complete() -> None:
             if step.question:
                 wrong = [choice for i, choice in enumerate(step.question.choices) if i != step.question.right]
                 assert all(choice.why for choice in wrong), (lesson.id, step.id)
-                assert step.explain and "measured:" in "".join(choice.reply for choice in step.question.choices)
+                assert step.explain and "measured:" in "".join(
+                    choice.reply for choice in step.question.choices
+                )
 
 
 def test_translations_keep_the_numbers_and_the_equations() -> None:
@@ -63,7 +71,9 @@ def test_translations_keep_the_numbers_and_the_equations() -> None:
         for lesson, original in zip(our_book(language).lessons, english.lessons, strict=True):
             for step, before in zip(lesson.steps, original.steps, strict=True):
                 for pattern in (r"\{(?:measured|setting):[^}]*\}", r"\\tag\{[^}]*\}"):
-                    assert sorted(set(re.findall(pattern, words_of(step)))) == sorted(set(re.findall(pattern, words_of(before))))
+                    assert sorted(set(re.findall(pattern, words_of(step)))) == sorted(
+                        set(re.findall(pattern, words_of(before)))
+                    )
                 assert words_of(step) != words_of(before)
 
 
@@ -93,7 +103,10 @@ def test_the_model_says_what_the_program_and_the_paper_do() -> None:
     for text in (model, (DOCUMENTS.parents[1] / "README.md").read_text(encoding="utf-8")):
         assert "min(1" not in text and r"\min\left(1" not in text and re.search(r"d \\?(leq|≤) 0", text)
     assert activation(-0.05, 0.15, 3.0) == activation(0.0, 0.15, 6.0) == 1.0
-    assert "in Fig. 5 the left robot stays at its place and avoids" in model and "both robots avoid each other" in model
+    assert (
+        "in Fig. 5 the left robot stays at its place and avoids" in model
+        and "both robots avoid each other" in model
+    )
 
 
 @pytest.mark.parametrize(
@@ -101,7 +114,9 @@ def test_the_model_says_what_the_program_and_the_paper_do() -> None:
     [
         (
             "# For *me*\n\nAll.\n\n## 2. The switch\nA.\n### Deep\nB.\n## 1\nC.\n",
-            Notes("For *me*", "All.", (StepNotes(2, "The switch", "A.\n### Deep\nB."), StepNotes(1, "", "C."))),
+            Notes(
+                "For *me*", "All.", (StepNotes(2, "The switch", "A.\n### Deep\nB."), StepNotes(1, "", "C."))
+            ),
         ),
         ("", Notes("", "", ())),
         ("just a word", Notes("", "just a word", ())),
@@ -121,7 +136,9 @@ def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> N
         everything, text = repr(lesson), texts.pop(lesson.id)
         assert not any(line in everything for line in text.splitlines() if len(line) > 20)
         notes = read_notes(text)
-        assert [(part.number, part.title) for part in notes.steps] == [(i, s.title) for i, s in enumerate(lesson.steps, 1)]
+        assert [(part.number, part.title) for part in notes.steps] == [
+            (i, s.title) for i, s in enumerate(lesson.steps, 1)
+        ]
         assert notes.text.startswith(f"{lesson.minutes} minutes")
         for part in notes.steps:
             assert "minutes" in part.text.partition("\n")[0] and "**Answers.**" in part.text
@@ -131,7 +148,10 @@ def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> N
 
 def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
     notes = read_notes("# Title\nWhole.\n## 1. One\nA <b>.\n## 2. Two\nB.")
-    for step, order in ((1, ("1. One", "Title", "Whole", "2. Two")), (2, ("2. Two", "Title", "Whole", "1. One"))):
+    for step, order in (
+        (1, ("1. One", "Title", "Whole", "2. Two")),
+        (2, ("2. Two", "Title", "Whole", "1. One")),
+    ):
         made = macros("features/lessons/panel/notes.html").notes(notes, step, None)
         places = [made.index(text) for text in order]
         assert places == sorted(places) and made.count('class="now"') == 1 and made.count("<section") == 2
@@ -160,7 +180,9 @@ def test_every_step_is_on_the_way_there_and_back_and_is_found_by_place_and_by_na
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (example,) = re.findall(r"````markdown\n(.*?)\n````\n", README, flags=re.DOTALL)
     assert "01-nearer.md" in README
     (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
@@ -182,7 +204,9 @@ def test_the_readme_names_everything_there_is() -> None:
         assert all(f"`{parameter}`" in row for parameter in known.parameters)
 
 
-def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_names_the_lessons_and_what_was_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert lessons(Lessons()) == 0
     printed = capsys.readouterr().out
     assert all(lesson.title in printed for lesson in our_book().lessons)
@@ -221,15 +245,28 @@ def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
 def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
     book = our_book()
     monkeypatch.setattr(Walkthrough, "locked", False)
-    told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
-    assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
+    told = {
+        lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever))))
+        for lesson in book.lessons
+    }
+    assert (
+        told["strict-priority"]
+        == told["hold"]
+        == ["λ and what follows from it, on the card of the line of contact"]
+    )
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
-    (walk,) = [walk for walk in walks_with(3, asked_alone(book.lessons[3].steps[1])) if walk.name == "questions"]
+    (walk,) = [
+        walk for walk in walks_with(3, asked_alone(book.lessons[3].steps[1])) if walk.name == "questions"
+    ]
     assert not walk.ok and walk.text.startswith("shown while it is asked: curve: λ")
 
 
 def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:
-    text = SMALL.replace("right = 2", "right = 1").replace("choice = 1", "choice = 2").replace("at_least = 5.0", "at_least = 1.0")
+    text = (
+        SMALL.replace("right = 2", "right = 1")
+        .replace("choice = 1", "choice = 2")
+        .replace("at_least = 5.0", "at_least = 1.0")
+    )
     book = book_of(tmp_path, text)
     walks = {(walk.kind, walk.name): walk for walk in check_lesson(book, book.lessons[0])}
     assert "does not speak for the right answer" in walks["reference", "the right answers"].text
@@ -237,14 +274,21 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     assert "fails by nothing instead of ('n',)" in walks["attempt", "less"].text
     assert "passes with nothing changed: n: 2, as asked" in walks["untouched", "as the step starts it"].text
     assert not walks["lesson", "wrong paths"].ok
-    assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))
+    assert not any(
+        walks[key].ok
+        for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less"))
+    )
 
 
 def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point() -> None:
     step = our_book().lessons[5].steps[0]
     assert step.question is not None and step.question.choices[0].same
-    choices = tuple(dataclasses.replace(one, same=one.why is not None and not one.same) for one in step.question.choices)
-    other = dataclasses.replace(asked_alone(step), question=dataclasses.replace(step.question, choices=choices))
+    choices = tuple(
+        dataclasses.replace(one, same=one.why is not None and not one.same) for one in step.question.choices
+    )
+    other = dataclasses.replace(
+        asked_alone(step), question=dataclasses.replace(step.question, choices=choices)
+    )
     walks = {walk.name: walk for walk in walks_with(5, other)}
     assert not walks["answer 1"].ok and "say same = true" in walks["answer 1"].text
     assert not walks["answer 3"].ok and "which is not the same" in walks["answer 3"].text
@@ -253,7 +297,10 @@ def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point(
 def test_a_challenge_that_a_movement_alone_passes_is_noticed() -> None:
     swing = our_book().lessons[0].steps[2]
     assert swing.challenge is not None
-    lenient = tuple(dataclasses.replace(c, high=0.004) if c.measurement.id == "hand" else c for c in swing.challenge.criteria)
+    lenient = tuple(
+        dataclasses.replace(c, high=0.004) if c.measurement.id == "hand" else c
+        for c in swing.challenge.criteria
+    )
     step = dataclasses.replace(swing, challenge=dataclasses.replace(swing.challenge, criteria=lenient))
     (walk,) = [walk for walk in walks_with(0, step) if walk.kind == "untouched"]
     assert not walk.ok and "passes with nothing changed" in walk.text and "3.42 mm, as asked" in walk.text

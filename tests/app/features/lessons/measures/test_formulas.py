@@ -13,7 +13,14 @@ from app.features.lessons.reference_runs import simulated
 from app.features.measures.evidence import Evidence
 from app.features.measures.quantities.contact_line import balance
 from app.features.measures.quantities.joint_speeds import largest_zigzag
-from app.features.measures.quantities.quantity import QUANTITIES, At, measure, moment, read_parameters, shown_value
+from app.features.measures.quantities.quantity import (
+    QUANTITIES,
+    At,
+    measure,
+    moment,
+    read_parameters,
+    shown_value,
+)
 from app.features.measures.room_places import RoomPlace
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
@@ -35,10 +42,16 @@ def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -
 
 
 @given(
-    n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
+    n=st.floats(1.0, 20.0),
+    v=st.floats(0.01, 1.0),
+    K=st.floats(0.1, 20.0),
+    inside=st.floats(0.0, 0.6),
+    d_m=st.floats(0.03, 0.3),
 )
 def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
-    d = balance(RunSettings(law=LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), gain=K), inside)
+    d = balance(
+        RunSettings(law=LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), gain=K), inside
+    )
     lam = (d_m / d) ** n
     assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
     assert d >= max(d_m, inside) - 1e-9
@@ -77,7 +90,9 @@ def test_there_is_no_rest_to_be_told_under_a_law_that_has_none_in_closed_form() 
         assert (measure(Evidence(simulated(replace(run, seconds=0.1))), "rest_now") is not None) is told
 
 
-def test_values_are_read_with_unit_and_true_signs_and_two_significant_digits_but_no_whole_number_is_rounded() -> None:
+def test_values_are_read_with_unit_and_true_signs_and_two_significant_digits_but_no_whole_number_is_rounded() -> (
+    None
+):
     assert shown_value(-0.0123, "mm", 1) == "−12.3 mm"
     assert shown_value(-0.00001, "mm", 1) == "0.0 mm"
     assert shown_value(np.inf, "mm", 0) == "∞ mm"
@@ -86,7 +101,13 @@ def test_values_are_read_with_unit_and_true_signs_and_two_significant_digits_but
     assert shown_value(4.0, "", 0) == "4"
     assert shown_value(0.305, "%", 0) == "30%"
     for value, digits, text in (
-        *((0.000313, 3, "0.31 mm"), (0.001221, 3, "1.2 mm"), (0.0337, 1, "34 mm"), (0.424, 0, "424 mm"), (0.0, 1, "0.0 mm")),
+        *(
+            (0.000313, 3, "0.31 mm"),
+            (0.001221, 3, "1.2 mm"),
+            (0.0337, 1, "34 mm"),
+            (0.424, 0, "424 mm"),
+            (0.0, 1, "0.0 mm"),
+        ),
         *((-0.0546, 1, "−55 mm"), (2e-9, 3, "< 0.001 mm"), (1e-6, 3, "0.0010 mm"), (-2e-9, 3, "0.0000 mm")),
     ):
         assert Measurement("x", "hand_error_now", (), "mm", digits).text(value) == text
@@ -113,10 +134,15 @@ def test_a_moment_is_the_time_after_the_step_that_decides() -> None:
     step = step_of("hold", "push")
     evidence = Evidence(simulated(step.setup), step.setup.seconds)
     row = int(evidence.column("d").argmin())
-    assert moment(evidence, "smallest_distance") == pytest.approx(evidence.table[row, COLUMN["t"]] + evidence.settings.dt)
+    assert moment(evidence, "smallest_distance") == pytest.approx(
+        evidence.table[row, COLUMN["t"]] + evidence.settings.dt
+    )
     assert moment(evidence, "distance_at", (("time", 1.5),)) == pytest.approx(1.5 + evidence.settings.dt)
     # What no run tells, or only the whole run, has none.
-    assert moment(evidence, "pair_switches") is None and moment(evidence, "distance_at", (("time", 50.0),)) is None
+    assert (
+        moment(evidence, "pair_switches") is None
+        and moment(evidence, "distance_at", (("time", 50.0),)) is None
+    )
 
 
 def test_the_row_of_a_measure_holds_its_value() -> None:
@@ -125,9 +151,9 @@ def test_the_row_of_a_measure_holds_its_value() -> None:
     names = ("reached_speed", "speed_share", "largest_joint_error", "largest_approach")
     found = {name: at.row for name in names if isinstance(at := QUANTITIES[name].function(evidence), At)}
     assert speeds[found["reached_speed"]].max() == measure(evidence, "reached_speed")
-    assert (speeds / evidence.room.model.velocityLimit[evidence.arm.joints])[found["speed_share"]].max() == measure(
-        evidence, "speed_share"
-    )
+    assert (speeds / evidence.room.model.velocityLimit[evidence.arm.joints])[
+        found["speed_share"]
+    ].max() == measure(evidence, "speed_share")
     errors = np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
     assert errors[found["largest_joint_error"]] == measure(evidence, "largest_joint_error")
     assert evidence.column("w")[found["largest_approach"]] == measure(evidence, "largest_approach")

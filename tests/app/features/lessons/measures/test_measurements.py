@@ -27,7 +27,9 @@ from tests.controllers.helpers import derivative
 UP = (0.0, 0.0, 1.0)
 
 
-def setup(seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object) -> Setup:
+def setup(
+    seconds: float = 8.0, given: Input | None = None, start: Start | None = None, **changes: object
+) -> Setup:
     return Setup(tuple(changes.items()), given or Input("none"), start, seconds, FOLDER)
 
 
@@ -49,17 +51,35 @@ RUNS: dict[str, Setup] = {
     "ball": setup(8.0, **BALL),
     "switch": setup(5.0, scene="ball", pairs="single", law="strict_switched", k=2.0, dt=0.005),
     "tail": setup(8.0, None, ball_at("goal", UP, 0.1), **BALL),
-    "steep": setup(8.0, None, ball_at("goal", (0.0, -0.3145, -0.1), 0.2), **BALL | {"dm": 0.1, "n": 20.0, "k": 10.0}),
+    "steep": setup(
+        8.0, None, ball_at("goal", (0.0, -0.3145, -0.1), 0.2), **BALL | {"dm": 0.1, "n": 20.0, "k": 10.0}
+    ),
     "beside": setup(6.0, None, ball_at("elbow", UP, 0.14), **BALL | {"point": "elbow", "n": 6.0}),
-    "short": setup(1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.35), **BALL | {"point": "elbow", "dt": 0.01}),
-    "straight": setup(1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.02), **BALL | {"point": "elbow", "dt": 0.01}),
-    "push": setup(2.6, Input("script", "push", (("speed", 0.4),)), **TABLE | {"scene": "hold", "wmax": 0.4, "dt": 0.005}),
+    "short": setup(
+        1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.35), **BALL | {"point": "elbow", "dt": 0.01}
+    ),
+    "straight": setup(
+        1.4, None, ball_at("elbow", "upper_arm", 0.1, 0.02), **BALL | {"point": "elbow", "dt": 0.01}
+    ),
+    "push": setup(
+        2.6, Input("script", "push", (("speed", 0.4),)), **TABLE | {"scene": "hold", "wmax": 0.4, "dt": 0.005}
+    ),
     "slave": setup(6.0, Input("autopilot"), scene="master_slave", **TABLE),
     "stops": setup(
-        3.0, Input("script", "hand_to", (("z", -0.35), ("speed", 0.2))), scene="first_task", first="stops", dm=0.1, dt=0.02
+        3.0,
+        Input("script", "hand_to", (("z", -0.35), ("speed", 0.2))),
+        scene="first_task",
+        first="stops",
+        dm=0.1,
+        dt=0.02,
     ),
     "reach": setup(
-        4.0, Input("script", "hand_to", (("x", 0.8), ("speed", 0.2))), scene="first_task", first="singular", dm=0.1, dt=0.02
+        4.0,
+        Input("script", "hand_to", (("x", 0.8), ("speed", 0.2))),
+        scene="first_task",
+        first="singular",
+        dm=0.1,
+        dt=0.02,
     ),
     "wave": setup(12.0, Input("autopilot"), scene="hold", rig="torso", pairs="single", dt=0.02),
 }
@@ -101,7 +121,9 @@ class Seen:
     def gap(self, q: Array) -> Array:
         """Distance of the ball, by its radius and that of the control point (1,)."""
         point = self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
-        return np.array([float(np.linalg.norm(point - q[self.simulation.room.ball])) - BALL_RADIUS - POINT_RADIUS])
+        return np.array(
+            [float(np.linalg.norm(point - q[self.simulation.room.ball])) - BALL_RADIUS - POINT_RADIUS]
+        )
 
     def lever(self, row: int) -> Array:
         return self.jacobian(self.gap, self.q[row])[0]
@@ -200,29 +222,64 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "distance_now": ("ball", {}, lambda s: s.gap(s.q[-1])[0], 1e-9),
     "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
     "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
-    "distance_lost": ("push", {}, lambda s: s.simulation.settings.law.critical_distance - min(s.col("d")), 1e-9),
+    "distance_lost": (
+        "push",
+        {},
+        lambda s: s.simulation.settings.law.critical_distance - min(s.col("d")),
+        1e-9,
+    ),
     "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
-    "distance_swing": ("ball", {"since": 2.0, "until": 4.0}, lambda s: float(np.ptp([s.gap(q)[0] for q in s.q[100:201]])), 1e-9),
+    "distance_swing": (
+        "ball",
+        {"since": 2.0, "until": 4.0},
+        lambda s: float(np.ptp([s.gap(q)[0] for q in s.q[100:201]])),
+        1e-9,
+    ),
     "dead_time_number": ("ball", {"time": 4.0, "dead": 0.05}, lambda s: 0.05 * slope(s, 200), 1e-9),
-    "way_made": ("ball", {"since": 2.0, "until": 4.0}, lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0], 1e-9),
+    "way_made": (
+        "ball",
+        {"since": 2.0, "until": 4.0},
+        lambda s: s.gap(s.q[100])[0] - s.gap(s.q[200])[0],
+        1e-9,
+    ),
     "largest_approach": ("push", {"within": 0.2}, lambda s: max(s.col("w")[s.col("d") < 0.2]), 0.0),
     "approach_now": ("push", {}, lambda s: s.col("w")[-1], 0.0),
     "pair_switches": ("wave", {}, lambda s: sum(a != b for a, b in pairwise(s.col("pair"))), 0.0),
     "lever_now": ("ball", {}, lambda s: length(s, -1), 1e-6),
     "smallest_lever": ("short", {}, lambda s: min(length(s, k) for k in range(len(s.table))), 1e-6),
-    "textbook_speed": ("short", {}, lambda s: max(0.3 * lam / length(s, k) for k, lam in enumerate(s.col("lambda"))), 1e-4),
+    "textbook_speed": (
+        "short",
+        {},
+        lambda s: max(0.3 * lam / length(s, k) for k, lam in enumerate(s.col("lambda"))),
+        1e-4,
+    ),
     "reached_speed": ("short", {}, lambda s: max(abs(x) for row in s.dq for x in row), 0.0),
     "speed_share": ("short", {}, lambda s: float((abs(s.dq).max(axis=0) / TOP_SPEEDS).max()), 1e-9),
-    "time_without_authority": ("straight", {}, lambda s: 0.01 * sum(a != 0 for a in s.col("authority")), 1e-12),
+    "time_without_authority": (
+        "straight",
+        {},
+        lambda s: 0.01 * sum(a != 0 for a in s.col("authority")),
+        1e-12,
+    ),
     "joint_error_now": ("slave", {}, lambda s: s.col("e2")[-1] ** 0.5, 1e-9),
     "largest_joint_error": ("slave", {}, lambda s: max(s.col("e2")) ** 0.5, 1e-9),
     "joint_error_met": ("slave", {"distance": 0.25}, lambda s: sideways(s)[crossing(s, 0.25) + 1], 1e-12),
     "joint_error_beyond": ("slave", {"distance": 0.25}, lambda s: max(sideways(s)[s.col("d") > 0.25]), 1e-12),
     "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
-    "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
+    "hand_error_now": (
+        "ball",
+        {},
+        lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))),
+        1e-3,
+    ),
     "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(s.col("e2")[150:]) ** 0.5, 1e-12),
     "mean_hand_error": ("ball", {}, lambda s: float(np.mean(np.sqrt(s.col("e2")))), 1e-12),
-    "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
+    "hand_error_at": (
+        "tail",
+        {"time": 7.5},
+        lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))),
+        1e-9,
+    ),
     "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
     "hand_turned": (
         "elbow",
@@ -231,15 +288,30 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
         1e-6,
     ),
     "mark_miss": ("elbow", {"angle": 0.0}, lambda s: 0.0, 1e-12),
-    "drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(circle_error(s, 16.0) - circle_error(s, 8.0))), 1e-12),
+    "drift_per_lap": (
+        "circle",
+        {},
+        lambda s: float(np.linalg.norm(circle_error(s, 16.0) - circle_error(s, 8.0))),
+        1e-12,
+    ),
     "joint_drift_per_lap": ("circle", {}, lambda s: float(np.linalg.norm(s.q[800] - s.q[400])), 1e-12),
-    "lap_error": ("circle", {}, lambda s: max(float(np.linalg.norm(circle_error(s, 0.02 * k))) for k in range(400, 801)), 1e-9),
+    "lap_error": (
+        "circle",
+        {},
+        lambda s: max(float(np.linalg.norm(circle_error(s, 0.02 * k))) for k in range(400, 801)),
+        1e-9,
+    ),
     "gain_step": ("circle", {}, lambda s: 0.5 * 0.02, 1e-12),
     "setting": ("circle", {"key": "dt"}, lambda s: 0.02, 0.0),
     "activation_now": ("ball", {}, lambda s: (0.15 / s.gap(s.q[-1])[0]) ** 2, 1e-9),
     "activation_met": ("ball", {"ratio": 1.5}, lambda s: 1.0 / 1.5**2, 2e-3),
     "activation_formula": ("ball", {"ratio": 3.0}, lambda s: 1.0 / 9.0, 1e-12),
-    "pull_now": ("tail", {}, lambda s: -2.0 * float((s.place(s.q[0]) + PATH - s.place(s.q[-1])) @ away(s)), 2e-3),
+    "pull_now": (
+        "tail",
+        {},
+        lambda s: -2.0 * float((s.place(s.q[0]) + PATH - s.place(s.q[-1])) @ away(s)),
+        2e-3,
+    ),
     "rest_now": ("tail", {}, lambda s: 0.15 * ((s.col("u")[-1] + 0.3) / s.col("u")[-1]) ** 0.5, 1e-9),
     "stand_off_formula": ("tail", {"gap": 0.1}, lambda s: stand_off(), 1e-9),
     "bias_formula": ("tail", {"gap": 0.1}, lambda s: stand_off() - 0.1, 1e-9),
@@ -247,8 +319,18 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "loss_rate": ("push", {}, lambda s: (s.col("d")[fall(s)] - s.col("d")[fall(s) + 1]) / 0.005, 1e-9),
     "loss_formula": ("push", {}, lambda s: s.col("w")[fall(s)] - 0.3, 1e-9),
     "velocity_step": ("ball", {}, lambda s: max(abs(a - b).max() for a, b in pairwise(s.dq)), 0.0),
-    "first_jump": ("switch", {}, lambda s: float(np.linalg.norm(s.dq[first_over_half(s)] - s.dq[first_over_half(s) - 1])), 0.0),
-    "first_jump_formula": ("switch", {}, lambda s: (0.3 + s.col("u")[(k := first_over_half(s))]) / length(s, k), 1e-5),
+    "first_jump": (
+        "switch",
+        {},
+        lambda s: float(np.linalg.norm(s.dq[first_over_half(s)] - s.dq[first_over_half(s) - 1])),
+        0.0,
+    ),
+    "first_jump_formula": (
+        "switch",
+        {},
+        lambda s: (0.3 + s.col("u")[(k := first_over_half(s))]) / length(s, k),
+        1e-5,
+    ),
     "switch_pull": ("switch", {}, lambda s: s.col("u")[first_over_half(s)], 0.0),
     "switch_lever": ("switch", {}, lambda s: length(s, first_over_half(s)), 1e-6),
     "zigzag": ("steep", {}, lambda s: looped_zigzag(s.col("d")), 0.0),
@@ -263,7 +345,12 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "survival_now": ("beside", {}, lambda s: 1.0 - s.col("lambda")[-1] * s.rho(-1) ** 2, 1e-6),
     "way_to_stops": ("stops", {}, lambda s: min(s.to_stops(k) for k in range(len(s.q))), 1e-12),
     "singular_value": ("reach", {}, lambda s: min(s.least_singular(k) for k in range(len(s.q))), 1e-7),
-    "coupling_now": ("beside", {}, lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))), 1e-5),
+    "coupling_now": (
+        "beside",
+        {},
+        lambda s: float(np.linalg.norm(s.lever(-1) @ np.linalg.pinv(s.hand_jacobian(-1)))),
+        1e-5,
+    ),
 }
 """Name → run, parameters, what it has to be, and how exactly."""
 
@@ -298,8 +385,14 @@ def test_measurement(name: str) -> None:
 def test_nothing_is_measured_of_a_run_that_has_not_begun(scene: str) -> None:
     simulation = Simulation(setup(scene=scene).run, 10)
     asked = {name: tuple(parameters.items()) for name, (_, parameters, _, _) in EXPECTED.items()}
-    told = {name for name, parameters in asked.items() if measure(Evidence(simulation), name, parameters) is not None}
-    assert told == {"gain_step", "setting", "activation_formula", "stand_off_formula", "bias_formula"}, "from settings alone"
+    told = {
+        name
+        for name, parameters in asked.items()
+        if measure(Evidence(simulation), name, parameters) is not None
+    }
+    assert told == {"gain_step", "setting", "activation_formula", "stand_off_formula", "bias_formula"}, (
+        "from settings alone"
+    )
     for _ in range(3):
         simulation.step(None)
     for name, parameters in asked.items():
@@ -321,7 +414,9 @@ def test_marks_are_missed_by_the_chord() -> None:
     turned = np.arctan2(np.cross(radial, radials) @ axis, radials @ radial)
     for mark in (-0.9, 0.9):
         chord = 2.0 * float(np.linalg.norm(radial)) * np.sin(np.abs(turned - mark).min() / 2.0)
-        assert measure(Evidence(s.simulation), "mark_miss", (("angle", mark),)) == pytest.approx(chord, abs=1e-3)
+        assert measure(Evidence(s.simulation), "mark_miss", (("angle", mark),)) == pytest.approx(
+            chord, abs=1e-3
+        )
 
 
 def test_measuring_leaves_the_simulation_alone() -> None:
@@ -332,11 +427,16 @@ def test_measuring_leaves_the_simulation_alone() -> None:
         if i % 10 == 0:
             for name, (_, parameters, _, _) in EXPECTED.items():
                 measure(Evidence(simulations[0]), name, tuple(parameters.items()))
-    assert (simulations[0].history.table() == simulations[1].history.table())[~np.isnan(simulations[1].history.table())].all()
+    assert (simulations[0].history.table() == simulations[1].history.table())[
+        ~np.isnan(simulations[1].history.table())
+    ].all()
     pose = simulations[0].kinematics.hand_pose(simulations[0].avoiding).translation.copy()
     assert (pose == simulations[1].kinematics.hand_pose(simulations[1].avoiding).translation).all()
 
 
 def test_the_critical_distance_has_an_index_in_what_a_person_reads() -> None:
     assert not [quantity.label for quantity in QUANTITIES.values() if "d_m" in quantity.label]
-    assert settings_text((("dm", 0.1), ("law", "strict_switched"))) == "dₘ = 100 mm, law set to “Strict priority, switched at dₘ”"
+    assert (
+        settings_text((("dm", 0.1), ("law", "strict_switched")))
+        == "dₘ = 100 mm, law set to “Strict priority, switched at dₘ”"
+    )

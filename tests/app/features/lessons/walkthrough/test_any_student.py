@@ -19,13 +19,28 @@ from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.app.features.lessons.helpers import SMALL, book_of, run_out, to_challenge
 
-SIMPLE = ("next", "back", "reset", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
+SIMPLE = (
+    "next",
+    "back",
+    "reset",
+    "show_why",
+    "hint",
+    "run_again",
+    "observe",
+    "attempt",
+    "run",
+    "reload",
+    "write",
+)
 ACTIONS = st.lists(
     st.one_of(
         st.sampled_from(SIMPLE),
         st.tuples(st.just("choose"), st.integers(-1, 3)),
         st.tuples(st.just("go"), st.integers(-1, 2), st.integers(-1, 2)),
-        st.tuples(st.just("set"), st.sampled_from([("n", 6.0), ("point", "elbow"), ("scene", "solo"), ("law", "unprotected")])),
+        st.tuples(
+            st.just("set"),
+            st.sampled_from([("n", 6.0), ("point", "elbow"), ("scene", "solo"), ("law", "unprotected")]),
+        ),
     ),
     max_size=25,
 )
@@ -88,13 +103,18 @@ class Student:
 
 @given(actions=ACTIONS)
 @settings(max_examples=120)
-def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.TempPathFactory, actions: list[str]) -> None:
+def test_nothing_a_student_does_raises_or_gets_stuck(
+    tmp_path_factory: pytest.TempPathFactory, actions: list[str]
+) -> None:
     book = two_lessons(tmp_path_factory.getbasetemp())
     student = Student(book)
     for action in actions:
         student.do(action)
         view = student.walk.view()
-        assert view.locked == (view.phase is Phase.PREDICT and not view.done.predicted) and view.phase in view.phases
+        assert (
+            view.locked == (view.phase is Phase.PREDICT and not view.done.predicted)
+            and view.phase in view.phases
+        )
     walk = student.walk
     lesson, step = walk.lesson.id, walk.view().index
     walk.reset()
@@ -108,7 +128,11 @@ def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.Te
             assert walk.choose(0)
         elif not walk.next():
             break
-    assert walk.lesson is book.lessons[-1] and walk.step is book.lessons[-1].steps[-1] and walk.phase is walk.phases[-1]
+    assert (
+        walk.lesson is book.lessons[-1]
+        and walk.step is book.lessons[-1].steps[-1]
+        and walk.phase is walk.phases[-1]
+    )
     for _ in range(40):
         if not walk.back():
             break
@@ -130,7 +154,11 @@ def test_everything_survives_a_reload(walk: Walkthrough) -> None:
     again = Walkthrough(walk.book, text)
     assert again.view() == walk.view() and again.done == walk.done
     assert again.to_json() == text
-    assert again.done.words == "It was the tail." and again.done.because == "λ falls fast" and again.phase is Phase.CHALLENGE
+    assert (
+        again.done.words == "It was the tail."
+        and again.done.because == "λ falls fast"
+        and again.phase is Phase.CHALLENGE
+    )
     outcome = walk.done.outcome
     assert outcome is not None
     endless = Walkthrough(walk.book, text.replace(str(outcome.values[0][0]), '"inf"')).done.outcome
@@ -158,17 +186,26 @@ def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(walk: Walkthr
     max_leaves=20,
 ))  # fmt: skip
 @settings(max_examples=300)
-def test_nonsense_is_a_fresh_start_or_what_can_be_read_of_it(tmp_path_factory: pytest.TempPathFactory, data: object) -> None:
+def test_nonsense_is_a_fresh_start_or_what_can_be_read_of_it(
+    tmp_path_factory: pytest.TempPathFactory, data: object
+) -> None:
     book = two_lessons(tmp_path_factory.getbasetemp())
     if isinstance(data, dict):
-        data = {"version": 1, "steps": [{"lesson": "small", "step": "first", **data}], "lesson": "small", "step": "first"} | data
+        data = {
+            "version": 1,
+            "steps": [{"lesson": "small", "step": "first", **data}],
+            "lesson": "small",
+            "step": "first",
+        } | data
     walk = Walkthrough(book, json.dumps(data))
     walk.view()
     assert from_json(walk.to_json()) is not None
     assert walk.choose(0) == (walk.done.outcome is None)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"version": 2}', "[" * 100_000, '{"version": 1, "steps": 7}'])
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "null", '{"version": 2}', "[" * 100_000, '{"version": 1, "steps": 7}']
+)
 def test_what_is_no_progress_at_all(walk: Walkthrough, text: str) -> None:
     assert Walkthrough(walk.book, text).view() == walk.view()
     assert to_json(Progress()) == to_json(from_json(text))

@@ -77,7 +77,10 @@ def test_a_run_with_other_settings_answers_no_question(walk: Walkthrough) -> Non
     for _ in range(100):
         simulation.step(None)
     outcome = walk.observe(simulation)
-    assert outcome.values[0][0] == pytest.approx(float(simulation.history.table()[:, 1].min())) and not outcome.reference
+    assert (
+        outcome.values[0][0] == pytest.approx(float(simulation.history.table()[:, 1].min()))
+        and not outcome.reference
+    )
     walk.next()
     (line,) = [line for line in walk.view().outcome if "n = 1" in line]
     assert "Reset" in line
@@ -222,7 +225,12 @@ def test_a_run_counts_as_one_attempt_and_none_before_it_or_before_its_end(walk: 
     simulation = Simulation(changed(walk.setup.run, "n", 7.0))
     walk.watch(simulation)
     early = walk.attempt(simulation)
-    assert early is not None and early.note == "Press Run first." and not early.passed and walk.done.attempts == 0
+    assert (
+        early is not None
+        and early.note == "Press Run first."
+        and not early.passed
+        and walk.done.attempts == 0
+    )
     walk.watch(simulation)
     assert walk.view().done.last == early
     simulation.step(None)
@@ -234,7 +242,12 @@ def test_a_run_counts_as_one_attempt_and_none_before_it_or_before_its_end(walk: 
             simulation.step(None)
         walk.watch(simulation)
         attempt = walk.attempt(simulation)
-        assert attempt is not None and attempt.failed == () and attempt.passed is over and ("2 s" in attempt.note) is not over
+        assert (
+            attempt is not None
+            and attempt.failed == ()
+            and attempt.passed is over
+            and ("2 s" in attempt.note) is not over
+        )
     assert walk.done.passed and walk.done.attempts == 1
     simulation.reset()
     for _ in range(100):
@@ -285,7 +298,9 @@ def textbook(s: Situation) -> np.ndarray:
 
 
 def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
-    attempt = attempt_of([verdict_on(StandIn(textbook), test) for test in ("gets out", "bounded where J_d is singular")])
+    attempt = attempt_of(
+        [verdict_on(StandIn(textbook), test) for test in ("gets out", "bounded where J_d is singular")]
+    )
     assert attempt.failed == ("bounded where J_d is singular",)
     (judgement,) = [j for j in attempt.judgements if not j.passed]
     assert judgement.text.startswith("bounded where J_d is singular: |q̇| ≤ 1.92 rad/s")
