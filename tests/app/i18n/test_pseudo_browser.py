@@ -36,6 +36,7 @@ OBJECTS = {
     "contact",
     "tint",
     "place",
+    "touch",
     "trace",
     "gizmo",
     "grip",

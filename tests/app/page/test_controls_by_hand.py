@@ -8,7 +8,7 @@ from app.page.panels.controls import PICKER, TABS
 from app.session.session import Session
 from tests.app.conftest import HAND, OpenHouse, ask
 from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
-from tests.app.page.helpers import bring_into_view
+from tests.app.page.helpers import STAGES, bring_into_view
 from tests.app.page.test_controls import PATIENCE
 from tests.browser import PageAt, lasting, screenshot, settled_box, until, wait_ready, world_position
 from tests.tools.page_flaws import flaws
@@ -83,16 +83,17 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
 def operate_the_others(page: Page, session: Session) -> None:
     """Set what stands on no tab, and all of two more tabs; the run is paused."""
     control(page, "rig").wait_for()
+    picker = [key for key in PICKER if "scene" not in STAGES.get(key, {})]
     see_controls(page, session, PICKER)
 
     def in_order() -> bool:
-        places = *(control(page, key) for key in PICKER), page.locator(".duet-eq").first
+        places = *(control(page, key) for key in picker), page.locator(".duet-eq").first
         tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in places]
         return tops == sorted(tops) and tops[-2] < tops[-1]
 
     until(page, in_order, "the choice of the experiment above the equation")
     # The experiment last, so that the others are tried in the usual one.
-    for key in reversed(PICKER):
+    for key in reversed(picker):
         set_by_hand(page, session, key)
         see_controls(page, session, PICKER)
         if key == "rig":

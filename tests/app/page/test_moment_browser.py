@@ -67,7 +67,7 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
     drag_over_plot(page, (0.9, 0.5), 1)
     wanted, within = 0.5 * (begin + end), MOUSE * (end - begin)
     until(page, lambda: abs((shown_time(session) or 0.0) - wanted) < within, "the moment")
-    page.get_by_text("Space goes on from the end").wait_for()
+    page.get_by_text("Space continues from the end").wait_for()
     accessible(page)
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Space")

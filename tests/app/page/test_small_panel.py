@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from app.page.panels.controls import SMALL
+from app.session.relevant_settings import matters
 from tests.accessibility import accessible
 from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.page.by_hand import drag, visit
@@ -17,7 +18,8 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(
 ) -> None:
     page, opened = page_at(390, 844), house()
     session = visit(page, opened, "panel=small")
-    few, every = ({page_label(key) for key in keys} for keys in (SMALL, ON_PAGE))
+    shown = [key for key in SMALL if matters(key, session.settings)]
+    few, every = ({page_label(key) for key in keys} for keys in (shown, ON_PAGE))
     labels, tab = page.locator("label:visible"), page.get_by_role("tab", name="Arms")
     until(page, lambda: every & set(labels.all_inner_texts()) == few, "few controls")
     assert not tab.is_visible() and not page.get_by_role("button", name="Keep and replay").is_visible()

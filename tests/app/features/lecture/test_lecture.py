@@ -349,7 +349,9 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(
     cy, ann = classroom.come("cy", "ann")
     assert sessions_of(host)[classroom.number("cy")] is session
     sees(ann, "Another member of your group has control.")
-    cy.wait_for(lambda _: bo.closed is None and "Jemand anderes von Ihnen bedient ihn." in shown(bo), WAIT)
+    cy.wait_for(
+        lambda _: bo.closed is None and "Ein anderes Mitglied Ihrer Gruppe steuert." in shown(bo), WAIT
+    )
     assert session.settings.page.speed == 0.5
     # Their report is everybody's: ann hands it in, though cy operates.
     click(ann, "Hand in")
