@@ -36,7 +36,7 @@ def test_the_help_names_the_options(
     said = capsys.readouterr().out
     assert [
         text
-        for text in ("--lecture", "--watchers", "--students", "A class: all tabs see one stage")
+        for text in ("--lecture", "--watchers", "--students", "A class: all tabs see one shared session")
         if text not in said
     ] == []
 
