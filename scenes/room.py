@@ -46,7 +46,7 @@ class Room:
         start: q (nv,) [rad, m].
         ball: columns of the ball in q, or None.
         point: part that keeps clear of the ball.
-        wall: columns of the wall in q, None if there is none.
+        wall: columns of the wall in q, None in a room without one.
         watch: makes what the laws act on in place of the distances of the bodies; None for these.
     """
 

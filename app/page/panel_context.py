@@ -48,7 +48,7 @@ class PanelContext:
         """Panel of a class that was made before.
 
         Raises:
-            LookupError: there is none; its feature must be below in `app.features`.
+            LookupError: no such panel; its feature must be below in `app.features`.
         """
         for panel in self.made:
             if isinstance(panel, kind):

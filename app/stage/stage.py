@@ -82,7 +82,7 @@ class Stage:
         self.other: ArmView | None = None
         """The arm that keeps its place, if it can be held, too; else None."""
         self.wall: WallView | None = None
-        """The wall, which the visitor can take hold of, too; None where there is none."""
+        """The wall, which the visitor can take hold of, too; None in a room without one."""
         self.keep_free: KeepFree | None = None
         """Keeps labels in the free part of the picture; None if the picture is unknown."""
         self._room: tuple[viser.GlbHandle, ...] = ()

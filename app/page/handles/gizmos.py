@@ -44,7 +44,7 @@ class Gizmos:
     Args:
         holder: for the visitor, the session itself.
         yours: what is drawn of it on the same scene; None if nothing can be held.
-        wall: returns the wall on that scene, which can be held as well; None if there is none.
+        wall: returns the wall on that scene, which can be held as well; None on a scene without one.
         hands_off: whether a part of the session moves what the visitor would.
     """
 

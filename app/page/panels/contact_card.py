@@ -158,7 +158,8 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")]
         if kept is None
         else [
-            tr(text, symbol=quantity.symbol)
+            # In one line, also beside a long name of the value.
+            tr(text, symbol=quantity.symbol).replace(" ", "\u00a0")
             for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))
         ],
         "ways": [tr("closes"), tr("opens")],
