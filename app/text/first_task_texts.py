@@ -64,7 +64,7 @@ FIRST_TASK_TEXTS: Final[dict[str, FirstTaskTexts]] = {
         N_("the distance to keep inside the foot."),
     ),
     ALL: FirstTaskTexts(
-        N_("of the least margin"),
+        N_("least margin"),
         N_("below the least margin"),
         N_("nearest limit"),
         N_("a first task has failed"),
