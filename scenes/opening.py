@@ -61,15 +61,20 @@ class Opening:
     """
 
     def __init__(self, start: Array, after: TargetSource) -> None:
-        self._places = [np.array(start, float), *(np.array(leg.place) for leg in OPENING)]
+        places = [np.array(start, float), *(np.array(leg.place) for leg in OPENING)]
+        lasting = [leg.seconds + leg.pause for leg in OPENING]
+        self._ways = [
+            (sum(lasting[: i + 1]), sum(lasting[:i]), leg.seconds, places[i], places[i + 1] - places[i])
+            for i, leg in enumerate(OPENING)
+        ]
+        """End and begin of each leg, duration of its move [s], place and way of the hand (3,) [m]."""
+        self._end = sum(lasting)
         self._after = after
 
     def target(self, time: float) -> Target | None:
         """Target at a time ≥ 0 [s]."""
-        begin = 0.0
-        for leg, a, b in zip(OPENING, self._places, self._places[1:], strict=False):
-            if time < begin + leg.seconds + leg.pause:
-                share, _ = quintic(min((time - begin) / leg.seconds, 1.0))
-                return HandTarget(a + (b - a) * share)
-            begin += leg.seconds + leg.pause
-        return self._after.target(time - begin)
+        for end, begin, seconds, place, way in self._ways:
+            if time < end:
+                share, _ = quintic(min((time - begin) / seconds, 1.0))
+                return HandTarget(place + way * share)
+        return self._after.target(time - self._end)

@@ -64,7 +64,9 @@ class WorldStage:
     def touch(self) -> Touch | None:
         """The contact at the configuration of the last `Kinematics.update`; None if nothing is near."""
         task = self.task
-        task.margin()
+        # The smooth minimum is never above the least of the margins.
+        if task.margin().value > TOUCHED:
+            return None
         nearest = int(task.contacts[:, 0].argmin())
         margin, *numbers = task.contacts[nearest].tolist()
         if margin > TOUCHED:

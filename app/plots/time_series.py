@@ -86,7 +86,8 @@ TURNS: Final = 0.25
 
 
 def rows_of_turns(settings: RunSettings) -> int:
-    return max(1, round(TURNS / settings.dt))
+    """Rows that `resting_at_end` reads of a run."""
+    return max(1, round(TURNS / settings.dt)) if settings.law.pairs == "single" else 1
 
 
 _REST: Final = [COLUMN[name] for name in ("d", "law_d", "u", "w_law", "lever", "u_b", "lever_b")]
@@ -109,10 +110,12 @@ def resting_at_end(settings: RunSettings, table: Array) -> float:
     If two pairs alternate as the closest one, each has its own d*; the arm then rests at their mean over
     time.
     """
-    # In a replay rows may be further apart.
-    turns = table[table[:, COLUMN["t"]] > table[-1, COLUMN["t"]] - TURNS]
-    tied = settings.law.pairs == "single" and np.ptp(turns[:, COLUMN["pair"]]) > 0.0
-    return float(np.mean(resting_rows(settings, turns if tied else table[-1:])))
+    if settings.law.pairs == "single":
+        # In a replay rows may be further apart.
+        turns = table[table[:, COLUMN["t"]] > table[-1, COLUMN["t"]] - TURNS]
+        if np.ptp(turns[:, COLUMN["pair"]]) > 0.0:
+            return float(np.mean(resting_rows(settings, turns)))
+    return resting_rows(settings, table[-1:])[0]
 
 
 def resting_now(simulation: Simulation, sample: Sample) -> float:
