@@ -16,7 +16,7 @@ from app.settings import PageSettings
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
-from scenes.settings import specs
+from scenes.settings import RunSettings, specs
 
 
 class MorePlots(Action): ...
@@ -34,6 +34,9 @@ class DetailsChooser(PagePanel):
         spec = specs(PageSettings)["plot"]
         self._session, self._choices, self._controls = session, spec.choices, page.controls
         self._opened = False
+        self._run: RunSettings | None = None
+        self._possible: tuple[str, ...] = ()
+        """Plots that the settings `_run` allow."""
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 client.gui,
@@ -52,7 +55,9 @@ class DetailsChooser(PagePanel):
         self._opened = True
 
     def show(self, frame: Frame) -> None:
-        possible, details = possible_details(frame.settings.run), frame.settings.page.details
+        if frame.settings.run is not self._run:
+            self._run, self._possible = frame.settings.run, possible_details(frame.settings.run)
+        possible, details = self._possible, frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
         # A chosen plot stays marked.
         self._opened = self._opened or marked != self._choices.index("none")
