@@ -209,6 +209,8 @@ class Walker:
             self.hands.do("next")
             until(page, lambda: not run.walk.view().showing, "the outcome")
             self._at(Phase.OBSERVE)
+            # Buttons come back under the outcome; a click between two layouts would be lost.
+            self._look()
             walked.whys += 1
         if not right:
             self.hands.do("reset")
