@@ -16,6 +16,10 @@ Moved = Literal["arm", "ball", "person"]
 Followed = Literal["nothing", "arm", "person"]
 """Leader of the joints of the arm that plots and numbers show; with "nothing", its task concerns its hand."""
 
+Series = Literal["usual", "first-tasks", "world"]
+"""Series of random runs: of all experiments but another first task; of that one; and of the first ones again, with arms that glide along
+things and hands that are drawn far away."""
+
 
 @dataclass(frozen=True)
 class Experiment:

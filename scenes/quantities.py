@@ -32,6 +32,16 @@ class KeptQuantity:
         """Unit on the page, a thousandth of the SI unit."""
         return f"m{self.unit}"
 
+    @property
+    def critical(self) -> str:
+        """Symbol of the threshold in plain text, as d_m."""
+        return f"{self.symbol}_m"
+
+    @property
+    def seen(self) -> str:
+        """Symbol of what the law acts on in plain text, as d_law."""
+        return f"{self.symbol}_law"
+
 
 DISTANCE: Final = KeptQuantity("distance", "Distance of the arms", "distance", "d", "m", "arm")
 """The paper's."""

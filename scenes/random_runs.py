@@ -1,21 +1,21 @@
-"""Runs with random settings and start postures, and the checks on every run: a search for a counterexample."""
+"""Random runs, and the checks on every one: a search for a counterexample."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from controllers.curve import curve_text
-from controllers.kinematics import Array
-from scenes.experiments import EXPERIMENTS
-from scenes.headless import run
+from scenes.experiments import Series
+from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.promise import broken_by
-from scenes.roles import room_of
-from scenes.room import Room, World, random_bounds
-from scenes.setting_spec import Spec
-from scenes.settings import LATER, HardwareSettings, RunSettings, changed, specs, values
+from scenes.quantities import KeptQuantity
+from scenes.random_draws import RandomRun, random_run
+from scenes.room import World
+from scenes.settings import HardwareSettings, RunSettings
+from scenes.world_stages import clearance, kept_clear
 
 SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
@@ -24,7 +24,7 @@ ROUNDING: Final = 1e-9
 """Tolerance of a bound [rad, rad/s, m]."""
 
 EXCESS: Final = 1e-5
-"""Excess from which the promise counts as broken [m]; smaller ones are not examined."""
+"""Excess from which the promise counts as broken, in the unit of the first task; smaller ones are not examined."""
 
 LEAST_HALVINGS: Final = 3
 MOST_HALVINGS: Final = 5
@@ -33,22 +33,6 @@ MOST_HALVINGS: Final = 5
 SLACK: Final = 2.0
 """An excess vanishes in proportion to dt if the rest after k halvings is at most this over 2^k."""
 
-HARDWARE: Final = specs(HardwareSettings)
-
-UNDRAWN: Final = frozenset({*HARDWARE, *LATER})
-"""Settings that are not drawn with the others: a series of a seed stays as it was before the later ones."""
-
-REAL_ROBOTS: Final = 0.25
-"""Share of the runs with robots that are not ideal; the bounds hold for them, the promise is not made."""
-
-
-@dataclass(frozen=True)
-class RandomRun:
-    """One run. `start`: q (nv,) [rad, m], None for the settings' own."""
-
-    settings: RunSettings
-    start: Array | None
-
 
 @dataclass(frozen=True)
 class RunVerdict:
@@ -56,10 +40,13 @@ class RunVerdict:
 
     Attributes:
         faults: one line each; () without a fault.
-        promised: the law makes the promise d ≥ d_law ≥ d_m.
-        margin: smallest d_law − d_m [m].
-        excesses: loss of d_law below d_m with every condition met [m]: at dt, and if that is too much at
-            dt/2, dt/4, …
+        promised: the law makes the promise h ≥ h_law ≥ h_m, which is d ≥ d_law ≥ d_m of the arms' distance.
+        margin: smallest h_law − h_m, in the unit of the first task.
+        excesses: loss of h_law below h_m with every condition met, in its unit: at dt, and if that is too
+            much at dt/2, dt/4, …
+        kept: the first task.
+        clear: least distance of arms that began clear of table, stand, floor and their own links from these
+            [m], negative inside; ∞ where they do not glide along them.
     """
 
     index: int
@@ -67,74 +54,22 @@ class RunVerdict:
     promised: bool
     margin: float
     excesses: tuple[float, ...]
+    kept: KeptQuantity
+    clear: float = math.inf
 
 
-def random_run(seed: int, index: int) -> RandomRun:
-    """Run `index` of the series of a seed, always the same."""
-    dice = np.random.default_rng([seed, index])
-    settings = RunSettings()
-    for key, spec in specs().items():
-        if key not in UNDRAWN:
-            settings = changed(settings, key, _drawn(dice, key, spec, values(settings)[key]))
-    start = _start(dice, room_of(settings))
-    if dice.random() < REAL_ROBOTS:
-        for key, spec in HARDWARE.items():
-            settings = changed(settings, key, _drawn(dice, key, spec, values(settings)[key]))
-    return RandomRun(settings, start)
-
-
-def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> object:
-    """Value of a setting: half of the laws are the one with the promise, half of the numbers are the
-    defaults.
-    """
-    usual = bool(dice.random() < 0.5)
-    if key == "scene":
-        # Another first task has values and units of its own.
-        return str(
-            dice.choice([name for name, experiment in EXPERIMENTS.items() if experiment.obstacle != "task"])
-        )
-    if spec.choices:
-        return default if key == "law" and usual else str(dice.choice(spec.choices))
-    if spec.read is not None:
-        # A curve, the only text: a few points in any order of heights, each at least 1 mm from the last.
-        gaps = dice.uniform(0.001, 0.15, dice.integers(2, 8))
-        return curve_text(tuple(zip(np.cumsum(gaps).tolist(), dice.random(len(gaps)).tolist(), strict=True)))
-    if isinstance(default, bool):
-        return bool(dice.random() < 0.25)
-    if usual and key != "seed":
-        return default
-    number = float(dice.uniform(spec.low, spec.high))
-    return round(number) if isinstance(default, int) else float(f"{number:.4g}")
-
-
-def _start(dice: np.random.Generator, room: Room) -> Array | None:
-    """The room's own start posture (None), a random one, or the one of twelve random ones with the nearest
-    bodies.
-    """
-    tries = (0, 1, 12, 12)[dice.integers(4)]
-    if not tries:
-        return None
-    model = room.model
-    world = World(room, 10.0)
-    postures = dice.uniform(*random_bounds(room), (tries, model.nv)).round(3)
-    distances: list[float] = []
-    for posture in postures:
-        world.kinematics.update(posture)
-        distances.append(world.detector.detect().distance)
-    return postures[int(np.argmin(distances))].clip(model.lowerPositionLimit, model.upperPositionLimit)
-
-
-def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
-    """Make run `index` of the series of a seed, of this simulated time [s], and check it."""
-    random = random_run(seed, index)
+def run_verdict(seed: int, index: int, seconds: float = SECONDS, series: Series = "usual") -> RunVerdict:
+    """Make run `index` of a series of a seed, of this simulated time [s], and check it."""
+    random = random_run(seed, index, series)
     settings = random.settings
-    done = run(settings, seconds, start=random.start)
+    kept, ideal = settings.quantity, settings.hardware == HardwareSettings()
+    done = _made(random, settings, seconds)
     table, model, history = done.table, done.simulation.room.model, done.simulation.history
     q, dq, promised = history.positions(table), history.velocities(table), settings.law.entry.promises
     if not (
         np.isfinite(q).all() and np.isfinite(dq).all() and not np.isnan(table[:, : COLUMN["lever"] + 1]).any()
     ):
-        return RunVerdict(index, ("a number is none: NaN or infinite",), promised, math.nan, ())
+        return RunVerdict(index, ("a number is none: NaN or infinite",), promised, math.nan, (), kept)
     margin = float(table[:, COLUMN["law_d"]].min()) - settings.law.critical_distance
     faults: list[str] = []
     passed = max((model.lowerPositionLimit - q).max(), (q - model.upperPositionLimit).max())
@@ -145,32 +80,73 @@ def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
         faults.append(f"a joint is faster than it may be by {faster:.3g} rad/s or m/s")
     met = table[table[:, COLUMN["pair"]] >= 0.0]
     over = float((met[:, COLUMN["law_d"]] - met[:, COLUMN["d"]]).max(initial=-np.inf))
-    if over > ROUNDING and not settings.hardware.sees_wrong:
-        faults.append(f"d_law is larger than d by {over:.3g} m")
-    if not promised or settings.hardware != HardwareSettings():
-        return RunVerdict(index, tuple(faults), False, margin, ())
-    excesses = _excesses(random, broken_by(settings, table), seconds)
+    # With stages the law sees the first of several first tasks, which need not be the least.
+    by_stages = settings.together == "stages" and "together" in settings.experiment.reads
+    if over > ROUNDING and not settings.hardware.sees_wrong and not by_stages:
+        faults.append(f"{kept.seen} is larger than {kept.symbol} by {over:.3g} {kept.unit}")
+    clear = math.inf
+    if settings.world and ideal:
+        clear = _clear(done)
+        if clear < 0.0:
+            entered = _until(lambda finer: max(0.0, -_clear(_made(random, finer, seconds))), settings, -clear)
+            if not explained(entered):
+                faults.append(f"an arm is inside of something, by {_listed(entered)} mm at dt, dt/2, dt/4, …")
+    if not promised or not ideal:
+        return RunVerdict(index, tuple(faults), False, margin, (), kept, clear)
+    excesses = _until(
+        lambda finer: broken_by(finer, _made(random, finer, seconds).table),
+        settings,
+        broken_by(settings, table),
+    )
     if not explained(excesses):
-        lost = ", ".join(f"{1000.0 * excess:.3f}" for excess in excesses)
-        faults.append(f"d_law falls below d_m with every condition met, by {lost} mm at dt, dt/2, dt/4, …")
-    return RunVerdict(index, tuple(faults), True, margin, excesses)
+        faults.append(
+            f"{kept.seen} falls below {kept.critical} with every condition met, by {_listed(excesses)} {kept.page_unit} "
+            "at dt, dt/2, dt/4, …"
+        )
+    return RunVerdict(index, tuple(faults), True, margin, excesses, kept, clear)
 
 
-def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, ...]:
-    """Excess [m] at dt, and if that is too much at dt/2, dt/4, … until the worst is two halvings behind."""
+def _made(random: RandomRun, settings: RunSettings, seconds: float) -> Run:
+    return run(settings, seconds, random.hand, random.start)
+
+
+def _clear(done: Run) -> float:
+    """Least distance of the arms that begin clear from all that they glide along [m]."""
+    world = World(done.simulation.room, done.simulation.settings.limit_gain)
+    positions = done.simulation.history.positions(done.table)
+    world.kinematics.update(positions[0])
+    kept = [one for one in kept_clear(world) if clearance([one]) > 0.0]
+    least = math.inf
+    for posture in positions:
+        world.kinematics.update(posture)
+        least = min(least, clearance(kept))
+    return least
+
+
+def _listed(excesses: tuple[float, ...]) -> str:
+    return ", ".join(f"{1000.0 * excess:.3f}" for excess in excesses)
+
+
+def _until(
+    excess_of: Callable[[RunSettings], float], settings: RunSettings, first: float
+) -> tuple[float, ...]:
+    """Excess at dt, and if that is too much at dt/2, dt/4, … until the worst is two halvings behind.
+
+    Args:
+        excess_of: excess of the run with other settings.
+    """
     excesses = [first]
     if first <= EXCESS:
         return (first,)
     for halvings in range(1, MOST_HALVINGS + 1):
-        finer = replace(random.settings, dt=random.settings.dt / 2**halvings)
-        excesses.append(broken_by(finer, run(finer, seconds, start=random.start).table))
+        excesses.append(excess_of(replace(settings, dt=settings.dt / 2**halvings)))
         if halvings >= LEAST_HALVINGS and halvings >= int(np.argmax(excesses)) + 2:
             break
     return tuple(excesses)
 
 
 def explained(excesses: tuple[float, ...]) -> bool:
-    """True if a time step explains excesses [m] at dt, dt/2, dt/4, …: after the worst they vanish in
+    """True if a time step explains excesses at dt, dt/2, dt/4, …: after the worst they vanish in
     proportion to dt.
 
     The worst need not be the first: a smooth minimum with weights that change within a step (β times the

@@ -127,12 +127,15 @@ class World:
 
 
 def random_bounds(room: Room) -> tuple[Array, Array]:
-    """Bounds of a random start posture (nv,) [rad, m]: those of the joints, and the ball near its own place."""
+    """Bounds of a random start posture (nv,) [rad, m]: those of the joints, and ball and wall near their own
+    places.
+    """
     low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
     if room.ball is not None:
         low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
     if room.wall is not None:
-        low[room.wall] = high[room.wall] = room.start[room.wall]
+        around = np.array([0.3, 0.3, 0.3, 0.6, 0.6])
+        low[room.wall], high[room.wall] = room.start[room.wall] - around, room.start[room.wall] + around
     return low, high
 
 

@@ -2,7 +2,7 @@
 and a person who moves straight between waypoints.
 """
 
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -106,9 +106,9 @@ def between(times: Array, time: float) -> tuple[int, int, float]:
     return i, min(i + 1, last), share
 
 
-SIZES: Final[dict[Moved, int]] = {"arm": 3, "ball": 3, "person": 8}
-"""Moved thing → number of coordinates of a waypoint: a position [m], or the angles of both arms of a person
-[rad].
+SIZES: Final[dict[Moved | Literal["wall"], int]] = {"arm": 3, "ball": 3, "person": 8, "wall": 5}
+"""Moved thing → number of coordinates of a waypoint: a position [m], the angles of both arms of a person [rad],
+or a wall's position [m], turn and tilt [rad].
 """
 
 SHORTEST: Final = 0.05
@@ -123,7 +123,7 @@ class Waypoints:
         speed: [m/s or rad/s].
     """
 
-    def __init__(self, moves: Moved, points: Array, speed: float) -> None:
+    def __init__(self, moves: Moved | Literal["wall"], points: Array, speed: float) -> None:
         ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
         self._times = np.concatenate([[0.0], np.cumsum(np.maximum(ways / speed, SHORTEST))])
         self._moves, self._points = moves, points
@@ -133,4 +133,6 @@ class Waypoints:
         point = self._points[i] + (self._points[j] - self._points[i]) * share
         if self._moves == "person":
             return AnglesTarget(point.reshape(2, 4))
+        if self._moves == "wall":
+            return WallTarget(point[:3], point[3:])
         return BallTarget(point) if self._moves == "ball" else HandTarget(point)

@@ -4,6 +4,7 @@ It acts on what the stages before it ask for: a person's hand, the law that keep
 table stays clear of it, and its distance from the other arm gives way.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -88,6 +89,23 @@ def _thing(name: str, joint: int) -> Thing:
     return "stand" if name.startswith("stand") else "pedestal"
 
 
+def kept_clear(world: World) -> list[tuple[slice, Surroundings]]:
+    """Columns in q and surroundings of each arm, and of the ball, that can meet anything."""
+    made = [(arm.joints, surroundings(world, arm)) for arm in world.room.arms]
+    if world.room.ball is not None:
+        made.append((world.room.ball, ball_surroundings(world)))
+    return [(joints, task) for joints, task in made if task is not None]
+
+
+def clearance(kept: Iterable[tuple[slice, Surroundings]]) -> float:
+    """Least distance from anything at the configuration of the last `Kinematics.update`, negative inside [m]; ∞ if there is nothing."""
+    least = np.inf
+    for _, task in kept:
+        task.margin()
+        least = min(least, float(task.contacts[:, 0].min()))
+    return least
+
+
 class WorldStages:
     """Keeps the arms and the ball of a room clear of their surroundings.
 
@@ -99,10 +117,9 @@ class WorldStages:
     """
 
     def __init__(self, world: World) -> None:
-        made = [(arm.joints, surroundings(world, arm)) for arm in world.room.arms]
-        if world.room.ball is not None:
-            made.append((world.room.ball, ball_surroundings(world)))
-        self.stages = [(joints, WorldStage(task, world.bounds.part(joints))) for joints, task in made if task]
+        self.stages = [
+            (joints, WorldStage(task, world.bounds.part(joints))) for joints, task in kept_clear(world)
+        ]
 
     def touches(self) -> tuple[Touch, ...]:
         """Contacts of the arms and the ball at the configuration of the last `Kinematics.update`."""

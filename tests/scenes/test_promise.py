@@ -21,7 +21,7 @@ from scenes.hardware import Actuation, before_stops
 from scenes.headless import Run, run
 from scenes.laws import LAWS
 from scenes.promise import Condition, broken_by, missing, missing_now
-from scenes.random_runs import random_run
+from scenes.random_draws import random_run
 from scenes.recording import write_table
 from scenes.room import World, build_room
 from scenes.settings import HardwareSettings, RigName, RunSettings

@@ -15,13 +15,13 @@ largest loss.
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.experiments import EXPERIMENTS
+from scenes.experiments import EXPERIMENTS, Moved
 from scenes.headless import MOST_STEPS
 from scenes.history import COLUMN, History
 from scenes.inputs import InputsLog, Recorded
@@ -57,6 +57,12 @@ NEAR: Final = 0.03
 
 AHEAD: Final = 0.01
 """Desired margin of the nearest pair above d_m at the start [m]."""
+
+NEARBY: Final = 0.3
+"""How far a way that comes near an arm goes from it, along each axis [m]."""
+
+FAR: Final = 0.8
+"""How far a way goes that draws a hand to its reach, or brings a wall, along each axis [m, rad]."""
 
 FIRM: Final = 0.4
 """|J_d| below which a pair is ignored at the start [m/rad]."""
@@ -113,7 +119,7 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
     """
     check(settings)
     low, high = _box(room_of(settings))
-    size, words = SIZES[settings.experiment.moves], text.split(",")
+    size, words = SIZES[_moved(settings)], text.split(",")
     count = len(low) + (LEGS + 1) * size
     try:
         numbers = np.array([float(word) for word in words])
@@ -138,11 +144,16 @@ def replayed(attack: Attack) -> Recorded:
     return recorded
 
 
+def _moved(settings: RunSettings) -> Moved | Literal["wall"]:
+    """What moves along the way: a wall comes to the arm, as the faster one of both."""
+    return settings.experiment.moves if room_of(settings).wall is None else "wall"
+
+
 def _made(attack: Attack, settings: RunSettings, log: InputsLog | None = None) -> History:
     steps = round(SECONDS / settings.dt)
     simulation = Simulation(settings, steps)
     simulation.reset(attack.start)
-    person = Waypoints(settings.experiment.moves, attack.points, settings.hand_speed)
+    person = Waypoints(_moved(settings), attack.points, settings.hand_speed)
     for _ in range(steps):
         target = person.target(simulation.time)
         if log is not None:
@@ -209,6 +220,8 @@ def check(settings: RunSettings) -> None:
     if settings.hardware != HardwareSettings():
         keys = ", ".join(specs(HardwareSettings))
         raise BadSetting("The promise is made for an ideal robot; leave out {keys}.", keys=keys)
+    if settings.experiment.obstacle == "task" and (problem := Simulation(settings).start_problem) is not None:
+        raise problem
     assert SECONDS / specs()["dt"].low * FINER < MOST_STEPS
 
 
@@ -234,13 +247,14 @@ class _Search:
     def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float) -> None:
         self._settings, self._dice, self._until = settings, dice, until
         self._world = World(room_of(settings), settings.limit_gain)
-        room, experiment = self._world.room, settings.experiment
-        self._roles = scenario_of(settings).roles(self._world, settings)
+        room = self._world.room
+        self._scenario = scenario_of(settings)
+        self._roles = self._scenario.roles(self._world, settings)
         columns = [task.joints for task in self._roles.avoiders(settings.avoid)]
         self._avoiding = np.r_[tuple(columns)]
         self._low, self._high = _box(room)
         self._speeds = specs()["wmax"].low, settings.hand_speed
-        self._size = SIZES[experiment.moves]
+        self._size = SIZES[_moved(settings)]
         self._runs = 0
         self._missing: dict[Condition, float] = dict.fromkeys(BLAMED, 0.0)
         self._worst: Found | None = None
@@ -276,6 +290,8 @@ class _Search:
         nv = len(self._low)
         # A link has no more decimals.
         start = variables[:nv].clip(self._low, self._high).round(DIGITS)
+        if self._worst is not None and self._refused(start):
+            return -1.0
         points = np.vstack([self._place(start), variables[nv:-1].reshape(LEGS, self._size)]).round(DIGITS)
         speed = round(float(np.clip(variables[-1], *self._speeds)), DIGITS)
         attack = Attack(replace(self._settings, hand_speed=speed), start, points)
@@ -295,6 +311,8 @@ class _Search:
         """
         dice, low, high = self._dice, self._low, self._high
         best, size = dice.uniform(low, high), 0.6
+        if self._refused(best):
+            best = self._world.room.start.clip(low, high)
         least = self._apart(best)
         for _ in range(CLIMB):
             tried = (best + dice.normal(0.0, size, len(best)) * (dice.random(len(best)) < 0.4)).clip(
@@ -307,9 +325,18 @@ class _Search:
                 size = max(0.97 * size, 0.02)
         return best
 
+    def _refused(self, start: Array) -> bool:
+        """True if the experiment does not begin at q (nv,), because it cannot keep there what it promises."""
+        self._world.positions[:] = start
+        self._world.update()
+        return self._scenario.problem(self._world, self._settings) is not None
+
     def _apart(self, posture: Array) -> float:
+        """How far q (nv,) is from a worthwhile start, 0 or less at a good one."""
         self._world.kinematics.update(posture)
         self._world.detector.detect()
+        if not self._world.room.meets_bodies:
+            return self._above(posture)
         distances, rows = self._world.detector.distances(), self._world.detector.rows()[:, self._avoiding]
         lengths = np.linalg.norm(rows, axis=1)
         firm = np.flatnonzero(lengths > FIRM)
@@ -322,8 +349,16 @@ class _Search:
         first = self._settings.law.critical_distance + AHEAD
         return float(tie + (abs(distances[nearest] - first) + distances[nearest] - distances.min()) / NEAR)
 
+    def _above(self, posture: Array) -> float:
+        """The same for other first tasks: the two that are least are just above h_m."""
+        first = self._settings.law.critical_distance + AHEAD
+        least = np.sort(self._world.detector.distances())[:2]
+        return float(np.abs(least - first).sum()) / NEAR + (1e3 if self._refused(posture) else 0.0)
+
     def _place(self, start: Array) -> Array:
         """Start of the way (size,)."""
+        if self._world.room.wall is not None:
+            return start[self._world.room.wall]
         if self._settings.experiment.moves == "person":
             return REST.ravel()
         if self._world.room.ball is not None:
@@ -332,11 +367,13 @@ class _Search:
         return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
 
     def _way(self, start: Array) -> Array:
-        """Random waypoints (`LEGS`, size) about `REST`, or elbow, wrist or hand of the arm that is not guided."""
+        """Random waypoints (`LEGS`, size) about `REST`, the wall, or elbow, wrist or hand of the arm that is not guided."""
         dice = self._dice
         if self._settings.experiment.moves == "person":
             return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))
         kinematics, room = self._world.kinematics, self._world.room
+        if room.wall is not None:
+            return start[room.wall] + dice.uniform(-FAR, FAR, (LEGS, self._size))
         kinematics.update(start)
         arm = next((arm for arm in room.arms if arm is not self._roles.guided), self._roles.guided)
         joints = (
@@ -344,8 +381,10 @@ class _Search:
             kinematics.joint_point(arm.wrist),
             kinematics.hand_pose(arm).translation,
         )
+        # The obstacle is near the arm; what ends at the reach of the arm is farther away.
+        reach = NEARBY if room.meets_bodies else FAR
         return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(
-            -0.3, 0.3, (LEGS, self._size)
+            -reach, reach, (LEGS, self._size)
         )
 
     def _speed(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 import sys
@@ -14,29 +15,36 @@ from app.cli.options import Flat, RunOptions, settings_of_options
 from app.runtime.progress import cores, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
+from scenes.experiments import Series
 from scenes.files import check_writable, written
+from scenes.quantities import DISTANCE
 from scenes.settings import RunSettings, specs, values
 
 if TYPE_CHECKING:
     from app.features.studies.counterexample import Found
-    from scenes.random_runs import RandomRun, RunVerdict
+    from scenes.random_draws import RandomRun
+    from scenes.random_runs import RunVerdict
 
 
 @dataclass(frozen=True)
 class Hunt:
     """Make random runs, and look for one that breaks a bound.
 
-    That is a number that is not finite, a stop or a top speed that is passed, d_law > d, or the promise d_law ≥ d_m
-    broken with every condition met, by more than a time step explains. Exit code 1 if a run breaks one."""
+    That is a number that is not finite, a stop or a top speed that is passed, d_law > d, an arm that gets inside of what
+    it glides along, or the promise d_law ≥ d_m broken with every condition met, by more than a time step explains. Exit
+    code 1 if a run breaks one."""
 
     runs: int = 1500
     """How many."""
     seed: int = 1
     """Seed of the settings and start postures: the same seed draws the same runs."""
+    series: Series = "usual"
+    """usual: all experiments but another first task; first-tasks: that one, with h and h_m in the unit of each; world: the usual ones
+    with arms that glide along table, stand, floor and their own links."""
     seconds: float = 6.0
     """Simulated time of each run [s]."""
     out: Path = Path(".")
-    """Folder for the start postures of broken runs."""
+    """Folder for the start postures and the ways of the hand of broken runs."""
     workers: int = 0
     """Processes; 0 takes one a core. The verdicts do not depend on it."""
 
@@ -50,7 +58,8 @@ def hunt(command: Hunt) -> int:
     """
     with ending_at_once():
         from scenes.children import computed
-        from scenes.random_runs import EXCESS, random_run, run_verdict
+        from scenes.random_draws import random_run
+        from scenes.random_runs import run_verdict
     if command.runs < 1 or command.seed < 0 or command.workers < 0:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
@@ -59,7 +68,7 @@ def hunt(command: Hunt) -> int:
         )
     if not os.path.isdir(command.out):
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
-    calls = [(command.seed, index, command.seconds) for index in range(command.runs)]
+    calls = [(command.seed, index, command.seconds, command.series) for index in range(command.runs)]
     done = computed(run_verdict, calls, command.workers or cores())
     verdicts: list[RunVerdict] = []
     interrupted = False
@@ -71,29 +80,49 @@ def hunt(command: Hunt) -> int:
     broken = sorted((found for found in verdicts if found.faults), key=lambda found: found.index)
     for found in broken:
         print(f"run {found.index}: {'; '.join(found.faults)}")
-        print(f"  {_repeating(command, found.index, random_run(command.seed, found.index))}")
-    promised = [found for found in verdicts if found.promised]
-    fallen = [found.excesses for found in promised if len(found.excesses) > 1]
-    print(f"{len(verdicts)} runs, {len(broken)} broken. The law promises d ≥ d_law ≥ d_m in {len(promised)}.")
-    print(f"d_law is below d_m at some time in {sum(found.margin < 0.0 for found in promised)} of these.")
-    print(
-        f"It falls there by more than {1e3 * EXCESS:g} mm with every condition met in {len(fallen)}", end=""
-    )
-    if fallen:
-        at_dt, at_last = (1e3 * max(excesses[i] for excesses in fallen) for i in (0, -1))
-        print(
-            f", by {at_dt:.3g} mm at most; by {at_last:.3g} mm at the smallest of its time steps, an eighth or less",
-            end="",
-        )
-    print(".")
+        print(f"  {_repeating(command, found.index, random_run(command.seed, found.index, command.series))}")
+    _summarise(command, verdicts, len(broken))
     if interrupted:
         print("Interrupted; the runs that were not made are not counted.", file=sys.stderr)
         return INTERRUPTED
     return 1 if broken else 0
 
 
+def _summarise(command: Hunt, verdicts: list[RunVerdict], broken: int) -> None:
+    from scenes.random_runs import EXCESS
+
+    symbol = "h" if command.series == "first-tasks" else DISTANCE.symbol
+    promised = [found for found in verdicts if found.promised]
+    print(
+        f"{len(verdicts)} runs, {broken} broken. The law promises {symbol} ≥ {symbol}_law ≥ {symbol}_m in {len(promised)}."
+    )
+    print(
+        f"{symbol}_law is below {symbol}_m at some time in {sum(found.margin < 0.0 for found in promised)} of these."
+    )
+    # Thousandths of different units are not compared.
+    for unit in dict.fromkeys(found.kept.page_unit for found in promised):
+        excesses = [found.excesses for found in promised if found.kept.page_unit == unit]
+        fallen = [one for one in excesses if len(one) > 1]
+        print(
+            f"It falls there by more than {1e3 * EXCESS:g} {unit} with every condition met in {len(fallen)}",
+            end="",
+        )
+        if fallen:
+            at_dt, at_last = (1e3 * max(one[i] for one in fallen) for i in (0, -1))
+            print(
+                f", by {at_dt:.3g} {unit} at most; by {at_last:.3g} {unit} at the smallest of its time steps, an eighth or less",
+                end="",
+            )
+        print(".")
+    gliding = [found.clear for found in verdicts if math.isfinite(found.clear)]
+    if gliding:
+        inside = sum(clear < 0.0 for clear in gliding)
+        print(f"Arms glide along things in {len(gliding)}, and get inside of one in {inside}", end="")
+        print(f"; the least distance is {1e3 * min(gliding):.1f} mm.")
+
+
 def _repeating(command: Hunt, index: int, random: RandomRun) -> str:
-    """Command line that repeats a run; writes its own start posture, if it has one, into the folder."""
+    """Command line that repeats a run; writes its own start posture and way of the hand, if it has them, into the folder."""
     words = ["lwr-duet", "run", "--seconds", f"{command.seconds:g}"]
     usual = values(RunSettings())
     given = values(random.settings)
@@ -102,11 +131,18 @@ def _repeating(command: Hunt, index: int, random: RandomRun) -> str:
         with written(path, "out") as new:
             new.write_text(" ".join(map(repr, random.start.tolist())) + "\n", encoding="utf-8")
         given["start"] = path
+    if random.hand is not None:
+        path = command.out / f"hunt-{command.seed}-{index}.csv"
+        rows = zip(random.hand.times.tolist(), *random.hand.positions.T.tolist(), strict=True)
+        with written(path, "out") as new:
+            lines = ["t,x,y,z", *(",".join(map(repr, row)) for row in rows)]
+            new.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        given["inputs"] = path
     for key, value in given.items():
         option = f"--{key.replace('_', '-')}"
         if isinstance(value, bool):
             words += [option] * value
-        elif value != usual[key]:
+        elif value != usual.get(key):
             words += [option, str(value)]
     return shlex.join(words)
 
@@ -124,7 +160,7 @@ class Falsify:
 
     Varies start postures, and a person's ways and speeds, for the run in which d_law falls farthest below d_m while
     w ≤ v, J_d is regular, no joint is at its limit and the robot is ideal. Exit code 1 if that is more than 0.1 mm,
-    at dt and at dt/4."""
+    at dt and at dt/4. In the scene first_task this is h_law and h_m, in the unit of the first task."""
 
     seconds: float = 60.0
     """How long to search [s]."""
@@ -175,7 +211,8 @@ def falsify(command: Falsify) -> int:
             for index, one in computed(searched, calls, workers):
                 found[index] = one
                 elapsed = monotonic() - begin
-                bar.set_postfix_str(f"{1000.0 * max(each.loss.lost for each in found.values()):.1f} mm lost")
+                most_lost = 1000.0 * max(each.loss.lost for each in found.values())
+                bar.set_postfix_str(f"{most_lost:.1f} {settings.quantity.page_unit} lost")
                 bar.update(min(round(elapsed), bar.total) - bar.n)
                 if elapsed >= command.seconds:
                     break
@@ -203,26 +240,32 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
     from app.features.studies.counterexample import BLAMED, BROKEN, FINER
     from scenes.promise import Condition
 
-    worst, law = _worst(found), settings.law
+    worst, law, kept = _worst(found), settings.law, settings.quantity
+    symbol, least, unit = kept.seen, kept.critical, kept.page_unit
     runs, pairs = sum(one.runs for one in found.values()), specs()["pairs"].options()[law.pairs]
+    name = settings.experiment.label if kept is DISTANCE else f"{settings.experiment.label}: {kept.label}"
     print(f"{len(found)} start postures, {runs} runs in {seconds:.0f} s.")
-    print(f"{settings.experiment.label}: {law.entry.label}, {pairs}, v = {law.nominal_velocity:g} m/s.")
+    print(f"{name}: {law.entry.label}, {pairs}, v = {law.nominal_velocity:g} {kept.unit}/s.")
     held = ", ".join(condition.value for condition in (*BLAMED, Condition.ROBOT))
     if not law.entry.promises:
         print("This law makes no promise.")
     if worst.loss.lost > BROKEN:
-        said = "The promise breaks: d_law" if law.entry.promises else "d_law"
-        print(f"{said} falls {1000.0 * worst.loss.lost:.1f} mm below d_m, at dt and at dt/{FINER}.")
+        said = f"The promise breaks: {symbol}" if law.entry.promises else symbol
+        print(f"{said} falls {1000.0 * worst.loss.lost:.1f} {unit} below {least}, at dt and at dt/{FINER}.")
         strict = worst.loss.strict
         print(f"All of this held: {held}.")
         if strict <= BROKEN:
             print(
-                f"What was missing: {Condition.PAIRS.value}. {1000.0 * strict:.2f} mm were lost while it held, too."
+                f"What was missing: {Condition.PAIRS.value}. {1000.0 * strict:.2f} {unit} were lost while it held, too."
             )
     else:
-        said = "No run broke the promise." if law.entry.promises else "d_law fell below d_m in no run."
+        said = (
+            "No run broke the promise." if law.entry.promises else f"{symbol} fell below {least} in no run."
+        )
         print(f"{said} All of this held: {held}.")
-        print(f"The nearest approach: d_law − d_m = {1000.0 * worst.loss.nearest:.2f} mm.")
+        print(f"The nearest approach: {symbol} − {least} = {1000.0 * worst.loss.nearest:.2f} {unit}.")
     lost = {condition: max(one.missing[condition] for one in found.values()) for condition in BLAMED}
     print("Lost where a condition was missing: ", end="")
-    print(", ".join(f"{condition.value} {1000.0 * most:.0f} mm" for condition, most in lost.items()) + ".")
+    print(
+        ", ".join(f"{condition.value} {1000.0 * most:.0f} {unit}" for condition, most in lost.items()) + "."
+    )

@@ -14,7 +14,7 @@ from app.session.clock import Pace
 from app.session.frame import contact
 from app.text.lever_texts import lever_text
 from scenes.history import Sample
-from scenes.random_runs import random_run
+from scenes.random_draws import random_run
 from scenes.settings import changed
 from scenes.simulation import Simulation
 

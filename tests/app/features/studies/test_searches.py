@@ -1,6 +1,7 @@
 """`lwr-duet hunt` and `falsify`: what is broken is found and can be made again, our own runs break nothing, and both say where they were
 interrupted."""
 
+import hashlib
 import json
 import re
 import shlex
@@ -12,15 +13,24 @@ import numpy as np
 import pytest
 
 from app.__main__ import run_command as main
-from app.features.studies.counterexample import SECONDS
+from app.features.studies.counterexample import LEGS, SECONDS, attack_of, searched
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
+from controllers import compiled
 from scenes import children, random_runs
+from scenes.experiments import Series
+from scenes.history import COLUMN
 from scenes.promise import Condition, missing
-from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
+from scenes.quantities import DISTANCE, FIRST_TASKS
+from scenes.random_draws import RandomRun, random_run
+from scenes.random_runs import RunVerdict, explained, run_verdict
+from scenes.recording import Recording
 from scenes.roles import room_of
 from scenes.room import World
-from scenes.settings import RunSettings
+from scenes.settings import LATER, RunSettings, values
+from scenes.simulation import Simulation
+from scenes.world_stages import WorldStage
+from tests.scenes.helpers import given_settings
 from tests.scenes.test_promise import BETWEEN
 
 pytestmark = pytest.mark.slow
@@ -77,9 +87,68 @@ def test_the_runs_are_drawn_from_everything() -> None:
     assert overlapping >= 5
 
 
+def test_the_usual_series_of_a_seed_stays_as_it_was() -> None:
+    """To the bit, whatever is drawn in other series; settings added later are not drawn."""
+    drawn = [random_run(7, index) for index in range(20)]
+    assert all(values(one.settings)[key] == usual for one in drawn for key, usual in LATER.items())
+    known = [
+        [(key, value) for key, value in values(one.settings).items() if key not in LATER] for one in drawn
+    ]
+    said = repr([known, [None if one.start is None else one.start.tolist() for one in drawn]])
+    assert hashlib.sha256(said.encode()).hexdigest()[:16] == "bda414a7dfdfd4ed"
+
+
+def test_the_runs_of_first_tasks_are_drawn_from_all_and_begin_above_their_threshold() -> None:
+    drawn = [random_run(1, index, "first-tasks") for index in range(60)]
+    again = random_run(1, 7, "first-tasks")
+    assert again.settings == drawn[7].settings and repr(again.start) == repr(drawn[7].start)
+    assert {one.settings.first for one in drawn} == set(FIRST_TASKS)
+    assert {one.settings.together for one in drawn} == {"ratios", "stages"}
+    assert {one.settings.world for one in drawn} == {one.hand is None for one in drawn} == {True, False}
+    near = 0
+    for one in drawn:
+        simulation = Simulation(one.settings)
+        if one.start is not None:
+            simulation.reset(one.start)
+        assert simulation.start_problem is None
+        near += simulation.sample().distance < one.settings.law.critical_distance + 0.05
+    assert near > 10
+
+
+def test_some_runs_of_first_tasks_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    options = ("--runs", "8", "--seconds", "1", "--workers", "1", "--out", str(tmp_path))
+    assert main(["hunt", "--series", "first-tasks", *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("8 runs, 0 broken. The law promises h ≥ h_law ≥ h_m in ")
+    units = [
+        re.fullmatch(r"It falls there by more than 0\.01 (\S+) with every .*", line) for line in lines[2:-1]
+    ]
+    assert {unit[1] for unit in units if unit} <= {"mm", "mrad", "mm/rad"} and all(units)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("series", ["first-tasks", "world"])
+def test_forty_runs_of_a_series_break_nothing(series: str, tmp_path: Path) -> None:
+    options = ("--runs", "40", "--seed", "2", "--seconds", "3", "--out", str(tmp_path))
+    assert main(["hunt", "--series", series, *options]) == 0
+
+
+def test_an_arm_that_does_not_glide_is_found_inside_of_things(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled.load_now()
+    below = Recording(np.zeros(1), np.array([[0.3, 0.25, 0.3]]))
+    settings = given_settings(rig="table", world=True, wmax=0.5, dt=0.01)
+    monkeypatch.setattr(random_runs, "random_run", lambda *_: RandomRun(settings, None, below))
+    kept = run_verdict(1, 0, 3.0, "world")
+    assert 0.02 < kept.clear < 0.05 and kept.faults == ()
+    monkeypatch.setattr(WorldStage, "keep", lambda self, velocities: None)
+    entered = run_verdict(1, 0, 3.0, "world")
+    (fault,) = entered.faults
+    assert entered.clear < -0.01 and fault.startswith("an arm is inside of something, by ")
+
+
 def test_a_promise_that_a_smaller_step_does_not_mend_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two pairs, where the condition is not known that explains it."""
-    monkeypatch.setattr(random_runs, "random_run", lambda seed, index: RandomRun(BETWEEN, None))
+    monkeypatch.setattr(random_runs, "random_run", lambda *_: RandomRun(BETWEEN, None))
     assert run_verdict(1, 0, 6.0).faults == ()
 
     def without(settings: RunSettings, table: np.ndarray) -> dict[Condition, np.ndarray]:
@@ -109,26 +178,34 @@ def test_a_time_step_explains_what_vanishes_with_it(excesses: tuple[float, ...],
     assert explained(excesses) is fine
 
 
-def broken_once(seed: int, index: int, seconds: float) -> RunVerdict:
-    return RunVerdict(index, ("as an example",) if index == STARTED else (), True, 0.1, (0.0,))
+def started(series: Series) -> int:
+    """The first run with a start posture of its own and, where a hand is drawn, a way of its own."""
+    drawn = ((index, random_run(1, index, series)) for index in range(40))
+    return next(
+        index for index, one in drawn if one.start is not None and (series == "usual" or one.hand is not None)
+    )
 
 
-STARTED = next(index for index in range(20) if random_run(1, index).start is not None)
-
-
+@pytest.mark.parametrize("series", ["usual", "first-tasks", "world"])
 def test_a_broken_run_comes_with_the_command_that_repeats_it(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    series: Series, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
+    broken = started(series)
+
+    def broken_once(seed: int, index: int, seconds: float, series: Series) -> RunVerdict:
+        faults = ("as an example",) if index == broken else ()
+        return RunVerdict(index, faults, True, 0.1, (0.0,), DISTANCE)
+
     monkeypatch.setattr(random_runs, "run_verdict", broken_once)
-    options = ("--runs", str(STARTED + 1), "--seconds", "0.2", "--workers", "1", "--out", str(tmp_path))
-    assert main(["hunt", *options]) == 1
+    options = ("--runs", str(broken + 1), "--seconds", "0.2", "--workers", "1", "--out", str(tmp_path))
+    assert main(["hunt", "--series", series, *options]) == 1
     found, command, *_ = capsys.readouterr().out.splitlines()
-    assert found == f"run {STARTED}: as an example"
+    assert found == f"run {broken}: as an example"
     program, *words = shlex.split(command)
     assert program == "lwr-duet"
     assert main([*words, "--csv", str(tmp_path / "again.csv")]) == 0
-    summary, drawn = json.loads(capsys.readouterr().out), random_run(1, STARTED)
-    again = random_runs.run(drawn.settings, 0.2, start=drawn.start).summary
+    summary, drawn = json.loads(capsys.readouterr().out), random_run(1, broken, series)
+    again = random_runs.run(drawn.settings, 0.2, drawn.hand, drawn.start).summary
     assert (summary["d_min"], summary["e2_end"], summary["dq_step_max"]) == (
         again.d_min,
         again.e2_end,
@@ -193,6 +270,42 @@ def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str])
     assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
 
 
+@pytest.mark.parametrize(
+    ("first", "rate", "least"),
+    [
+        ("wall", "v = 0.3 m/s.", r"d_law − d_m = [\d.]+ mm\."),
+        ("stops", "v = 0.3 rad/s.", r"h_law − h_m = [\d.]+ mrad\."),
+        ("singular", "v = 0.3 m/rad/s.", r"σ_law − σ_m = [\d.]+ mm/rad\."),
+    ],
+)
+def test_another_first_task_is_searched_in_its_unit(
+    first: str, rate: str, least: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    out = tmp_path / "worst.duet.npz"
+    options = ("--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.02", "--out", str(out))
+    assert main(["falsify", "--scene", "first_task", "--first", first, *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert FIRST_TASKS[first].label in lines[1] and lines[1].endswith(rate)
+    assert lines[2].startswith("No run broke the promise.")
+    assert re.fullmatch(f"The nearest approach: {least}", lines[3])
+    assert load_run(out.read_bytes(), out.name).verdict == "exact"
+
+
+def test_without_a_law_a_first_task_is_lost(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.02", "--law", "unprotected")
+    assert main(["falsify", "--scene", "first_task", "--first", "stops", *options]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert re.fullmatch(r"h_law falls [\d.]+ mrad below h_m, at dt and at dt/4\.", lines[3])
+
+
+def test_a_way_of_a_wall_is_read_from_its_link() -> None:
+    settings = given_settings(scene="first_task", dt=0.02)
+    attack = searched(settings, 1, 0, 0.0).attack
+    again = attack_of(settings, attack.text())
+    assert attack.points.shape == (LEGS + 1, 5) and again.text() == attack.text()
+    assert np.ptp(attack.table()[:, COLUMN["w"]]) > 0.0
+
+
 @pytest.mark.thorough
 @pytest.mark.usefixtures("interrupted_after_two")
 def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
@@ -210,6 +323,7 @@ def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.
         ("hunt --seconds nan", "seconds = nan"),
         ("hunt --out /no/such", "no such folder"),
         ("falsify --scene solo", "Nothing is in the way in the scene solo"),
+        ("falsify --scene first_task --first tip --dm 0.3", "the edge of the foot; take a smaller d_m"),
         ("falsify --lag 0.1", "The promise is made for an ideal robot"),
         ("falsify --seconds 0", "seconds = 0 is out of range; give a number above 0 and up to 86400."),
         ("falsify --seconds nan", "seconds = nan is out of range"),
