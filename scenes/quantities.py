@@ -3,8 +3,11 @@
 The distance of the arms is one. A law computes in the unit of its first task: d_m and v of the settings are then h_m and v in it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
+
+MIXED: Final = "SI"
+"""Unit of a value that is now a length, now an angle."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,16 @@ class KeptQuantity:
     @property
     def page_unit(self) -> str:
         """Unit on the page, a thousandth of the SI unit."""
-        return f"m{self.unit}"
+        return f"10⁻³ {self.unit}" if self.unit == MIXED else f"m{self.unit}"
+
+    @property
+    def rate_unit(self) -> str:
+        return f"{self.unit}/s"
+
+    @property
+    def row_unit(self) -> str:
+        """Unit of |J_a|; "" if it has none."""
+        return {"rad": "", "m/rad": "m/rad²"}.get(self.unit, f"{self.unit}/rad")
 
 
 DISTANCE: Final = KeptQuantity("distance", "Distance of the arms", "distance", "d", "m", "arm")
@@ -49,7 +61,16 @@ FIRST_TASKS: Final[dict[str, KeptQuantity]] = {
         KeptQuantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
         KeptQuantity(SINGULAR, "Out of singularity", "smallest singular value", "σ", "m/rad"),
         KeptQuantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
-        KeptQuantity(ALL, "All at once", "least of all margins", "h", "m"),
+        KeptQuantity(ALL, "All at once", "least of all margins", "h", MIXED),
     )
 }
 """Name → first task, in the order of the chooser."""
+
+PARTS: Final[dict[str, tuple[str, ...]]] = {ALL: (WALL, SINGULAR, STOPS, TIP)}
+"""Choice → the first tasks of which it consists, if it is not one itself; of stages the last one wins."""
+
+
+def quantity_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
+    """A first task with the unit of its part that is the least now. `pair`: number of that part, -1 if unknown."""
+    parts = PARTS.get(quantity.name, ())
+    return replace(quantity, unit=FIRST_TASKS[parts[pair]].unit) if 0 <= pair < len(parts) else quantity

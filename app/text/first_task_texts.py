@@ -1,9 +1,12 @@
 """The words of first tasks other than the distance of the arms, and settings and symbols in the unit of a first task."""
 
+import re
 from dataclasses import replace
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
-from app.i18n.speaking import N_
+from markupsafe import Markup
+
+from app.i18n.speaking import N_, tr
 from scenes.quantities import ALL, DISTANCE, SINGULAR, STOPS, TIP, WALL, KeptQuantity
 from scenes.setting_spec import Spec
 
@@ -84,5 +87,47 @@ def in_unit(spec: Spec, quantity: KeptQuantity) -> Spec:
         words = spec.words if quantity.against or spec.key == "d0" else N_("critical value")
         return replace(spec, label=label, words=words, page_unit=quantity.page_unit)
     if spec.key == "v":
-        return replace(spec, page_unit=f"{quantity.unit}/s")
+        return replace(spec, page_unit=quantity.rate_unit)
     return spec
+
+
+def least_name(quantity: KeptQuantity) -> str:
+    """Name of the moment of the smallest value, in English."""
+    return N_("smallest distance") if quantity.against else N_("smallest value")
+
+
+def over_name(quantity: KeptQuantity) -> str:
+    """Name of the axis of a first task, in the current language."""
+    return tr("distance d") if quantity is DISTANCE else f"{tr(quantity.short)} {quantity.symbol}"
+
+
+_WRITTEN: Final = re.compile(
+    r"<[a-z/][^>]*>"
+    r"|(?P<row>J(?:<sub>|_|\$_)d\b)|(?P<rate>ḋ)|(?P<d>\bd(?=\b|[_ₘ]))|(?P<mm>\bmm\b)|(?P<speed>(?<![\w/])m/s\b)|\[m\]"
+)
+"""Tags, which are left as they are, and what is said otherwise of another first task than a distance."""
+
+Text = TypeVar("Text", str, Markup)
+
+
+def in_symbols(text: Text, quantity: KeptQuantity) -> Text:
+    """A text or HTML about the paper's d, with symbol, row and units of a first task; it names no other length."""
+    if quantity is DISTANCE:
+        return text
+
+    def said(found: re.Match[str]) -> str:
+        match found.lastgroup:
+            case "row":
+                return f"{found[0][:-1]}a"
+            case "rate":
+                return f"{quantity.symbol}\N{COMBINING DOT ABOVE}"
+            case "d":
+                return quantity.symbol
+            case "mm":
+                return quantity.page_unit
+            case "speed":
+                return quantity.rate_unit
+            case _:
+                return f"[{quantity.unit}]" if found[0] == "[m]" else found[0]
+
+    return type(text)(_WRITTEN.sub(said, str(text)))

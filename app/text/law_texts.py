@@ -166,7 +166,6 @@ ALONE: Final = (
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
-_LAW_DISTANCE: Final = f"{coloured('d', 'd')}_{{{coloured('d', 'law')}}}"
 _TEX: Final = {"σ": r"\sigma"}
 _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
@@ -181,11 +180,11 @@ def equation_html(run: RunSettings) -> Markup:
     equation, source = equation_of(run)
     # A law of all pairs takes each pair's own d.
     named = run.has_law_distance and run.law.entry.sees == "one row"
-    symbols = {**_COLOURED, "d": _LAW_DISTANCE} if named else _COLOURED
+    symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
+    d, of_law = coloured("d", symbol), coloured("d", "law")
+    symbols = {**_COLOURED, "d": f"{d}_{{{of_law}}}" if named else d, "dm": coloured("dm", f"{symbol}_m")}
     if run.quantity is not DISTANCE:
         # x_a is another quantity, and its row is J_a.
-        symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
-        symbols = {**symbols, "d": coloured("d", symbol), "dm": coloured("dm", f"{symbol}_m")}
         equation = tuple(line.replace("J_d", "J_a").replace("J_{{d,i}}", "J_{{a,i}}") for line in equation)
     lines = (
         _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation
