@@ -70,7 +70,13 @@ PARTS: Final[dict[str, tuple[str, ...]]] = {ALL: (WALL, SINGULAR, STOPS, TIP)}
 """Choice → the first tasks of which it consists, if it is not one itself; of stages the last one wins."""
 
 
-def quantity_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
-    """A first task with the unit of its part that is the least now. `pair`: number of that part, -1 if unknown."""
+def part_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
+    """The first task that is the least now; the same if it is not made of several. `pair`: its number, -1 if unknown."""
     parts = PARTS.get(quantity.name, ())
-    return replace(quantity, unit=FIRST_TASKS[parts[pair]].unit) if 0 <= pair < len(parts) else quantity
+    return FIRST_TASKS[parts[pair]] if 0 <= pair < len(parts) else quantity
+
+
+def quantity_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
+    """A first task in the unit of its part that is the least now, see `part_of_pair`."""
+    part = part_of_pair(quantity, pair)
+    return quantity if part is quantity else replace(quantity, unit=part.unit)

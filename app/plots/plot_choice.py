@@ -7,7 +7,7 @@ from markupsafe import Markup
 from app.i18n.speaking import N_
 from app.plots.chart_list import further_charts
 from app.settings import PageSettings
-from app.text.first_task_texts import in_symbols
+from app.text.first_task_texts import in_symbols, wording
 from app.text.templates import element, lowered, tr_html
 from scenes.settings import RunSettings, specs
 
@@ -30,9 +30,8 @@ def is_chart(name: str) -> bool:
 
 def chart_title(name: str, run: RunSettings) -> Markup:
     """Title of a chart for a run, as HTML; it names the law's variable if that is not d."""
-    title = in_symbols(
-        tr_html(CHARTS[name] if name in CHARTS else further_charts()[name].title), run.quantity
-    )
+    written = CHARTS[name] if name in CHARTS else further_charts()[name].title
+    title = in_symbols(tr_html(wording(written, run.quantity)), run.quantity)
     if not run.has_law_distance:
         return title
     symbol = run.quantity.symbol

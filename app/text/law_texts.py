@@ -58,7 +58,7 @@ class LawTexts(NamedTuple):
 def _promise_of_curve(law: LawSettings) -> Markup:
     kept = kept_distance(law.curve)
     if kept is None:
-        return tr_html("this curve promises no distance: it does not begin at 1")
+        return tr_html("this curve promises nothing: it does not begin at 1")
     return tr_html("this curve promises d ≥ {kept} mm while w ≤ v", kept=f"{1e3 * kept:.0f}")
 
 
@@ -94,7 +94,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "Khatib 1986", "push, of 1",
         # High on its flank, where the others are not.
         lambda law, line: float(np.interp(-0.72 * line.span, -line.ys, line.xs, left=0.08)),
-        "no distance is promised",
+        "nothing is promised",
     ),
     BARRIER_LAW: LawTexts(
         (r"\min\ \left|\dot q - \dot q_n\right|^2 \quad \text{{so that}}",
@@ -118,7 +118,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\left[J_d;\,J\right]^{{\#}}\left[{v};\,\dot x_b\right]",
          r"\dot x_b = J\,\dot q_n"), "Mansard, Remazeilles & Chaumette 2009", "λ",
         lambda law, line: law.critical_distance * 0.45 ** (-1.0 / law.order),
-        "hand and distance in one stack, neither first", missed="the hand takes its share",
+        "both tasks in one stack, neither first", missed="the hand takes its share",
     ),
     "hierarchical_inverse": LawTexts(
         (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\,\dot q_{{ab}} \quad \left({v} > -{u}\right)",
@@ -150,7 +150,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",
          r"{lam} \in [0, 1]"), "(32), your hand", "λ",
         lambda law, line: float(line.xs[len(line.xs) // 3]),
-        promise=lambda law: tr_html("your lever promises no distance: it does not depend on d"),
+        promise=lambda law: tr_html("your lever promises nothing: it does not depend on d"),
     ),
     NO_AVOIDANCE: LawTexts(
         (r"\dot q = \dot q_n",), "the task alone", "λ",
