@@ -18,7 +18,7 @@ from scenes.first_task.detector import FirstTaskDetector
 from scenes.first_task.wall import BASE_CLEAR, add_wall, normal_of, plane_of
 from scenes.furniture import CART_HALF
 from scenes.quantities import PARTS, SINGULAR, STOPS, TIP, WALL
-from scenes.rigs import ALONE, CART
+from scenes.rigs import ALONE, CART, beside_wall
 from scenes.robots import robot
 from scenes.room import Room, World, with_arm
 from scenes.solo import ALONE_NAME, alone_start
@@ -87,7 +87,7 @@ def build_first_task_room(first: str, load: float, stages: bool = False) -> Room
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, rig.bases[0])
     start, wall = alone_start(MAKE), None
     if WALL in kept:
-        wall = add_wall(model)
+        wall, rig = add_wall(model), beside_wall(rig)
         start = np.concatenate([start, WALL_START])
 
     def watch(world: World) -> FirstTaskDetector:
