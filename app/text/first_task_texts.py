@@ -98,6 +98,7 @@ OF_A_VALUE: Final[dict[str, str]] = {
     N_("the joints move this point too little"): N_("the joints change this value too little"),
     N_("joints move this point: s = {s}"): N_("joints change this value: s = {s}"),
     N_("between two pairs"): N_("between two first tasks"),
+    N_("pressed against its surroundings"): N_("a later stage comes first"),
     N_("other pairs count, too"): N_("other first tasks count, too"),
     N_("the closest pair"): N_("the least of the first tasks"),
     N_("the law distance is below d<sub>m</sub>, but falling no further"): N_(

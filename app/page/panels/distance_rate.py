@@ -287,7 +287,8 @@ def _pressing(simulation: Simulation, sample: Sample) -> Thing | None:
     if simulation.stages is None:
         return None
     arm = simulation.avoiding if sample.authority == Authority.WORLD else simulation.guided
-    touch = simulation.stages.touch_of(arm.joints)
+    # The stage acts on the distance a little before the arm counts as touching.
+    touch = simulation.stages.touch_of(arm.joints, math.inf)
     return None if touch is None else touch.thing
 
 
@@ -310,7 +311,7 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
                 joint = simulation.joint_label(second.joint, second=True)
             return tr("{joint} at its limit", joint=tr(joint))
         case Condition.WORLD:
-            return tr(PRESSED[_pressing(simulation, sample)])
+            return tr(wording(PRESSED[_pressing(simulation, sample)], kept))
         case Condition.ROBOT:
             return tr("the robot is not ideal")
         case Condition.PAIRS:
