@@ -3,8 +3,11 @@
 The distance of the arms is one. A law computes in the unit of its first task: d_m and v of the settings are then h_m and v in it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
+
+MIXED: Final = "SI"
+"""Unit of a value that is now a length, now an angle."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,16 @@ class KeptQuantity:
     @property
     def page_unit(self) -> str:
         """Unit on the page, a thousandth of the SI unit."""
-        return f"m{self.unit}"
+        return f"10⁻³ {self.unit}" if self.unit == MIXED else f"m{self.unit}"
+
+    @property
+    def rate_unit(self) -> str:
+        return f"{self.unit}/s"
+
+    @property
+    def row_unit(self) -> str:
+        """Unit of |J_a|; "" if it has none."""
+        return {"rad": "", "m/rad": "m/rad²"}.get(self.unit, f"{self.unit}/rad")
 
     @property
     def critical(self) -> str:
@@ -59,7 +71,22 @@ FIRST_TASKS: Final[dict[str, KeptQuantity]] = {
         KeptQuantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
         KeptQuantity(SINGULAR, "Out of singularity", "smallest singular value", "σ", "m/rad"),
         KeptQuantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
-        KeptQuantity(ALL, "All at once", "least of all margins", "h", "m"),
+        KeptQuantity(ALL, "All at once", "least of all margins", "h", MIXED),
     )
 }
 """Name → first task, in the order of the chooser."""
+
+PARTS: Final[dict[str, tuple[str, ...]]] = {ALL: (WALL, SINGULAR, STOPS, TIP)}
+"""Choice → the first tasks of which it consists, if it is not one itself; of stages the last one wins."""
+
+
+def part_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
+    """The first task that is the least now; the same if it is not made of several. `pair`: its number, -1 if unknown."""
+    parts = PARTS.get(quantity.name, ())
+    return FIRST_TASKS[parts[pair]] if 0 <= pair < len(parts) else quantity
+
+
+def quantity_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
+    """A first task in the unit of its part that is the least now, see `part_of_pair`."""
+    part = part_of_pair(quantity, pair)
+    return quantity if part is quantity else replace(quantity, unit=part.unit)

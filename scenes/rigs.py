@@ -181,5 +181,15 @@ _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF
 ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
 """Base of a single arm, whatever the rig of two: upright at the end of the table."""
 
-CART: Final = replace(ALONE, name="cart")
-"""The same place, on a cart instead of the bench."""
+CART: Final = replace(
+    ALONE, name="cart", camera=replace(_alone_camera, centre=(-0.15, 0.0, 0.88), height=2.15)
+)
+"""The same place, on a cart instead of the bench; its view reaches down to the cart's foot."""
+
+# Along a wall across the arm's way, a little from the arm's side: the wall hides nothing, and shows the face that the arm meets.
+_ALONG_WALL: Final = (-0.75, -2.65, 0.6)
+
+
+def beside_wall(rig: Rig) -> Rig:
+    """The rig of a single arm, seen from where a wall in front of it does not hide the arm."""
+    return replace(rig, camera=replace(rig.camera, toward=_ALONG_WALL))

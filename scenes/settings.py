@@ -10,7 +10,7 @@ from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from scenes.experiments import EXPERIMENTS, HOLD, MASTER_SLAVE, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
-from scenes.quantities import DISTANCE, FIRST_TASKS, WALL, KeptQuantity
+from scenes.quantities import DISTANCE, FIRST_TASKS, PARTS, WALL, KeptQuantity
 from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
 if TYPE_CHECKING:
@@ -365,7 +365,9 @@ class RunSettings:
     @property
     def has_law_distance(self) -> bool:
         """True if the law distance d_law can differ from the true distance d of the closest pair."""
-        return self.law.pairs != "single" or self.hardware.sees_wrong
+        # A first task that is not made of several is one "pair".
+        several = self.quantity is DISTANCE or self.quantity.name in PARTS
+        return (several and self.law.pairs != "single") or self.hardware.sees_wrong
 
     @property
     def both_avoid(self) -> bool:

@@ -62,15 +62,15 @@ class WorldStage:
         if not self._law(velocities):
             velocities[:] = self._within_bounds(velocities)
 
-    def touch(self) -> Touch | None:
-        """The contact at the configuration of the last `Kinematics.update`; None if nothing is near."""
+    def touch(self, most: float = TOUCHED) -> Touch | None:
+        """The contact at the configuration of the last `Kinematics.update`; None if nothing is nearer than `most` [m]."""
         task = self.task
         # The smooth minimum is never above the least of the margins.
-        if task.margin().value > TOUCHED:
+        if task.margin().value > most:
             return None
         nearest = int(task.contacts[:, 0].argmin())
         margin, *numbers = task.contacts[nearest].tolist()
-        if margin > TOUCHED:
+        if margin > most:
             return None
         point, direction = np.array(numbers).reshape(2, 3)
         meeting, way = task.meetings[nearest], direction / max(float(np.linalg.norm(direction)), 1e-9)
@@ -125,9 +125,9 @@ class WorldStages:
         """Contacts of the arms and the ball at the configuration of the last `Kinematics.update`."""
         return tuple(touch for columns, _ in self.stages if (touch := self.touch_of(columns)) is not None)
 
-    def touch_of(self, joints: slice) -> Touch | None:
-        """Contact of one arm, or of the ball; None if nothing is near. `joints`: its columns in q."""
-        return next((stage.touch() for columns, stage in self.stages if columns == joints), None)
+    def touch_of(self, joints: slice, most: float = TOUCHED) -> Touch | None:
+        """Contact of one arm, or of the ball; None if nothing is nearer than `most` [m]. `joints`: its columns in q."""
+        return next((stage.touch(most) for columns, stage in self.stages if columns == joints), None)
 
     def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
         """Stages of the arms in some columns of q, each with its columns counted from the first of them."""

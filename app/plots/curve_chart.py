@@ -38,7 +38,7 @@ class CurveAxis:
         factor: from SI to that unit.
         colour: CSS class of the symbol's colour; "" for the colour of the text.
         low, high: its ends, SI.
-        critical: d_m [m] on an axis of distances, else None.
+        critical: d_m on an axis of distances, else None.
     """
 
     symbol: str
@@ -139,7 +139,7 @@ class _Text(NamedTuple):
     bold: bool = False
 
 
-_CRITICAL: Final = Markup('d<tspan dy="3" font-size="11.5">m</tspan>')
+_CRITICAL: Final = Markup('{}<tspan dy="3" font-size="11.5">m</tspan>')
 
 
 def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
@@ -150,9 +150,11 @@ def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
     yield _Text(x.label, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end", x.colour, True)
     yield _Text(y.label, 4, 14, "start", y.colour, True)
     if x.critical is not None:
-        yield _Text(_CRITICAL, _LEFT + x.fraction(x.critical) * _ACROSS + 4, _TOP + _DOWN - 8, "", "dm", True)
+        critical = _CRITICAL.format(x.symbol)
+        yield _Text(critical, _LEFT + x.fraction(x.critical) * _ACROSS + 4, _TOP + _DOWN - 8, "", "dm", True)
     if y.critical is not None:
-        yield _Text(_CRITICAL, _LEFT + 4, _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4, "", "dm", True)
+        critical = _CRITICAL.format(y.symbol)
+        yield _Text(critical, _LEFT + 4, _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4, "", "dm", True)
 
 
 def _legend(lines: tuple[Line, ...]) -> Iterator[tuple[_Text, Line, str]]:

@@ -3,15 +3,17 @@
 import json
 import math
 from bisect import insort
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeGuard
 
 from markupsafe import Markup
 
 from app.i18n.speaking import N_, tr
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
+from app.text.first_task_texts import over_name
 from controllers.curve import curve_text, curve_through
 from controllers.errors import NumberText
+from scenes.quantities import DISTANCE, KeptQuantity
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ class Drawing:
         x_name, y_name: keys of `AXES`.
         formula: compare with eq. (31) for the settings of the run, instead of the recorded run.
         within: largest mean distance of a correct drawing from the true curve, in the unit of `y`, SI.
+        kept: what an axis of distances is of.
     """
 
     x_name: str
@@ -64,6 +67,7 @@ class Drawing:
     y: CurveAxis
     formula: bool
     within: float
+    kept: KeptQuantity = DISTANCE
 
     @property
     def columns(self) -> tuple[float, ...]:
@@ -78,10 +82,12 @@ class Drawing:
         )
 
 
-def activation_axes(critical: float, ends: tuple[float, float]) -> Drawing:
-    """Axes for a λ(d) that is compared with nothing. `critical`: d_m [m]; `ends`: of the axis of d [m]."""
+def activation_axes(critical: float, ends: tuple[float, float], kept: KeptQuantity = DISTANCE) -> Drawing:
+    """Axes for a λ(d) that is compared with nothing. `critical`: d_m, `ends`: of the axis of d, in the unit of `kept`."""
     x, y = axis_of("distance", ends, critical), axis_of("activation", (0.0, 1.0), critical)
-    return Drawing("distance", "activation", x, y, True, 1.0)
+    if kept is not DISTANCE:
+        x = replace(x, symbol=kept.symbol, unit=kept.page_unit)
+    return Drawing("distance", "activation", x, y, True, 1.0, kept)
 
 
 def axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
@@ -152,4 +158,8 @@ def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
 
 
 def axes_text(drawing: Drawing) -> str:
-    return tr("{y} over {x}", y=tr(AXES[drawing.y_name].word), x=tr(AXES[drawing.x_name].word))
+    x, y = (
+        over_name(drawing.kept) if name == "distance" else tr(AXES[name].word)
+        for name in (drawing.x_name, drawing.y_name)
+    )
+    return tr("{y} over {x}", y=y, x=x)

@@ -15,6 +15,7 @@ from markupsafe import Markup
 from app.i18n.speaking import decimal
 from app.plots.chart import Chart, ChartAxes
 from app.session.frame import Contact
+from app.text.first_task_texts import in_symbols
 from app.text.law_texts import LAW_TEXTS, LawLine
 from app.text.templates import macros
 from controllers.activation import activation
@@ -26,7 +27,7 @@ from scenes.settings import LawSettings
 from scenes.simulation import Simulation
 
 FAR: Final = 0.6
-"""End of the axis of distances [m]."""
+"""End of the axis of distances, in the unit of the first task."""
 
 DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
 
@@ -150,7 +151,9 @@ def laws_html(
     u, lever = (
         decimal(f"{value:.2f}".replace("-", "−")) for value in (now.pull + 0.0, math.sqrt(now.square))
     )
-    return macros("plots/charts.html").laws(chart.html(height), u, lever)
+    quantity = simulation.settings.quantity
+    row = in_symbols(Markup("J<sub>d</sub>"), quantity)
+    return macros("plots/charts.html").laws(chart.html(height), u, row, lever, quantity.row_unit)
 
 
 def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:

@@ -7,6 +7,7 @@ from markupsafe import Markup
 from app.i18n.speaking import N_
 from app.plots.chart_list import further_charts
 from app.settings import PageSettings
+from app.text.first_task_texts import in_symbols, wording
 from app.text.templates import element, lowered, tr_html
 from scenes.settings import RunSettings, specs
 
@@ -22,9 +23,6 @@ CHARTS: Final[dict[str, str]] = {
 _ADDED: Final = ("safety", "microscope", "map")
 """Choices of the setting that are offered only if a feature draws them."""
 
-_OVER_D: Final = element("b", "d", class_="d")
-_OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
-
 
 def is_chart(name: str) -> bool:
     return name in CHARTS or name in further_charts()
@@ -32,8 +30,13 @@ def is_chart(name: str) -> bool:
 
 def chart_title(name: str, run: RunSettings) -> Markup:
     """Title of a chart for a run, as HTML; it names the law's variable if that is not d."""
-    title = tr_html(CHARTS[name] if name in CHARTS else further_charts()[name].title)
-    return Markup(str(title).replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
+    written = CHARTS[name] if name in CHARTS else further_charts()[name].title
+    title = in_symbols(tr_html(wording(written, run.quantity)), run.quantity)
+    if not run.has_law_distance:
+        return title
+    symbol = run.quantity.symbol
+    variable, of_law = element("b", symbol, class_="d"), element("b", lowered(f"{symbol}_law"), class_="d")
+    return Markup(str(title).replace(variable, of_law))
 
 
 PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}

@@ -18,6 +18,7 @@ from controllers.stability import Analysis, analyse, barrier
 from controllers.tasks import TASK_DIMENSION, pose_error, position_error
 from scenes.history import COLUMN, Sample
 from scenes.law_answers import LawOfFile
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.simulation import Simulation
 
 NO_ERROR: Final = 5e-4
@@ -34,7 +35,13 @@ STILL: Final = 0.5 * NO_ERROR**2
 
 
 def stability_html(
-    analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None
+    analysis: Analysis,
+    error_norm: float,
+    error_rate: float,
+    V: float,
+    V_rate: float,
+    W: float | None,
+    quantity: KeptQuantity = DISTANCE,
 ) -> Markup:
     """Two sentences and the numbers behind them, as HTML.
 
@@ -43,13 +50,14 @@ def stability_html(
         error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and its rate [m/s or
             rad/s].
         W: the barrier function; None for a hand task, which has none.
+        quantity: what the law keeps.
     """
     eigenvalue, mode = (
         _fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3))
     )
     words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
     return macros("plots/charts.html").stability(
-        condition_text(analysis),
+        condition_text(analysis, quantity),
         error_text(analysis, error_norm, error_rate),
         numbers=f"sym(M) {eigenvalue}, M {mode} 1/s",
         ranks=ranks_text(analysis),
@@ -60,8 +68,8 @@ def stability_html(
     )
 
 
-def condition_text(analysis: Analysis) -> str:
-    """Sentence: does the paper's sufficient condition, sym(M) > 0, hold now?"""
+def condition_text(analysis: Analysis, quantity: KeptQuantity = DISTANCE) -> str:
+    """Sentence: does the paper's sufficient condition, sym(M) > 0, hold now? `quantity`: what the law keeps."""
     if analysis.activation == 0.0 and analysis.condition_holds:
         return tr_html("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
@@ -69,7 +77,7 @@ def condition_text(analysis: Analysis) -> str:
             tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
         )
         return tr_html("<b>The paper’s condition holds:</b> {why}.", why=why)
-    why = lever_text(lever(analysis.lever * analysis.lever)) or tr("not every error makes V fall")
+    why = lever_text(lever(analysis.lever * analysis.lever), quantity) or tr("not every error makes V fall")
     return tr_html("<b>The paper’s condition does not hold:</b> {why}.", why=why)
 
 
@@ -176,7 +184,13 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
             error, gain, now.row, now.distance, law.critical_distance, law.order, law.nominal_velocity
         )
     return stability_html(
-        analysis, sample.error, error_rate(simulation), analysis.lyapunov(e), analysis.lyapunov_rate(e), W
+        analysis,
+        sample.error,
+        error_rate(simulation),
+        analysis.lyapunov(e),
+        analysis.lyapunov_rate(e),
+        W,
+        run.quantity,
     )
 
 

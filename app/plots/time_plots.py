@@ -17,6 +17,7 @@ from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
 from app.plots.pair_strips import arm_colour
 from app.plots.time_series import DRIVEN, JOINTS
+from app.text.first_task_texts import wording
 from app.theme import SYMBOL_COLOURS, Palette
 from controllers.kinematics import Array
 from scenes.law_answers import LawOfFile
@@ -222,7 +223,8 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
         case "distance":
             return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile), run.quantity)
         case "speeds" if run.quantity is not DISTANCE:
-            return replace(TIME_PLOTS[name], unit=f"{run.quantity.unit}/s")
+            plot = TIME_PLOTS[name]
+            return replace(plot, title=wording(plot.title, run.quantity), unit=run.quantity.rate_unit)
         case "joints":
             return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0), DEGREES)
         case "rates":

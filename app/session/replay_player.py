@@ -14,6 +14,7 @@ from app.session.late_law import LateLawStatus
 from app.session.replay import RecordedFilm, Replay, make_films
 from app.session.run_control import RunControl
 from app.settings import Settings
+from app.text.first_task_texts import least_name
 from controllers.errors import LazyText
 from scenes.inputs import InputsLog, Recorded
 from scenes.settings import RunSettings
@@ -217,7 +218,7 @@ class ReplayPlayer:
         elif not self.reviewing:
             replay.toggle()
         if (draft is not None or self.mark is None) and (time := replay.nearest_moment) is not None:
-            self.mark = Mark(time, LazyText(N_("smallest distance")))
+            self.mark = Mark(time, LazyText(least_name(replay.simulation.settings.quantity)))
         if whole is not None:
             self.jobs.submit("film", partial(self._show, None), make_films, whole, None)
 

@@ -18,7 +18,7 @@ from app.stage.stage_part import LABEL_TEXT, StagePart, fresh, quaternion
 from app.theme import PALETTES, Palette, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from controllers.kinematics import Array
-from scenes.quantities import DISTANCE
+from scenes.quantities import DISTANCE, quantity_of_pair
 from scenes.room import Room
 from scenes.simulation import Simulation
 
@@ -70,7 +70,8 @@ class ClosestLine(StagePart):
             self._line.colors = np.array(colour, np.uint8)
         # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
-        mm, kept = sample.distance * 1000.0, frame.simulation.settings.quantity
+        mm = sample.distance * 1000.0
+        kept = quantity_of_pair(frame.simulation.settings.quantity, sample.pair)
         # The word is the second cue of an overlap, beside its colour.
         bodies = overlap and kept is DISTANCE
         said = f"{-mm:.0f} {tr('mm of overlap')}" if bodies else f"{kept.symbol} = {mm:.0f} {kept.page_unit}"

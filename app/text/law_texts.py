@@ -58,7 +58,7 @@ class LawTexts(NamedTuple):
 def _promise_of_curve(law: LawSettings) -> Markup:
     kept = kept_distance(law.curve)
     if kept is None:
-        return tr_html("this curve promises no distance: it does not begin at 1")
+        return tr_html("this curve promises nothing: it does not begin at 1")
     return tr_html("this curve promises d ≥ {kept} mm while w ≤ v", kept=f"{1e3 * kept:.0f}")
 
 
@@ -94,7 +94,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "Khatib 1986", "push, of 1",
         # High on its flank, where the others are not.
         lambda law, line: float(np.interp(-0.72 * line.span, -line.ys, line.xs, left=0.08)),
-        "no distance is promised",
+        "nothing is promised",
     ),
     BARRIER_LAW: LawTexts(
         (r"\min\ \left|\dot q - \dot q_n\right|^2 \quad \text{{so that}}",
@@ -118,7 +118,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\left[J_d;\,J\right]^{{\#}}\left[{v};\,\dot x_b\right]",
          r"\dot x_b = J\,\dot q_n"), "Mansard, Remazeilles & Chaumette 2009", "λ",
         lambda law, line: law.critical_distance * 0.45 ** (-1.0 / law.order),
-        "hand and distance in one stack, neither first", missed="the hand takes its share",
+        "both tasks in one stack, neither first", missed="the hand takes its share",
     ),
     "hierarchical_inverse": LawTexts(
         (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\,\dot q_{{ab}} \quad \left({v} > -{u}\right)",
@@ -150,7 +150,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",
          r"{lam} \in [0, 1]"), "(32), your hand", "λ",
         lambda law, line: float(line.xs[len(line.xs) // 3]),
-        promise=lambda law: tr_html("your lever promises no distance: it does not depend on d"),
+        promise=lambda law: tr_html("your lever promises nothing: it does not depend on d"),
     ),
     NO_AVOIDANCE: LawTexts(
         (r"\dot q = \dot q_n",), "the task alone", "λ",
@@ -166,7 +166,6 @@ ALONE: Final = (
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
-_LAW_DISTANCE: Final = f"{coloured('d', 'd')}_{{{coloured('d', 'law')}}}"
 _TEX: Final = {"σ": r"\sigma"}
 _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
@@ -181,11 +180,11 @@ def equation_html(run: RunSettings) -> Markup:
     equation, source = equation_of(run)
     # A law of all pairs takes each pair's own d.
     named = run.has_law_distance and run.law.entry.sees == "one row"
-    symbols = {**_COLOURED, "d": _LAW_DISTANCE} if named else _COLOURED
+    symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
+    d, of_law = coloured("d", symbol), coloured("d", "law")
+    symbols = {**_COLOURED, "d": f"{d}_{{{of_law}}}" if named else d, "dm": coloured("dm", f"{symbol}_m")}
     if run.quantity is not DISTANCE:
         # x_a is another quantity, and its row is J_a.
-        symbol = _TEX.get(run.quantity.symbol, run.quantity.symbol)
-        symbols = {**symbols, "d": coloured("d", symbol), "dm": coloured("dm", f"{symbol}_m")}
         equation = tuple(line.replace("J_d", "J_a").replace("J_{{d,i}}", "J_{{a,i}}") for line in equation)
     lines = (
         _WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation

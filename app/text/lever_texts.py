@@ -1,16 +1,19 @@
-"""Words for how well an arm's joints move the closest point, one text per level of the lever s."""
+"""Words for how well an arm's joints move the closest point, or change another value, one text per level of the lever s."""
 
 from typing import Final
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
+from app.text.first_task_texts import wording
 from controllers.laws.situation import FIRM_LEVER
+from scenes.quantities import DISTANCE, KeptQuantity
 
 NO_LEVER: Final = 0.1
 """s below which hardly anything of a law's demand is achieved."""
 
 
-def lever_text(lever: float) -> str:
-    """Text for a lever s, see `controllers.laws.situation.lever`; "" if it is firm."""
+def lever_text(lever: float, quantity: KeptQuantity = DISTANCE) -> str:
+    """Text for a lever s, see `controllers.laws.situation.lever`; "" if it is firm. `quantity`: what the law keeps."""
     if lever >= FIRM_LEVER:
         return ""
-    return tr("no joint moves this point") if lever < NO_LEVER else tr("the joints hardly move this point")
+    text = N_("no joint moves this point") if lever < NO_LEVER else N_("the joints hardly move this point")
+    return tr(wording(text, quantity))

@@ -17,8 +17,8 @@ from controllers.laws.situation import AUTHORITY
 from scenes.first_task.detector import FirstTaskDetector
 from scenes.first_task.wall import BASE_CLEAR, add_wall, normal_of, plane_of
 from scenes.furniture import CART_HALF
-from scenes.quantities import ALL, SINGULAR, STOPS, TIP, WALL
-from scenes.rigs import ALONE, CART
+from scenes.quantities import PARTS, SINGULAR, STOPS, TIP, WALL
+from scenes.rigs import ALONE, CART, beside_wall
 from scenes.robots import robot
 from scenes.room import Room, World, with_arm
 from scenes.solo import ALONE_NAME, alone_start
@@ -36,9 +36,6 @@ CART_MASS: Final = 16.0
 
 CART_CENTRE: Final = 0.35
 """Height of its centre of mass [m]."""
-
-KEPT: Final[dict[str, tuple[str, ...]]] = {ALL: (WALL, SINGULAR, STOPS, TIP)}
-"""Choice → the first tasks of which it consists, if it is not one itself; of stages the last one wins."""
 
 AGAINST: Final = {WALL: "wall", STOPS: "joint stops", SINGULAR: "singularity", TIP: "edge of the foot"}
 """First task → what is named as the other one of a pair."""
@@ -84,13 +81,13 @@ def build_first_task_room(first: str, load: float, stages: bool = False) -> Room
         load: mass in the hand [kg].
         stages: whether only the first of several is what the law acts on.
     """
-    kept = KEPT.get(first, (first,))
+    kept = PARTS.get(first, (first,))
     rig = CART if TIP in kept else ALONE
     made, geometry = robot(MAKE), pin.GeometryModel()
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, rig.bases[0])
     start, wall = alone_start(MAKE), None
     if WALL in kept:
-        wall = add_wall(model)
+        wall, rig = add_wall(model), beside_wall(rig)
         start = np.concatenate([start, WALL_START])
 
     def watch(world: World) -> FirstTaskDetector:

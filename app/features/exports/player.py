@@ -22,6 +22,7 @@ from app.i18n.speaking import decimal, spoken, tr
 from app.recording.run_file import made_here, made_with
 from app.settings import PageSettings
 from app.stage.contact_view import contact_assets
+from app.text.first_task_texts import in_symbols, least_name
 from app.text.setting_values import page_value
 from app.text.templates import macros
 from app.web.pages import PageAssets, software_rendering, translation
@@ -84,13 +85,13 @@ def assembled(
     """
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
-    film = base64.b64encode(packed_film(filmed, panels, mark)).decode()
+    film = base64.b64encode(packed_film(filmed, panels, mark, least_name(run.quantity))).decode()
     title, law = page_value("scene", run.scene), page_value("law", run.law.law).replace("d_m", "dₘ")
     numbers = f"K = {decimal(f'{run.gain:g}')}/s; Duet {made_here()['duet']}"
     if own is None:
         v = decimal(f"{run.law.nominal_velocity:g}")
         of_law = f"dₘ = {decimal(f'{1000.0 * run.law.critical_distance:g}')} mm, n = {decimal(f'{run.law.order:g}')}, v = {v} m/s"
-        numbers = f"{law}; {of_law}, {numbers}"
+        numbers = f"{in_symbols(f'{law}; {of_law}', run.quantity)}, {numbers}"
     else:
         numbers = f"{tr(made_with(own.file, own.sha256))} {numbers}"
     assets = translation() + software_rendering() + contact_assets()
@@ -111,9 +112,11 @@ def assembled(
     return f"{client[:place]}{body}{client[place:]}"
 
 
-def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = None) -> bytes:
-    """Tracks, curves and the marked moment, compressed: 4 bytes of length, JSON, and numbers from the next
-    multiple of 8 bytes on."""
+def packed_film(
+    filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = None, marked: str = ""
+) -> bytes:
+    """Tracks, curves and the marked moment with its name, compressed: 4 bytes of length, JSON, and numbers from
+    the next multiple of 8 bytes on."""
     blob = bytearray()
 
     def numbers(values: Any, kind: str) -> dict[str, Any]:
@@ -155,9 +158,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
         "rate": RATE,
         "frames": len(filmed.times),
         "bodies": filmed.bodies,
-        "mark": None
-        if mark is None
-        else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
+        "mark": None if mark is None else {"time": mark, "name": f"{tr(marked)}, {decimal(f'{mark:.1f}')} s"},
         "words": {
             "play": tr("Play"),
             "pause": tr("Pause"),

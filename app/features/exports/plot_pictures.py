@@ -18,6 +18,7 @@ from app.recording.run_file import made_here
 from app.session.frame import contact
 from app.session.replay import Replay, make_film
 from app.settings import Details
+from app.text.first_task_texts import in_symbols, over_name
 from app.text.setting_values import page_value
 from app.theme import PALETTES
 from controllers.activation import activation
@@ -26,6 +27,7 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.laws import LAWS
+from scenes.quantities import DISTANCE
 from scenes.rerun import newest_steps, rerun
 from scenes.settings import LawSettings, RunSettings
 from scenes.wanted import while_wanted
@@ -167,12 +169,18 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
 
 
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
-    law = replay.simulation.settings.law
+    run = replay.simulation.settings
+    law, symbol = run.law, run.quantity.symbol
     xs = distances(law)
-    named = (
-        tr("law distance d_law [m]") if replay.simulation.settings.has_law_distance else tr("distance d [m]")
+    named = over_name(run.quantity)
+    if run.quantity is DISTANCE and run.has_law_distance:
+        named = tr("law distance d_law")
+    elif run.has_law_distance:
+        named = f"{named.removesuffix(symbol)}{symbol}_law"
+    axes.set(
+        xlim=(0.0, FAR),
+        xlabel=f"{named} [{run.quantity.unit}]".replace(f"{symbol}_law", rf"${symbol}_\mathrm{{law}}$"),
     )
-    axes.set(xlim=(0.0, FAR), xlabel=named.replace("d_law", r"$d_\mathrm{law}$"))
     if name == "curve":
         _activation(axes, replay, curves, xs, law)
     else:
@@ -180,7 +188,10 @@ def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
 
 
 def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law: LawSettings) -> None:
-    axes.set_title(tr("activation λ over the distance the law acts on, and where this run was"), pad=5.0)
+    title = tr("activation λ over the distance the law acts on, and where this run was")
+    if not replay.simulation.settings.quantity.against:
+        title = tr("activation λ over the value the law acts on, and where this run was")
+    axes.set_title(title, pad=5.0)
     for order in ORDERS:
         ys = [activation(d, law.critical_distance, order) for d in xs.tolist()]
         axes.plot(xs, ys, color=PALETTES["light"].faint, linewidth=0.9, label="_")
@@ -212,11 +223,14 @@ def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law:
 
 def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
     now = contact(replay.simulation, replay.simulation.sample())
+    quantity = replay.simulation.settings.quantity
     title = tr(
-        "what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance",
+        "what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the distance"
+        if quantity.against
+        else "what each law makes of the pull at t = {time} s: J$_d$q̇ [m/s] over the value",
         time=f"{replay.time:.2f}",
     )
-    axes.set_title(title, pad=5.0)
+    axes.set_title(in_symbols(title, quantity), pad=5.0)
     axes.axhline(0.0, color=INK, linewidth=0.8)
     colours = PALETTES["light"].laws
     for i, (name, each) in enumerate(all_laws(law).items()):
@@ -249,9 +263,13 @@ def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
         begin += " · " + own.file.replace("$", r"\$")
     if own is not None or run.experiment.obstacle == "nothing":
         return f"{begin} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
+    of_law = (
+        f"{page_value('law', law.law)} · d_m = {1000.0 * law.critical_distance:g} mm, n = {law.order:g}, "
+        f"v = {law.nominal_velocity:g} m/s"
+    )
+    of_law, threshold = in_symbols(of_law, run.quantity), f"{run.quantity.symbol}_m"
     return (
-        f"{begin} · {mathtext(page_value('law', law.law)).replace('d_m', '$d_m$')} · $d_m$ = "
-        f"{1000.0 * law.critical_distance:g} mm, n = {law.order:g}, v = {law.nominal_velocity:g} m/s, K = {run.gain:g}/s, "
+        f"{begin} · {mathtext(of_law).replace(threshold, f'${threshold}$')}, K = {run.gain:g}/s, "
         f"dt = {1000.0 * run.dt:g} ms"
     )
 

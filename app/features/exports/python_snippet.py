@@ -44,7 +44,7 @@ def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "
             seconds=whole.seconds,
             steps=steps,
         )
-        return Snippet(text + _plot(run, name, "[settings.law.critical_distance] * len(table)"))
+        return Snippet(text + run_plot(run, name, "[settings.law.critical_distance] * len(table)"))
     piece = newest_piece(recorded, seconds)
     text, inputs = base64.b64encode(recorded_bytes(piece)).decode(), None
     template = IN_TEXT
@@ -52,7 +52,7 @@ def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "
         template, inputs = IN_FILE, saved_bytes(piece)
     head = template.format(begin=piece.begin, end=piece.begin + piece.seconds, text=text, file=name + SUFFIX)
     d_m = "[part.settings.law.critical_distance for part in recorded.stretches for _ in range(part.targets.steps)]"
-    return Snippet(head + AGAIN + _plot(piece.settings, name, d_m), inputs)
+    return Snippet(head + AGAIN + run_plot(piece.settings, name, d_m), inputs)
 
 
 FRESH: Final = """\
@@ -107,9 +107,9 @@ DISTANCE_AND_ERROR: Final = """
 d_m = {d_m}
 t, d, e2 = (table[:, COLUMN[name]] for name in ("t", "d", "e2"))
 figure, (upper, lower) = plt.subplots(2, sharex=True)
-upper.plot(t, 1000 * d, label="d")
-upper.plot(t, [1000 * each for each in d_m], "--", label="$d_m$")
-upper.set(ylabel="distance [mm]")
+upper.plot(t, 1000 * d, label="{symbol}")
+upper.plot(t, [1000 * each for each in d_m], "--", label="${symbol}_m$")
+upper.set(ylabel="{short} [{page_unit}]")
 upper.legend()
 """
 
@@ -125,9 +125,13 @@ figure.savefig("{name}.png")  # A notebook shows it by itself, too.
 """
 
 
-def _plot(settings: RunSettings, name: str, d_m: str) -> str:
+def run_plot(settings: RunSettings, name: str, d_m: str) -> str:
     """Lines that draw d with d_m (an expression), and e²; for a single arm e² alone."""
-    above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.experiment.obstacle != "nothing" else ERROR
+    kept = settings.quantity
+    words = {"symbol": kept.symbol, "short": kept.short, "page_unit": kept.page_unit}
+    above = (
+        DISTANCE_AND_ERROR.format(d_m=d_m, **words) if settings.experiment.obstacle != "nothing" else ERROR
+    )
     return above + END.format(unit=settings.experiment.error_unit, name=name)
 
 

@@ -18,6 +18,7 @@ from app.plots.time_series import COLUMNS, Swivel, signals
 from app.session.frame import contact
 from app.session.replay import Replay, make_film
 from app.settings import Details, Theme
+from app.text.first_task_texts import wording
 from app.theme import PALETTES, Palette
 from controllers.kinematics import Array
 from controllers.stability import analyse
@@ -149,7 +150,8 @@ class Curves:
             values[pairs == pair] = row
         names = tuple(pair_name(self._simulation, pair) for pair in shown.tolist())
         strokes = (Stroke("", self._palette.distance, 7.0, (), values, True),)
-        return Panel(tr("the closest pair"), "", self.times, strokes, (-0.6, max(len(shown), 1) - 0.4), names)
+        title = tr(wording("the closest pair", self.settings.quantity))
+        return Panel(title, "", self.times, strokes, (-0.6, max(len(shown), 1) - 0.4), names)
 
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")

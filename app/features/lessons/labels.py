@@ -14,6 +14,7 @@ from app.i18n.speaking import N_
 from app.settings import Language, Settings
 from app.text.setting_values import page_value
 from controllers.errors import LazyText, NumberText
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.settings import specs, values
 
 _BALL: Final[dict[Anchor, str]] = {
@@ -45,9 +46,10 @@ def sentence(text: str) -> str:
     return text[0].upper() + text[1:] if _WORD.match(text) else text
 
 
-def compared_text(compared: Compared, language: Language = "en") -> str:
-    """Difference of a further run: "n = 2", "the ball 100 mm off the goal"."""
-    words, parts = words_of(language), [settings_text(compared.changes, language)] if compared.changes else []
+def compared_text(compared: Compared, language: Language = "en", quantity: KeptQuantity = DISTANCE) -> str:
+    """Difference of a further run: "n = 2", "the ball 100 mm off the goal". `quantity`: first task of the run."""
+    words = words_of(language)
+    parts = [settings_text(compared.changes, language, quantity)] if compared.changes else []
     ball = compared.start.ball if compared.start is not None else None
     if ball is not None:
         parts.append(words(_BALL[ball.origin], gap=shown_parameter("gap", ball.gap)))
@@ -88,10 +90,11 @@ def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: La
     # The drawing board shows the points of a curve.
     changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
     start = beside.start if beside.start != asked.start else None
-    here = compared_text(Compared(changes, start), language) or _done(asked, beside, language)
+    kept = run.quantity
+    here = compared_text(Compared(changes, start), language, kept) or _done(asked, beside, language)
     before = values(run)
     unchanged = tuple((key, before[key]) for key, _ in changes)
-    asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
+    asked_text = settings_text(unchanged, language, kept) if changes else words(N_("as in the question"))
     return Contrast(
         words(_headline(answer), what=here),
         tuple(key for key, _ in changes),

@@ -21,8 +21,13 @@ from app.text.setting_values import value_text
 from controllers.errors import LazyText, NumberText
 from scenes.settings import RunSettings, specs, values
 
-BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "distance_margin": True}
-"""Distance measurements → true for d − d_m instead of d."""
+BEYOND_CRITICAL: Final = {
+    "distance_at": False,
+    "smallest_distance": False,
+    "distance_margin": True,
+    "value_margin": True,
+}
+"""Measurements of d, or of another first task → true for d − d_m instead of d."""
 
 FARTHEST: Final = 1.0
 """Largest |d| of a guess [m]."""
@@ -95,7 +100,7 @@ class StepOutcome:
             parts = [f"{label_of(m, language)}: {words(m.text(found[0]))}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
                 if value is not None and m.id not in tabled:
-                    differs = compared_text(compared, language)
+                    differs = compared_text(compared, language, step.setup.run.quantity)
                     parts.append(words(N_("with {settings}: {value}"), settings=differs, value=m.text(value)))
             lines.append("; ".join(parts) + ".")
         if self.reference and not self.unlike:
@@ -108,7 +113,7 @@ class StepOutcome:
                 text = N_(
                     "Your run had {settings}, other than the question is about, so this is the reference run."
                 )
-            lines.append(words(text, settings=settings_text(self.unlike, language)))
+            lines.append(words(text, settings=settings_text(self.unlike, language, step.setup.run.quantity)))
         return tuple(lines)
 
 

@@ -10,8 +10,10 @@ from app.features.measures.room_places import Start
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_, spoken
 from app.settings import Language, Settings
+from app.text.first_task_texts import in_symbols
 from app.text.setting_values import value_text
 from controllers.errors import LazyText, joined
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs, values
 
@@ -103,7 +105,7 @@ def _change_text(key: str, value: object) -> LazyText:
     )
 
 
-def settings_text(changes: Pairs, language: Language | None = None) -> str:
-    """Settings in words in a language; None for the page's."""
+def settings_text(changes: Pairs, language: Language | None = None, quantity: KeptQuantity = DISTANCE) -> str:
+    """Settings in words in a language; None for the page's. `quantity`: first task of the run."""
     translate = spoken() if language is None else words_of(language)
-    return translate(changes_text(changes)).replace("d_m", "dₘ")
+    return in_symbols(translate(changes_text(changes)).replace("d_m", "dₘ"), quantity)

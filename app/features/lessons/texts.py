@@ -76,7 +76,8 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
         # As in the plots' legends.
         names = [words(N_("you")), *(page_value("law", other.run.law.law, language) for other in others)]
     else:
-        names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]
+        kept = setup.run.quantity
+        names = [words(N_("this run")), *(compared_text(compared, language, kept) for compared in m.compare)]
     return words(N_("run")), [(float(i), name) for i, name in enumerate(names)]
 
 

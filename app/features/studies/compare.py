@@ -22,7 +22,9 @@ from app.session.frame import Frame
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import ATTACK, Settings, to_query
+from app.text.first_task_texts import in_symbols
 from app.text.templates import element, lowered, macros, tr_html
+from scenes.quantities import KeptQuantity
 from scenes.rerun import WhatIf
 from scenes.smoothness import StepStudy
 
@@ -111,22 +113,22 @@ class ComparePanel(PagePanel):
             block.visible = visible
         self._button.show(visible=visible)
         self._match.show(visible=visible)
-        self._what_if.content = _in_panel(self._asked(questions) if asks else "")
+        self._what_if.content = _in_panel(self._asked(questions, settings.run.quantity) if asks else "")
         smoothness = questions.smoothness
         self._smoothness.content = _in_panel(
             _tip(tr(questions.message)) if smoothness is None else smoothness_html(smoothness)
         )
-        self._matched.content = _in_panel(self._found(search))
+        self._matched.content = _in_panel(self._found(search, settings.run.quantity))
         offered = (0,) if attack.worst is None else (0, 1)
         self._break.show(0 if attack.busy else -1, offered, visible=visible)
         self._broken.content = _in_panel(_tip(attack_html(attack)))
 
-    def _asked(self, questions: Studies) -> Markup:
-        block = _what_if_block(questions)
+    def _asked(self, questions: Studies, quantity: KeptQuantity) -> Markup:
+        block = _what_if_block(questions, quantity)
         return block if questions.what_if is not None else flash_html(self._controls.places(("dm",))) + block
 
-    def _found(self, search: KnobSearch) -> Markup:
-        words = _tip(tr("Computing …") if search.busy else tr(search.message))
+    def _found(self, search: KnobSearch, quantity: KeptQuantity) -> Markup:
+        words = _tip(tr("Computing …") if search.busy else in_symbols(tr(search.message), quantity))
         return flash_html(self._controls.places(search.turned)) + words
 
 
@@ -148,7 +150,7 @@ def _tip(text: str) -> Markup:
     return element("p", text, class_="duet-tip") if text else Markup()
 
 
-def _what_if_block(questions: Studies) -> Markup:
+def _what_if_block(questions: Studies, quantity: KeptQuantity) -> Markup:
     if questions.what_if is not None:
         return what_if_html(questions.what_if)
     measuring = questions.smoothness is not None and not questions.smoothness.finished
@@ -156,7 +158,9 @@ def _what_if_block(questions: Studies) -> Markup:
     waiting = (
         tr("Computing …")
         if busy
-        else tr_html("Now move the flashing slider d<sub>m</sub> in the tab “Law”, or n, v or K.")
+        else in_symbols(
+            tr_html("Now move the flashing slider d<sub>m</sub> in the tab “Law”, or n, v or K."), quantity
+        )
     )
     return _tip(waiting + Markup(" ") + tr(questions.message))
 
@@ -166,18 +170,19 @@ def attack_html(search: CounterexampleSearch) -> Markup:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
     length = loss.lost if search.broken else loss.nearest
+    kept = search.worst.attack.settings.quantity
     counts = {"runs": search.runs, "mm": decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"}
     if not search.broken:
-        return lowered(
-            tr(
-                "{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.",
-                **counts,
-            )
+        none = tr(
+            "{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.",
+            **counts,
         )
+        return lowered(in_symbols(none, kept))
     words = tr(
         "{runs} runs: in the worst, d_law falls {mm} mm below d_m with w ≤ v, a regular J_d and full authority.",
         **counts,
     )
+    words = in_symbols(words, kept)
     if not promises:
         verdict = tr("This law makes no promise.")
     elif loss.strict > BROKEN:
@@ -188,7 +193,7 @@ def attack_html(search: CounterexampleSearch) -> Markup:
 
 
 def what_if_html(answer: WhatIf) -> Markup:
-    joints = answer.settings.experiment.error_unit == "rad²"
+    joints, kept = answer.settings.experiment.error_unit == "rad²", answer.settings.quantity
     error = (
         (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°"))
         if joints
@@ -196,15 +201,20 @@ def what_if_html(answer: WhatIf) -> Markup:
     )
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
-        (tr_html('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm".replace("-", "−")),
-        (tr_html('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
+        (
+            in_symbols(tr_html('least <b class="d">d</b>'), kept),
+            lambda s: f"{1000.0 * s.d_min:.0f} {kept.page_unit}".replace("-", "−"),
+        ),
+        (
+            in_symbols(tr_html('below <b class="dm">d<sub>m</sub></b>'), kept),
+            lambda s: f"{100.0 * s.share_below:.0f} %",
+        ),
         (tr_html('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
         (tr("largest step of q̇"), lambda s: decimal(f"{s.dq_step_max:.3f} rad/s")),
     )
     numbers = [(name, of(answer.before), of(answer.summary)) for name, of in rows]
-    return macros("features/studies/compare.html").what_if(
-        f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}"
-    )
+    asked = in_symbols(tr_html("With d<sub>m</sub> = {mm} mm.", mm=f"{1000.0 * d_m:.0f}"), kept)
+    return macros("features/studies/compare.html").what_if(f"{answer.seconds:.0f}", numbers, asked)
 
 
 def smoothness_html(found: Smoothness) -> Markup:

@@ -46,7 +46,7 @@ def _largest(steps: Steps, scale: float) -> str:
 def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
     match quantity:
         case "d":
-            return "d", "mm", 1000.0, "d"
+            return run.quantity.symbol, run.quantity.page_unit, 1000.0, "d"
         case "lambda":
             return "λ", "1", 1.0, "lam"
         case "dq":

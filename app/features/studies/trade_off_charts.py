@@ -13,6 +13,7 @@ from app.features.studies.law_knobs import LawKnob, knobs
 from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
 from app.plots.law_charts import law_class
+from app.text.first_task_texts import in_symbols
 from app.text.templates import macros, tr_html
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
@@ -71,7 +72,7 @@ def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float,
 
 
 FAR: Final = 0.3
-"""End of the axis of d_min [m]."""
+"""End of the axis of d_min, in the unit of the first task."""
 
 _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 
@@ -109,11 +110,16 @@ def safety_html(
     words = tr_html(
         "largest e² [{unit}] over d<sub>min</sub> [m]; dashed: with w; dotted: the second knob", unit=unit
     )
+    words = in_symbols(words, run.quantity)
     return macros("plots/charts.html").safety(chart.html(height - 16), list(_legend(run)), words, size)
 
 
 def _legend(run: RunSettings) -> Iterator[tuple[str, int, str, str, list[str]]]:
     for i, (name, law) in enumerate(LAWS.items(), 1):
-        symbols = [tr(specs()[knob.key].label) for knob in law.knobs if not knob.feed_forward]
+        symbols = [
+            in_symbols(tr(specs()[knob.key].label), run.quantity)
+            for knob in law.knobs
+            if not knob.feed_forward
+        ]
         if symbols:
             yield "thick" if name == run.law.law else "", i, law_class(name), tr(law.short), symbols

@@ -25,13 +25,14 @@ from app.page.panels.distance_rate import (
 )
 from app.plots.time_series import resting_now
 from app.session.frame import Contact, Frame
-from app.text.first_task_texts import FIRST_TASK_TEXTS
+from app.text.first_task_texts import FIRST_TASK_TEXTS, in_symbols, wording
 from app.text.law_texts import LAW_TEXTS
 from app.text.templates import element
 from app.theme import SYMBOLS
 from controllers.laws.situation import Law
 from scenes.history import Sample
 from scenes.law_answers import LawOfFile
+from scenes.quantities import part_of_pair, quantity_of_pair
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -138,7 +139,9 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         yours = "orange", tr("ball")
     elif run.avoid == "guided":
         yours, other = other, yours
-    quantity, kept = run.quantity, FIRST_TASK_TEXTS.get(run.quantity.name)
+    # Of several first tasks the least gives words and unit.
+    quantity = quantity_of_pair(run.quantity, frame.sample.pair)
+    kept = FIRST_TASK_TEXTS.get(part_of_pair(run.quantity, frame.sample.pair).name)
     if kept is not None:
         yours, other = ("silver", tr(kept.other)), ("orange", tr("orange arm"))
     custom = isinstance(simulation.law, LawOfFile)
@@ -162,7 +165,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
             tr(text, symbol=quantity.symbol).replace(" ", "\u00a0")
             for text in (N_("{symbol} falls"), N_("{symbol} holds"), N_("{symbol} rises"))
         ],
-        "ways": [tr("closes"), tr("opens")],
+        "ways": [tr(wording(text, run.quantity)) for text in ("closes", "opens")],
         "bodies": _bodies(simulation, run),
         "legend": _legend() if kept is None else _first_task_legend(simulation.room.wall is not None),
         "ghost": tr("ghost"),
@@ -187,9 +190,13 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
         arm, other = tr("the silver arm"), tr("the orange arm")
         if run.avoid == "guided":
             arm, other = other, arm
-    sentences = {name: tr(symbol.sentence, arm=arm, other=other) for name, symbol in SYMBOLS.items()}
-    if (kept := FIRST_TASK_TEXTS.get(run.quantity.name)) is not None:
-        symbol = run.quantity.symbol
+    quantity = run.quantity
+    sentences = {
+        name: in_symbols(tr(wording(symbol.sentence, quantity), arm=arm, other=other), quantity)
+        for name, symbol in SYMBOLS.items()
+    }
+    if (kept := FIRST_TASK_TEXTS.get(quantity.name)) is not None:
+        symbol = quantity.symbol
         sentences |= {"d": f"{symbol}: {tr(kept.meaning)}", "dm": f"{symbol}_m: {tr(kept.kept)}"}
     return sentences
 
@@ -265,7 +272,7 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
     if any(term.kind == "lost" and term.value for term in terms):
         words = missed(simulation, sample)
     if not custom and (promised := LAW_TEXTS[run.law.law].promise) is not None:
-        return "", words or promised(run.law)
+        return "", words or in_symbols(promised(run.law), run.quantity)
     if custom or not run.law.entry.promises:
         return "", words
     kind, promise = promise_words(simulation, sample)

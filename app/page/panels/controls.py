@@ -251,11 +251,9 @@ class Controls:
             # A visitor's newest entry wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
-            if (
-                key in IN_UNIT
-                and (label := in_unit(self._specs[key], settings.run.quantity).title(tr)) != handle.label
-            ):
-                handle.label = label
+            if key in IN_UNIT:
+                spec = in_unit(self._specs[key], settings.run.quantity)
+                handle.label, handle.hint = spec.title(tr), tr(spec.help)
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
         self._note.content = element("div", note, class_="duet duet-tip")
 

@@ -18,7 +18,7 @@ from controllers.errors import BadSetting
 from scenes.setting_spec import Spec
 
 _FARTHEST: Final = 0.4
-"""Right end of the board [m]."""
+"""Right end of the board, in the unit of the first task."""
 
 
 class CurveControl:
@@ -51,7 +51,8 @@ class CurveControl:
     def show(self, settings: Settings, visible: bool) -> None:
         law = settings.run.law
         self.box.visible = visible
-        self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None
+        axes = activation_axes(law.critical_distance, (0.0, _FARTHEST), settings.run.quantity)
+        self._drawing = axes if visible else None
         if visible and law.curve != self.known:
             self.known, self._trouble, curve = law.curve, "", curve_through(law.curve)
             assert self._drawing is not None

@@ -9,6 +9,7 @@ from app.i18n.speaking import N_, decimal, tr
 from app.plots.time_series import resting_now
 from app.session.frame import Contact
 from app.stage.contact_view import bodies_of_pair
+from app.text.first_task_texts import in_symbols, wording
 from app.text.law_texts import LAW_TEXTS
 from app.text.lever_texts import NO_LEVER, lever_text
 from app.text.templates import macros, tr_html
@@ -19,7 +20,6 @@ from scenes.history import Sample
 from scenes.law_answers import LawOfFile
 from scenes.laws import LEVER_LAW
 from scenes.promise import Condition, missing_now
-from scenes.quantities import DISTANCE
 from scenes.settings import HardwareSettings, RunSettings
 from scenes.simulation import Simulation
 from scenes.world_stages import Thing
@@ -72,7 +72,7 @@ def wanted_rate(simulation: Simulation, sample: Sample, now: Contact) -> float:
 
 def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[Term]:
     """Parts of ḋ: obstacle, task, loss, and law; their sum is the present ḋ within `MISSED`."""
-    law, second = simulation.settings.law, sample.second
+    law, second, kept = simulation.settings.law, sample.second, simulation.settings.quantity
     wanted, pull = wanted_rate(simulation, sample, now), now.pull + (0.0 if second is None else second.pull)
     terms: list[Term] = []
     # What one of two arms does need not count as an approach of the other.
@@ -81,7 +81,12 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
     if isinstance(simulation.law, LawOfFile):
         return [
             *terms,
-            Term("v", "J<sub>d</sub>q̇", tr("your law"), wanted - sum(term.value for term in terms)),
+            Term(
+                "v",
+                in_symbols("J<sub>d</sub>q̇", kept),
+                tr("your law"),
+                wanted - sum(term.value for term in terms),
+            ),
         ]
     u = _in("u", "u") if second is None else f"({_in('u', 'u')}<sub>1</sub>+{_in('u', 'u')}<sub>2</sub>)"
     budget = law.entry.budget
@@ -93,7 +98,7 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
     if budget == "task":
         return [*terms, lost]
     if budget == "push":
-        return [*terms, Term("lam", "|J<sub>d</sub>|²f", tr("push"), added), lost]
+        return [*terms, Term("lam", in_symbols("|J<sub>d</sub>|²f", kept), tr("push"), added), lost]
     if budget == "correction":
         return [*terms, lost, Term("v", "c", tr("held back"), added)]
     v, w = _in("v", "v"), _in("w", "w")
@@ -117,26 +122,33 @@ def allowed_rate(run: RunSettings, sample: Sample) -> float:
 
 def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
     """Outcome as HTML; "" if the resting distance says it."""
+    return in_symbols(_consequence(simulation, sample, now), simulation.settings.quantity)
+
+
+def _consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
     run = simulation.settings
     law, texts = run.law.entry, LAW_TEXTS[run.law.law]
     if law.rests:
         rest = resting_now(simulation, sample)
         return (_no_rest(run, sample) if rest != rest else "") + _late_text(run, now, sample)
     if texts.trends:
-        return tr(texts.trends[trend(now.true_change, 0) + 1])
+        return tr(wording(texts.trends[trend(now.true_change, 0) + 1], run.quantity))
     if law.has_barrier:
         said = N_("may come nearer at γ(d − d<sub>m</sub>) at most: {rate} m/s")
         if sample.distance < run.law.critical_distance:
             said = N_("has to open at γ(d<sub>m</sub> − d) at least: {rate} m/s")
         # The page fills in the number.
         return tr_html(said, rate=Markup('<span data-allowed=""></span>'))
-    return tr(texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence)
+    said = texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence
+    return tr(wording(said, run.quantity))
 
 
 def _no_rest(run: RunSettings, sample: Sample) -> str:
     if sample.second is None and sample.law_approach > run.law.nominal_velocity and not run.law.knows_w:
         return tr("no rest, w &gt; v")
-    return tr("no rest: {why}", why=lever_text(least_lever(sample)) or tr("between two pairs"))
+    kept = run.quantity
+    why = lever_text(least_lever(sample), kept) or tr(wording("between two pairs", kept))
+    return tr("no rest: {why}", why=why)
 
 
 def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
@@ -160,10 +172,10 @@ def missed(simulation: Simulation, sample: Sample) -> str:
     if simulation.bound_bites:
         return tr("a joint is at its bound")
     if reason := LAW_TEXTS[simulation.settings.law.law].missed:
-        return tr(reason)
+        return tr(wording(reason, simulation.settings.quantity))
     if simulation.settings.hardware != HardwareSettings():
         return tr("the robot is not ideal")
-    return lever_text(least_lever(sample)) or tr("a moment behind")
+    return lever_text(least_lever(sample), simulation.settings.quantity) or tr("a moment behind")
 
 
 def error_step(run: RunSettings) -> str:
@@ -206,9 +218,9 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     avoiding arm; empty without an obstacle. `custom`: whether a custom law runs."""
     if sample.pair < 0:
         return Markup()
-    law = simulation.settings.law
+    law, kept = simulation.settings.law, simulation.settings.quantity
     if not custom and (promise := LAW_TEXTS[law.law].promise) is not None:
-        pill = ("", promise(law))
+        pill = ("", in_symbols(promise(law), kept))
     elif custom or not law.entry.promises:
         pill = ("", tr_html("this law does not promise {bound}", bound=bound_of(simulation.settings)))
     else:
@@ -218,7 +230,10 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     weak = least_lever(sample) < FIRM_LEVER and sample.activation >= ACTS
     lever = (
         "halt" if weak else "",
-        tr("joints move this point: s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)),
+        tr(
+            wording("joints move this point: s = {s}", kept),
+            s="; ".join(decimal(f"{s:.2f}") for s in levers),
+        ),
     )
     # Next to a person's lever, s would be mistaken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
@@ -227,19 +242,16 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
 def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
     lost, law = missing_now(simulation.settings, simulation.history), simulation.settings.law
     lowest = law.critical_distance - BELOW
-    failed = sample.distance < lowest
+    failed, kept = sample.distance < lowest, simulation.settings.quantity
     if lost:
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
         said = N_("{bound} has failed: {why}") if failed else N_("{bound} may fail: {why}")
         return "alarm", tr_html(said, bound=bound_of(simulation.settings), why=why)
     if failed:
-        return "halt", tr_html(
-            "below d<sub>m</sub>, but falling no further"
-        ) if simulation.settings.quantity is DISTANCE else tr_html(
-            "below {symbol}<sub>m</sub>, but falling no further", symbol=simulation.settings.quantity.symbol
-        )
+        return "halt", in_symbols(tr_html("below d<sub>m</sub>, but falling no further"), kept)
     if sample.law_distance < lowest:
-        return "halt", tr_html("the law distance is below d<sub>m</sub>, but falling no further")
+        said = wording("the law distance is below d<sub>m</sub>, but falling no further", kept)
+        return "halt", in_symbols(tr_html(said), kept)
     return "go", tr_html("{bound} is promised", bound=bound_of(simulation.settings))
 
 
@@ -275,11 +287,13 @@ def _pressing(simulation: Simulation, sample: Sample) -> Thing | None:
     if simulation.stages is None:
         return None
     arm = simulation.avoiding if sample.authority == Authority.WORLD else simulation.guided
-    touch = simulation.stages.touch_of(arm.joints)
+    # The stage acts on the distance a little before the arm counts as touching.
+    touch = simulation.stages.touch_of(arm.joints, math.inf)
     return None if touch is None else touch.thing
 
 
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
+    kept = simulation.settings.quantity
     match condition:
         case Condition.SPEED:
             return "w > v"
@@ -287,7 +301,7 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
             if nearest_is_bolted(simulation, sample):
                 return tr(BOLTED)
             s = least_lever(sample)
-            words = lever_text(s) or tr("the joints move this point too little")
+            words = lever_text(s, kept) or tr(wording("the joints move this point too little", kept))
             return f"{words} (s = {decimal(f'{s:.2f}')})"
         case Condition.BOUND:
             second = sample.second
@@ -297,11 +311,11 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
                 joint = simulation.joint_label(second.joint, second=True)
             return tr("{joint} at its limit", joint=tr(joint))
         case Condition.WORLD:
-            return tr(PRESSED[_pressing(simulation, sample)])
+            return tr(wording(PRESSED[_pressing(simulation, sample)], kept))
         case Condition.ROBOT:
             return tr("the robot is not ideal")
         case Condition.PAIRS:
-            return tr("between two pairs")
+            return tr(wording("between two pairs", kept))
 
 
 def pills_html(pills: list[tuple[str, str]]) -> Markup:

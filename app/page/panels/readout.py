@@ -16,7 +16,7 @@ from app.session.frame import Frame
 from app.session.late_law import LateLawStatus
 from app.session.shown import Shown
 from app.text.experiment_texts import EXPERIMENT_TEXTS
-from app.text.first_task_texts import FIRST_TASK_TEXTS
+from app.text.first_task_texts import FIRST_TASK_TEXTS, in_symbols, wording
 from app.text.law_texts import equation_html
 from app.text.lever_texts import lever_text
 from app.text.templates import element, macros
@@ -220,12 +220,12 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
         return pills_html([*pills, *(("alarm", reason) for reason in reasons)])
     pills += [("alarm", reason) for reason in reasons]
     if simulation.start_problem is not None:
-        pills.append(("alarm", tr(str(simulation.start_problem))))
+        pills.append(("alarm", in_symbols(tr(str(simulation.start_problem)), run.quantity)))
     if any(isinstance(task, WallTask) and task.held_back for task in simulation.roles.tasks):
         pills.append(("halt", tr("The wall stops before the base, which cannot give way.")))
     ball, other = simulation.room.ball is not None, FIRST_TASK_TEXTS.get(run.quantity.name)
     if law.entry.sees == "nothing":
-        pills.append(("halt", tr("avoidance is off")))
+        pills.append(("halt", tr(wording("avoidance is off", run.quantity))))
     # Along the row of the law, as on the card and in the promise.
     if (
         law.entry.retreats
@@ -260,6 +260,6 @@ def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False)
         case Authority.SPEED:
             return tr("{joint} at its top speed", joint=tr(simulation.joint_label(arm.joint, second)))
         case Authority.LEVERAGE:
-            return lever_text(arm.lever)
+            return lever_text(arm.lever, simulation.settings.quantity)
         case _:
             return ""

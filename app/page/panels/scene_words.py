@@ -11,6 +11,7 @@ from app.session.action_handlers import ActionHandlers
 from app.session.actions import Describe
 from app.session.frame import Frame
 from scenes.experiments import Experiment
+from scenes.quantities import quantity_of_pair
 from scenes.simulation import Simulation
 
 SHOWN: Final = 20.0
@@ -56,7 +57,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
     if sample.pair >= 0:
-        kept = simulation.settings.quantity
+        kept = quantity_of_pair(simulation.settings.quantity, sample.pair)
         parts.append(f"{kept.symbol} = {1e3 * sample.distance:.0f} {kept.page_unit}".replace("-", "−"))
     said = "; ".join(parts)
     if sample.pair < 0 or asking:

@@ -181,6 +181,7 @@ addEventListener("DOMContentLoaded", () => {
     const lam = fixed(1000 * s.lam);
     const length = (mm) => `${mm} ${words.mm ?? "mm"}`.replace("-", "−");
     const both = { d: length(s.d), "d law": length(s.law), dm: length(words.dm), lam, v: fixed(words.v) };
+    duet.letter = words.symbol ?? "d";
     // Of two arms that give way, each has a u of its own.
     duet.symbols = words.two ? both : { ...both, u: fixed(s.u), w: fixed(s.w) };
     duet.bodies = words.bodies;

@@ -11,7 +11,8 @@
     card.append(slider);
     let guess = null;
     let chart = null;
-    const say = () => slider.setAttribute("aria-valuetext", `${slider.value} mm`);
+    let unit = "mm";
+    const say = () => slider.setAttribute("aria-valuetext", `${slider.value} ${unit}`);
     const place = () => {
       if (slider.hidden || chart === null) return;
       const { left, right, axis } = chart.dataset;
@@ -45,7 +46,8 @@
       slider.min = -Math.round(words.span / 10);
       slider.max = words.span;
       slider.value = guess.mm ?? duet.firstGuess(words);
-      slider.setAttribute("aria-label", `${guess.name} [mm]`);
+      unit = words.mm ?? "mm";
+      slider.setAttribute("aria-label", `${guess.name} [${unit}]`);
       say();
       place();
     };

@@ -6,8 +6,8 @@
   duet.onLabelDistance = (callback) => {
     said = callback;
   };
-  // "d = 180 mm", or a number and the words for an overlap.
-  const read = (text) => (/^\d/.test(text) ? -1 : 1) * Number(text.match(/\d+/));
+  // "d = 180 mm", "h = −12 mrad", or a number and the words for an overlap.
+  const read = (text) => (/^\d|−\d/.test(text) ? -1 : 1) * Number(text.match(/\d+/));
 
   const Native = window.Worker;
   window.Worker = class extends Native {

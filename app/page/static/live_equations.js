@@ -81,6 +81,8 @@ addEventListener("DOMContentLoaded", () => {
       const at = { x: (place.left + place.right) / 2, y: place.bottom - 3, "text-anchor": "middle" };
       return { kind, node: duet.svg(svg, "text", { class: `${kind} live`, ...at }) };
     });
+    // In the law's equation d may be another first task.
+    const d = (svg.closest(".duet-eq") && duet.letter) || "d";
     // Behind the glyphs, and larger, to be met by a pointer.
     const first = svg.firstChild;
     for (const { kind, box } of found)
@@ -88,7 +90,7 @@ addEventListener("DOMContentLoaded", () => {
         duet.svg(svg, "rect", {
           ...{ class: "hit", "data-symbol": kind.split(" ")[0], tabindex: 0, fill: "transparent", rx: 3 },
           "data-says": kind.split(" ").at(-1),
-          ...{ role: "img", "aria-label": { lam: "λ", dm: "dₘ", "d law": "d_law" }[kind] ?? kind },
+          ...{ role: "img", "aria-label": { lam: "λ", d, dm: `${d}ₘ`, "d law": `${d}_law` }[kind] ?? kind },
           ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
         }),
         first,

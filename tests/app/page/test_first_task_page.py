@@ -1,6 +1,7 @@
 """Another first task as a visitor without a browser has it: the chooser, the wall by its handle, words and units."""
 
 import html
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.page.panels.contact_card import contact_note, contact_words, symbol_sentences
-from app.page.panels.distance_rate import budget_terms
+from app.page.panels.distance_rate import budget_terms, promise_html
 from app.page.panels.readout import status_html
 from app.page.panels.scene_words import scene_sentence
 from app.plots.time_plots import time_plot_of
@@ -17,7 +18,10 @@ from app.session.session import Session
 from app.settings import Settings, from_query, to_query
 from app.text.first_task_texts import in_unit
 from app.text.law_texts import equation_html
-from scenes.quantities import FIRST_TASKS
+from app.text.lever_texts import lever_text
+from controllers.limits import Authority
+from scenes.laws import LAWS
+from scenes.quantities import ALL, FIRST_TASKS, PARTS, STOPS, WALL, quantity_of_pair
 from scenes.settings import LawSettings, RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.targets import WallTarget
@@ -37,10 +41,10 @@ def frame_of(first: str, **others: Any) -> Frame:
 @pytest.mark.parametrize("first", FIRST_TASKS)
 def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> None:
     frame, kept = frame_of(first), FIRST_TASKS[first]
-    run = frame.simulation.settings
+    run, least = frame.simulation.settings, quantity_of_pair(kept, frame.sample.pair)
     terms = budget_terms(frame.simulation, frame.sample, frame.contact)
     words = contact_words(frame, terms)
-    assert str(words["apart"]).startswith(f"{kept.page_unit} ") and words["symbol"] == kept.symbol
+    assert str(words["apart"]).startswith(f"{least.page_unit} ") and words["symbol"] == kept.symbol
     assert contact_note(frame.simulation, frame.sample, frame.contact, terms)[1].startswith(
         f"{kept.symbol} ≥ {kept.symbol}<sub>m</sub>"
     )
@@ -51,12 +55,66 @@ def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> 
         and kept.short in plot.title
         and plot.lines[1].name == f"{kept.symbol}<sub>m</sub>"
     )
-    assert time_plot_of("speeds", frame.simulation).unit == f"{kept.unit}/s"
+    assert time_plot_of("speeds", frame.simulation).unit == kept.rate_unit
     assert in_unit(specs()["dm"], kept).title().endswith(f"{kept.symbol}_m [{kept.page_unit}]")
-    assert in_unit(specs()["v"], kept).page_unit == f"{kept.unit}/s"
-    assert f"{kept.symbol} = " in scene_sentence(frame) and f" {kept.page_unit};" in scene_sentence(frame)
+    assert in_unit(specs()["v"], kept).page_unit == kept.rate_unit
+    assert f"{kept.symbol} = " in scene_sentence(frame) and f" {least.page_unit};" in scene_sentence(frame)
     strict = replace(run, law=replace(run.law, law="strict_switched", pairs="single"))
     assert ("sigma ≤ sigma" in equation_html(strict)) == (first == "singular")
+
+
+@pytest.mark.parametrize("first", FIRST_TASKS)
+def test_a_value_has_no_point_and_no_gap(first: str) -> None:
+    frame, has_point = frame_of(first), bool(FIRST_TASKS[first].against)
+    for lever in (0.05, 0.5):
+        weak = replace(frame.sample, lever=lever, activation=0.5, authority=Authority.LEVERAGE)
+        said = str(status_html(frame.pace, frame.simulation, weak)) + promise_html(frame.simulation, weak)
+        assert ("this point" in said) == has_point and ("this value" in said) == (not has_point)
+        assert lever_text(lever, FIRST_TASKS[first]) in said
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    words, sentences = contact_words(frame, terms), symbol_sentences(frame)
+    assert words["ways"] == (["closes", "opens"] if has_point else ["falls", "rises"])
+    assert ("gap" in sentences["u"]) == ("comes nearer" in sentences["w"]) == has_point
+    symbol = FIRST_TASKS[first].symbol
+    assert sentences["rest"].startswith(f"{symbol}*: at this {'distance' if has_point else 'value'}")
+    assert sentences["law"].startswith(f"{symbol}_law: ")
+    rates = time_plot_of("speeds", frame.simulation).title
+    assert rates == ("speeds along the line" if has_point else "rates of the first task")
+
+
+def test_of_all_at_once_the_least_gives_words_and_unit() -> None:
+    frame = frame_of(ALL)
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    said: list[tuple[object, object]] = []
+    for pair in range(len(PARTS[ALL])):
+        words = contact_words(replace(frame, sample=replace(frame.sample, pair=pair)), terms)
+        said.append((words["apart"], words["mm"]))
+    assert said == [
+        ("mm to the wall", "mm"),
+        ("mm/rad from singular", "mm/rad"),
+        ("mrad to the joint stops", "mrad"),
+        ("mm inside the foot", "mm"),
+    ]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_no_law_speaks_of_d_or_of_arms_where_the_value_is_an_angle(law: str) -> None:
+    frame = frame_of(STOPS, law=LawSettings(law=law, pairs="single"))
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    note = contact_note(frame.simulation, frame.sample, frame.contact, terms)[1]
+    pills = promise_html(frame.simulation, frame.sample)
+    symbols = " ".join(term.symbol for term in terms)
+    status = status_html(frame.pace, frame.simulation, frame.sample)
+    said = re.sub(r"<[^>]+>", "", html.unescape(f"{note} {pills} {symbols} {status}"))
+    assert said.strip()
+    assert not re.search(r"\bd\b|\bdm\b|Jd|\barms?\b(?! cannot)|m/s|gap|distance|them", said), said
+
+
+def test_the_hints_of_threshold_and_speed_are_about_the_value() -> None:
+    stops, wall = FIRST_TASKS[STOPS], FIRST_TASKS[WALL]
+    assert in_unit(specs()["dm"], stops).help.startswith("Critical value")
+    assert in_unit(specs()["v"], stops).help.endswith("the value rises.")
+    assert in_unit(specs()["dm"], wall).help == specs()["dm"].help
 
 
 def test_what_the_start_cannot_keep_is_said() -> None:
@@ -64,7 +122,7 @@ def test_what_the_start_cannot_keep_is_said() -> None:
         RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25))
     )
     said = html.unescape(status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()))
-    assert "more than the" in said and "take a smaller d_m" in said
+    assert "h_m = 0.250 is more than the" in said and "take a smaller h_m" in said
     simulation.apply(replace(simulation.settings, law=LawSettings()))
     assert "smaller" not in status_html(
         freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()

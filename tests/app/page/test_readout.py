@@ -464,8 +464,8 @@ def test_a_joint_at_its_limit_is_named() -> None:
     ("query", "said"),
     [
         ("law=drawn_curve&curve=0.1:1,0.2:0", "this curve promises d ≥ 100 mm while w ≤ v"),
-        ("law=drawn_curve&curve=0.1:0.9,0.2:0", "this curve promises no distance: it does not begin at 1"),
-        ("law=lever&lever=0.4", "your lever promises no distance: it does not depend on d"),
+        ("law=drawn_curve&curve=0.1:0.9,0.2:0", "this curve promises nothing: it does not begin at 1"),
+        ("law=lever&lever=0.4", "your lever promises nothing: it does not depend on d"),
         *(
             (f"law={law}", "this law does not promise d ≥ dm")
             for law in [*LAWS][1:]

@@ -13,9 +13,11 @@ from hypothesis import strategies as st
 
 from app.i18n.speaking import set_language
 from app.plots.chart import Chart, ChartAxes, ticks_of
+from app.plots.drawing_axes import activation_axes, axes_text, board_svg
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html, laws_legend
 from app.plots.pair_strips import pairs_html
+from app.plots.plot_choice import chart_title
 from app.plots.stability_text import condition_text, error_text, ranks_text, section_html, stability_html
 from app.plots.ticked_laws import TickedLaws
 from app.plots.time_series import COLUMNS, RollingSeries
@@ -360,3 +362,26 @@ def test_laps_count_from_where_the_circle_begins_and_in_a_replay_too(joints: boo
         history._rows[: len(kept)] = kept
         history.count = len(kept)
         assert gaps(at_once) == pytest.approx(gaps(later)[: 1 if begin else 2], abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("first", "over", "row"),
+    [
+        ("stops", '<b class="d">h</b> [rad]', "|J<sub>a</sub>|"),
+        ("singular", '<b class="d">σ</b> [m/rad]', "m/rad²"),
+        ("wall", '<b class="d">d</b> [m]', "m/rad"),
+    ],
+)
+def test_charts_of_another_first_task_have_its_symbol_and_unit(first: str, over: str, row: str) -> None:
+    simulation = Simulation(RunSettings(scene="first_task", first=first))
+    simulation.step(None)
+    run = simulation.settings
+    assert over in chart_title("curve", run) and over in chart_title("laws", run)
+    assert f"J<sub>a</sub>q̇ [{run.quantity.rate_unit}]" in chart_title("laws", run)
+    several = replace(run, first="all")
+    assert '<b class="d">h<sub>law</sub></b> [SI]' in chart_title("curve", several)
+    assert row in laws_html(simulation, None, contact(simulation, simulation.sample()), 150)
+    board = activation_axes(0.15, (0.0, 0.4), run.quantity)
+    assert board.x.label == f"{run.quantity.symbol} [{run.quantity.page_unit}]"
+    assert axes_text(board) == f"λ over {run.quantity.short} {run.quantity.symbol}"
+    assert f">{run.quantity.symbol}<tspan" in board_svg(board, ())

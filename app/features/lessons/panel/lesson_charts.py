@@ -13,6 +13,7 @@ from app.features.measures.quantities.quantity import UNITS
 from app.i18n.speaking import decimal, tr
 from app.plots.chart import Chart, ChartAxes
 from app.settings import Language
+from app.text.first_task_texts import in_symbols
 from app.text.templates import element, macros
 from controllers.kinematics import Array
 from scenes.history import COLUMN
@@ -101,9 +102,11 @@ def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> M
     chart.level(critical, "dm", 1.6, "7 5")
     for (xs, ys), kind, dash in zip(tracks, ("lam", "d"), ("", "5 3"), strict=True):
         chart.line(xs, ys, kind, 1.8, dash)
-    lines = [("lam", "", names[0]), ("d", "dash", names[1]), ("dm", "dash", Markup("d<sub>m</sub>"))]
-    title = Markup('<b class="d">d</b>')
-    made = macros("plots/charts.html").caption(title, "mm", lines, False, False) + chart.html(150)
+    kept = own.settings.quantity
+    threshold = in_symbols(Markup("d<sub>m</sub>"), kept)
+    lines = [("lam", "", names[0]), ("d", "dash", names[1]), ("dm", "dash", threshold)]
+    title = in_symbols(Markup('<b class="d">d</b>'), kept)
+    made = macros("plots/charts.html").caption(title, kept.page_unit, lines, False, False) + chart.html(150)
     return element("div", "", made, class_="duet duet-lesson duet-l-tracks")
 
 

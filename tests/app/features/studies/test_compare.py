@@ -134,6 +134,22 @@ def test_what_if_in_a_table(scene: str) -> None:
     assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")
 
 
+def test_what_if_of_another_first_task_has_its_symbol_and_unit() -> None:
+    simulation = Simulation(RunSettings(scene="first_task", first="stops"))
+    for _ in range(40):
+        simulation.step(None)
+    table = simulation.history.table()
+    before = replace(summarise(simulation, table), d_min=0.0334)
+    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, before, before)
+    html = text(what_if_html(answer))
+    assert "least h 33 mrad" in html and "With h m = 150 mrad." in html and "below h m" in html
+    search = CounterexampleSearch(None, lambda: None, Settings, lambda recorded, name: None)
+    attack = Attack(simulation.settings, np.zeros(7), np.zeros((3, 3)))
+    search.worst, search.runs = Found(attack, Loss(0.105, 0.0, 0.003, {}), {}, 40), 40
+    said = text(attack_html(search))
+    assert "h law falls 105.0 mrad below h m" in said and "a regular J a" in said
+
+
 @pytest.mark.parametrize(
     ("law", "lost", "strict", "words"),
     [

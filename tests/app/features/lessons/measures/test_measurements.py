@@ -222,6 +222,14 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "distance_now": ("ball", {}, lambda s: s.gap(s.q[-1])[0], 1e-9),
     "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
     "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
+    "value_now": ("reach", {}, lambda s: s.least_singular(-1), 1e-6),
+    "smallest_value": ("reach", {}, lambda s: min(s.least_singular(i) for i in range(len(s.q))), 1e-6),
+    "value_margin": (
+        "reach",
+        {},
+        lambda s: min(s.least_singular(i) for i in range(len(s.q))) - 0.1,
+        1e-6,
+    ),
     "distance_lost": (
         "push",
         {},
