@@ -125,7 +125,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recorded, Array]:
         return recorded, session.simulation.history.table(recorded.steps)
 
 
-def test_table_picture_and_page_are_of_the_answers_and_say_so(made: tuple[Recorded, Array]) -> None:
+def test_table_picture_and_page_show_the_answers(made: tuple[Recorded, Array]) -> None:
     recorded, table = made
     assert recorded.law is not None
     lines = csv_bytes(recorded, np.inf).decode().splitlines()

@@ -118,7 +118,7 @@ def test_only_plain_pictures_are_put_in() -> None:
             report_html("r", [replace(entry(), plot=svg)], None)
 
 
-def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
+def test_it_prints_on_paper_with_reason_and_outcome_side_by_side(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
     plots = [
         inline_svg(recorded, "p1", only=("lambda",)),
@@ -133,6 +133,9 @@ def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     overflows = page.evaluate("document.documentElement.scrollWidth > innerWidth")
     assert not overflows
     assert page.locator("figure:not(.drawing) svg").count() == 2 and page.locator("article").count() == 6
+    reason, outcome = (page.locator(".beside > div").nth(i).bounding_box() for i in (0, 1))
+    assert reason is not None and outcome is not None
+    assert reason["x"] + reason["width"] <= outcome["x"] and reason["y"] == outcome["y"]
     screenshot(page, "report")
     printed = page.pdf(prefer_css_page_size=True)
     assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
@@ -244,7 +247,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     )
 
 
-def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
+def test_words_survive_a_reload_and_a_reset(run: LessonSession) -> None:
     store, query = SessionStore(), {"resume": "0123456789abcdef"}
     store.save(VisitorRecord(query, Settings(), None, {run.name: run.saved()}, run.recordings()))
     record, other = find(store, query), Session(Settings())

@@ -125,7 +125,7 @@ def sweeping(out: Path, *arguments: str) -> Iterator[Process]:
             sweep.kill()
 
 
-def test_a_sweep_outlives_ctrl_c_and_the_end_of_a_worker_and_of_the_scheduler(tmp_path: Path) -> None:
+def test_a_sweep_outlives_ctrl_c_a_worker_and_the_scheduler(tmp_path: Path) -> None:
     grid, table, other = ("--over", "seed=1:60", "--seconds", "4"), tmp_path / "table", tmp_path / "other"
     with (
         scheduler(tmp_path) as (boss, address),
