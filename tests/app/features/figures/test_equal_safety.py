@@ -11,7 +11,7 @@ from app.features.figures.drawn_figure import Plan
 from app.features.figures.fig6_fig7_followers import imitation, imitation_run
 from app.features.studies.law_knobs import knobs
 from scenes.headless import run
-from scenes.laws import DEFAULT_LAW, LAWS
+from scenes.laws import LAWS
 from scenes.settings import RunSettings
 from tests.app.features.figures.conftest import KNOBS, Numbers
 from tests.approved import Approve
@@ -40,7 +40,7 @@ def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> No
     summary = run(settings, float(rows.settings["seconds"])).summary
     assert (summary.d_min, summary.e2_max) == (rows["d_min"][at], rows["e2_max"][at])
     section = (folder / "report.md").read_text(encoding="utf-8").partition("## Laws at equal safety")[2]
-    assert f"| {LAWS[DEFAULT_LAW].label}, over d_m |" in section and "needs w" in section
+    assert "| Smooth priority, over" in section and "needs w" in section
 
 
 def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:

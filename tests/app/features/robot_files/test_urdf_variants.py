@@ -305,7 +305,7 @@ def test_what_cannot_be_drawn_is_one_sentence(folder: Path, registry: None, tmp_
         kept = stl.read_bytes()
         try:
             stl.write_bytes(b"gone")
-            with pytest.raises(BadInputFile, match=r"ascii\.stl: cannot be read"):
+            with pytest.raises(BadInputFile, match=r"ascii\.stl: cannot"):
                 draw_given(key)
         finally:
             stl.write_bytes(kept)
