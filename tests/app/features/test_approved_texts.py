@@ -55,7 +55,9 @@ def test_every_approved_text_belongs_to_a_test() -> None:
         str(path.relative_to(root))
         for path in approved_files(root)
         if not any(
-            re.search(rf'approve\(f?"{re.escape(path.name.split()[0])}\b', test.read_text(encoding="utf-8"))
+            re.search(
+                rf'approve\(\s*f?"{re.escape(path.name.split()[0])}\b', test.read_text(encoding="utf-8")
+            )
             for test in path.parents[1].glob("test_*.py")
         )
     ]

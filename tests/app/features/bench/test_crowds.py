@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.features.bench.figures_table import ratio_table
+from tests.approved import Approve
 from tests.tools.bench import crowds, processes
 from tests.tools.bench.__main__ import printed_with_limits
 from tests.tools.bench.crowds import measure_capacity, measure_crowd
@@ -34,7 +35,7 @@ def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) 
     assert times.seconds == {"step": 4.0, "drawing": 3.0, "packing": 2.0, "sending": 0.0}
 
 
-def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str], approve: Approve) -> None:
     parts = {
         "step_percent": 10.0,
         "drawing_percent": 25.0,
@@ -45,7 +46,7 @@ def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str])
     figures = {"one": {"cpu_percent_of_a_core": 14.0}, "many": {"cpu_percent_of_a_core": 50.0, **parts}}
     assert limit_of(figures["one"]) == ""
     said = limit_of(figures["many"])
-    assert said == "of 50 % of a core: drawing 50 %, step 20 %, other 20 %, packing 6 %, sending 4 %"
+    approve("limits.txt", f"{said}\n")
     result = printed_with_limits(iter(figures.items()))
     assert capsys.readouterr().out.splitlines()[2:] == [f"{'many':36s} {said}"]
     twice = {"figures": {"many": {name: 2.0 * value for name, value in figures["many"].items()}}}

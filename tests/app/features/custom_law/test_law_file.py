@@ -9,7 +9,10 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from app.features.custom_law.law_file import LawFile, Wrong
+from app.settings import LANGUAGES, Language
 from tests.app.features.custom_law.helpers import PAPER, received, situation
+from tests.app.features.said import lines_of
+from tests.approved import Approve
 
 
 def file_of(text: str) -> LawFile:
@@ -50,44 +53,55 @@ def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) 
             assert not isinstance(here, np.ndarray) or (here.flags.writeable and here.flags.aligned)
 
 
+OURS = {
+    "exit": "def law(s):\n    import sys\n    sys.exit(3)",
+    "exit at once": "raise SystemExit",
+    "no return": "def law(s):\n    pass",
+    "three of seven": "# A law.\ndef law(s):\n    return s.nominal[:3]",
+    "a row": "def law(s):\n    return s.nominal[None, :]",
+    "a number": "def law(s):\n    return 0.5",
+    "a text": "def law(s):\n    return 'fast'",
+    "texts": "def law(s):\n    return ['a'] * 7",
+    "complex": "def law(s):\n    return s.nominal * 1j",
+    "uneven": "def law(s):\n    return [[1.0], [1.0, 2.0]]",
+    "a function": "def law(s):\n    return law",
+    "nan": "def law(s):\n    s.nominal[2] = float('nan')\n    return s.nominal",
+    "infinity": "def law(s):\n    return s.nominal * float('inf')",
+    "another name": "def lwa(s):\n    return s.nominal",
+    "a law that is 3": "law = 3",
+    "nothing": "",
+    "minus signs": "a = " + "-" * 100_000 + "1",
+    "sums": "a = " + " + ".join("1" * 100_000),
+}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_what_is_wrong_in_our_words(language: Language, approve: Approve) -> None:
+    errors = {case: wrong(text) for case, text in OURS.items()}
+    said = {f"{case}, line {error.line}": error.text for case, error in errors.items()}
+    approve(f"wrong files {language}.txt", lines_of(said, language))
+
+
 @pytest.mark.parametrize(
     ("text", "line", "says"),
     [
-        ("def law(s):\n    x = 1\n    return x / 0", 3, "ZeroDivisionError: division by zero, in “return x / 0”"),
+        ("def law(s):\n    x = 1\n    return x / 0", 3, "in “return x / 0”"),
         # The last line of the student's own, not the one in the library.
         ("import numpy as np\n\ndef inner(s):\n    return np.linalg.inv(np.zeros((2, 2)))\n\ndef law(s):\n    return inner(s)",
-         4, "Singular matrix, in “return np.linalg.inv"),
-        ("def law(s):\n    return s.rwo", 2, "no attribute 'rwo'"),
+         4, "in “return np.linalg.inv"),
+        ("def law(s):\n    return s.rwo", 2, "'rwo'"),
         ("def law(s):\n    raise ValueError(s.distance)", 2, "ValueError: 0.1"),
-        ("def law(s):\n    import sys\n    sys.exit(3)", 3, "it called exit (3)"),
         ("def law(s):\n    raise KeyboardInterrupt", 2, "KeyboardInterrupt"),
         ("def law(s):\n    return law(s)", 2, "RecursionError"),
-        ("def law(s):\n    pass", 1, "returned None; expected 7 joint velocities [rad/s], an array of shape (7,). Is a `return` missing?"),
-        ("# A law.\ndef law(s):\n    return s.nominal[:3]", 2, "an array of shape (3,); expected 7 joint velocities"),
-        ("def law(s):\n    return s.nominal[None, :]", 1, "an array of shape (1, 7); expected 7"),
-        ("def law(s):\n    return 0.5", 1, "a single number; expected 7"),
-        ("def law(s):\n    return 'fast'", 1, "a str that holds no plain numbers; expected 7"),
-        ("def law(s):\n    return ['a'] * 7", 1, "a list that holds no plain numbers"),
-        ("def law(s):\n    return s.nominal * 1j", 1, "complex numbers; expected 7"),
-        ("def law(s):\n    return [[1.0], [1.0, 2.0]]", 1, "a list of uneven parts"),
-        ("def law(s):\n    return law", 1, "a function that holds no plain numbers"),
-        ("def law(s):\n    s.nominal[2] = float('nan')\n    return s.nominal", 1, "nan for joint 3 of 7; expected finite numbers"),
-        ("def law(s):\n    return s.nominal * float('inf')", 1, "inf for joint"),
-        ("x = 1\ndef law(s)\n    return s.nominal", 2, "SyntaxError: expected ':', in “def law(s)”"),
+        ("x = 1\ndef law(s)\n    return s.nominal", 2, "in “def law(s)”"),
         ("def law(s):\nreturn s.nominal", 2, "IndentationError"),
-        ("x = 1 / 0\ndef law(s):\n    return s.nominal", 1, "ZeroDivisionError: division by zero, in “x = 1 / 0”"),
-        ("import numpyy\ndef law(s):\n    return s.nominal", 1, "No module named 'numpyy'"),
-        ("raise SystemExit", 1, "it called exit"),
-        ("def lwa(s):\n    return s.nominal", None, "there is no function law(situation)"),
-        ("law = 3", None, "law is a int; it must be a function: def law(situation)."),
-        ("# A law.\ndef law():\n    return 0", 2, "must take one argument, law(situation); as it stands: too many positional arguments."),
-        ("def law(s, gain):\n    return 0", 1, "law must take one argument"),
-        ("", None, "there is no function law(situation)"),
-        ("a = " + "-" * 100_000 + "1", None, "nested too deeply"),
-        ("a = " + " + ".join("1" * 100_000), None, "nested too deeply"),
+        ("x = 1 / 0\ndef law(s):\n    return s.nominal", 1, "in “x = 1 / 0”"),
+        ("import numpyy\ndef law(s):\n    return s.nominal", 1, "'numpyy'"),
+        ("# A law.\ndef law():\n    return 0", 2, "law(situation)"),
+        ("def law(s, gain):\n    return 0", 1, "'gain'"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None:
+def test_what_is_wrong_in_pythons_words_and_where(text: str, line: int | None, says: str) -> None:
     error = wrong(text)
     assert says in error.text, error.text
     assert error.line == line
@@ -95,7 +109,8 @@ def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None
 
 
 def test_messages_and_encodings() -> None:
-    assert len(wrong("def law(s):\n    raise ValueError('x' * 10_000)").text) == 300
+    long = "def law(s):\n    raise ValueError('x' * 10_000)"
+    assert len(wrong(long).text) == 300
     # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
     for text in (
         "# coding: latin-1\r\n# für\r\ndef law(s):\r\n    return s.nominal / 0 + ü".encode("latin-1"),
@@ -103,7 +118,7 @@ def test_messages_and_encodings() -> None:
     ):
         law = LawFile("my_law.py", text, 0)
         with (
-            pytest.raises(Wrong, match=r"in “return s.nominal / 0 . ü”") as caught,
+            pytest.raises(Wrong, match="ü”") as caught,
             np.errstate(all="ignore"),
         ):
             law.velocities(situation())
@@ -119,9 +134,8 @@ def test_messages_and_encodings() -> None:
         ),
         *(b"# coding: " + name + b"\ndef law(s):\n    return '\xc3\xbc'" for name in declared),
     ):
-        with pytest.raises(Wrong) as caught:
+        with pytest.raises(Wrong, match="UTF-8"):
             LawFile("my_law.py", no_text, 0)
-        assert caught.value.text == "it cannot be read as text; save it as Python text in UTF-8", no_text
 
 
 @pytest.mark.parametrize(

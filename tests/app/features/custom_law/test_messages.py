@@ -8,22 +8,22 @@ from app.features.custom_law.law_limits import problem_of
 from app.features.custom_law.trials import verdict_on
 from app.features.custom_law.wire import Failure, TextParts, decode_reply, encode
 from app.i18n.catalogue import words_of
+from app.settings import LANGUAGES
 from controllers.errors import LazyText
 from controllers.laws.unprotected import Unprotected
 from tests.app.i18n.messages import on_the_page
+from tests.approved import Approve
 
 
-def test_what_is_wrong_with_a_law_crosses_the_line_in_parts() -> None:
+def test_what_is_wrong_with_a_law_crosses_the_line_in_parts(approve: Approve) -> None:
     with pytest.raises(Wrong) as caught:
         LawFile("/my_law.py", b"law = 3", 2**20)
     assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
     reply = decode_reply(encode(Failure(TextParts.of(caught.value.text), 3)))
     assert isinstance(reply, Failure)
     problem = problem_of("my_law.py", reply.text.text(), reply.line).text
-    assert problem == "my_law.py, line 3: law is a int; it must be a function: def law(situation)."
-    assert (
-        words_of("sl")(problem) == "my_law.py, vrstica 3: law je int; biti mora funkcija: def law(situation)."
-    )
+    for language in LANGUAGES:
+        approve(f"problem {language}.txt", f"{words_of(language)(problem)}\n")
 
 
 @pytest.mark.parametrize(
@@ -50,12 +50,10 @@ class Still(Unprotected):
     seconds = 0.0
 
 
-def test_verdicts_of_the_six_tests_are_said() -> None:
+def test_the_verdict_on_a_law_that_stands_still(approve: Approve) -> None:
     verdict = verdict_on(Still(), "bounded where J_d is singular")
-    assert (
-        words_of("de")(verdict.reason)
-        == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
-    )
+    for language in LANGUAGES:
+        approve(f"verdict {language}.txt", f"{words_of(language)(verdict.reason)}\n")
 
 
 def test_errors_of_a_law_s_file_are_texts_of_the_page() -> None:

@@ -21,18 +21,20 @@ from app.features.custom_law.examination import Examination, ExaminationProgress
 from app.features.custom_law.law_file import LawFile
 from app.features.custom_law.law_html import law_html
 from app.features.custom_law.law_limits import LawProblem
-from app.features.custom_law.trials import TRIALS, WHY, verdict_on
-from app.i18n.catalogue import words_of
+from app.features.custom_law.trials import TRIALS, verdict_on
+from app.i18n.speaking import set_language
 from app.runtime.job_pool import BUSY, JobPool
-from app.settings import Language
+from app.settings import LANGUAGES, Language
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes import wanted
 from scenes.settings import LawSettings
 from tests.app.features.custom_law.helpers import PAPER, received, session_of, situation, write
+from tests.app.features.said import lines_of, without_numbers
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
+from tests.approved import Approve, shown_text
 
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
 
@@ -101,18 +103,19 @@ def test_a_law_of_a_student_fails_what_it_should() -> None:
             "≤" in verdict.reason or "≥" in verdict.reason
         )
         assert all(math.isfinite(part) for part in parts_of(verdict).values() if isinstance(part, float))
-    assert "a jump stays, however small dt" in next(v.reason for v in verdicts if v.name == SMOOTH)
     assert "fails by 184." in unprotected[KEEPS].reason and "fails by 201." in unprotected[OUT].reason
-    assert unprotected[KEEPS].reason.endswith("between left hand / right hand.")
 
 
-@pytest.mark.parametrize(
-    ("language", "bodies"), [("de", "Hand (links) / Hand (rechts)"), ("sl", "roka (levo) / roka (desno)")]
-)
-def test_a_reason_has_names_and_numbers_of_its_language(language: Language, bodies: str) -> None:
-    for verdict in verdicts_of("unprotected").values():
-        said = words_of(language)(verdict.reason)
-        assert not re.search(r"\d\.\d", said) and (verdict.name != KEEPS or bodies in said), said
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_reason_has_names_and_numbers_of_its_language(language: Language, approve: Approve) -> None:
+    laws = {
+        "switched": verdict_on(from_text(SWITCHED), SMOOTH),
+        "alone": verdict_on(built_in(order=1.0), ALONE),
+    }
+    verdicts = {**verdicts_of("unprotected"), **laws}
+    said = lines_of({case: verdict.reason for case, verdict in verdicts.items()}, language)
+    assert language == "en" or not re.search(r"\d\.\d", said)
+    approve(f"reasons {language}.txt", without_numbers(said))
 
 
 @pytest.mark.thorough
@@ -153,7 +156,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     )
     assert law_test(LawTest(path)) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
+    assert len(lines) == 4 and "2 of 3" in lines[-1]
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
     # By whatever names, its answers are those of the template; those of a law that is damped more are not.
@@ -192,7 +195,7 @@ def test_numbers_of_the_built_in_laws() -> None:
     )
     flat = built_in(order=1.0)
     early, out, bounded = (verdict_on(flat, test) for test in (ALONE, OUT, BOUNDED))
-    assert not early.passed and "the hand leaves its place by 7" in early.reason
+    assert not early.passed and re.search(r"\b7\d*(\.\d+)? mm", early.reason)
     assert out.passed and bounded.passed
     # Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left.
     paper = verdicts_of("smooth_priority")
@@ -220,27 +223,26 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     assert [verdict.passed for verdict in verdicts] == [False, True, False, False]
     for verdict in verdicts:
         if not verdict.passed:
-            assert verdict.reason.startswith("my_law.py, line 13: ValueError: overlap")
+            assert "line 13: ValueError" in verdict.reason
             assert verdict.curve is None, "of one sample"
     text = "calls = []\ndef law(s):\n    calls.append(1)\n    return s.nominal / (len(calls) < 3)\n"
     kept, empty = examine(write(tmp_path / "my_law.py", text), only=(KEEPS, ALONE))
     assert kept.curve is not None and empty.curve is None, "of d = ∞"
     verdicts = list(examine(write(tmp_path / "my_law.py", "def law(s)\n")))
     assert failed(verdicts) == set(TRIALS)
-    assert {verdict.reason for verdict in verdicts} == {
-        "my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"
-    }
+    (reason,) = {verdict.reason for verdict in verdicts}
+    assert "line 1: SyntaxError" in reason
     with pytest.raises(BadInputFile, match="no such file"):
         list(examine(tmp_path / "other.py"))
 
 
-def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
+def test_a_slow_law_is_named_and_does_not_hold_the_others_up(approve: Approve) -> None:
     """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
     law = built_in()
     law.seconds = 0.002
     verdicts = [verdict_on(law, test) for test in (OUT, QUICK)]
     assert [verdict.passed for verdict in verdicts] == [True, False]
-    assert "a call ≤ 1 ms fails: the median of 300 calls is 2 ms" in verdicts[-1].reason
+    approve("slow law.txt", f"{verdicts[-1].reason}\n")
     law.seconds = 0.06
     verdicts = [verdict_on(law, test) for test in TRIALS]
     assert failed(verdicts) == {KEEPS, SMOOTH, OUT, ALONE, QUICK}
@@ -346,22 +348,35 @@ def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
         assert (session.law_status.file, session.law_status.ghost_file) == ("my_law.py", None)
 
 
-def test_every_test_says_how_it_went_in_words() -> None:
-    verdicts = tuple(
-        TrialResult(name, name != NAMES[1], f"d < {i} mm & so on") for i, name in enumerate(NAMES)
+VERDICTS = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on") for i, name in enumerate(NAMES))
+PANELS = {
+    "before": (ExaminationProgress("a<b>.py"), "", False, False),
+    "in the middle, frozen": (
+        ExaminationProgress("my_law.py", VERDICTS[:3], True),
+        "line 2: <script>",
+        False,
+        False,
+    ),
+    "at the end": (ExaminationProgress("my_law.py", VERDICTS), "", False, False),
+    "passed": (ExaminationProgress("my_law.py", VERDICTS), "", False, True),
+    "the file is gone": (ExaminationProgress("my_law.py"), "", True, False),
+    "a message": (ExaminationProgress("my_law.py", message="<no"), "", False, False),
+    "all failed": (
+        ExaminationProgress("my_law.py", tuple(TrialResult(name, False, "|J_d| = 0") for name in NAMES)),
+        "",
+        False,
+        False,
+    ),
+}
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_test_says_how_it_went_in_words(language: Language, approve: Approve) -> None:
+    set_language(language)
+    pages = {state: law_html(*given) for state, given in PANELS.items()}
+    assert "<script" not in "".join(pages.values()) and "<no" not in pages["a message"]
+    assert 'role="status"' in pages["in the middle, frozen"] and "card wrong" in pages["at the end"]
+    assert "<p>|J<sub>d</sub>| = 0" in pages["all failed"]
+    approve(
+        f"panel {language}.txt", "\n".join(f"# {state}\n{shown_text(html)}" for state, html in pages.items())
     )
-    before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
-    assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)
-    middle = law_html(ExaminationProgress("my_law.py", verdicts[:3], True), "line 2: <script>", False, False)
-    assert "&lt;script&gt;" in middle and "its arm stands still" in middle and 'role="status"' in middle
-    for word, count in ((">passed<", 2), (">failed<", 1), (">being tested<", 1), (">waits<", 2)):
-        assert middle.count(word) == count
-    assert "Test 4 of 6" in middle and "d &lt; 1 mm &amp; so on" in middle and WHY[NAMES[1]] in middle
-    end = law_html(ExaminationProgress("my_law.py", verdicts), "", False, False)
-    assert "5 of 6 tests passed." in end and "card wrong" in end and "Challenge passed." not in end
-    assert "Challenge passed." in law_html(ExaminationProgress("my_law.py", verdicts), "", False, True)
-    assert "my_law.py is gone." in law_html(ExaminationProgress("my_law.py"), "", True, False)
-    assert "&lt;no" in law_html(ExaminationProgress("my_law.py", message="<no"), "", False, False)
-    failed = tuple(TrialResult(name, False, "|J_d| = 0") for name in NAMES)
-    said = law_html(ExaminationProgress("my_law.py", failed), "", False, False)
-    assert "<p>|J<sub>d</sub>| = 0" in said and "beside <code>J_d @ J_d</code>" in said

@@ -179,7 +179,7 @@ def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
     assert "says nothing" in Curves(other, rows).panels("stability")[2].note
 
 
-def test_caption_and_legend_name_settings_and_lines_as_the_page_does() -> None:
+def test_caption_and_legend_read_as_on_the_page() -> None:
     line = caption(given_settings(law="strict_switched", dm=0.2, v=0.4, k=3.0))
     assert (
         "Hold (Fig. 5)" in line

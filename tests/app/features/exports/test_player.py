@@ -2,7 +2,7 @@
 
 import base64
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -216,29 +216,45 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     # This browser has no graphics card. The page says so in one line, for some seconds; viser itself says nothing.
     page.wait_for_function("window.noted?.includes('without a graphics card')")
     assert page.locator("[class*=Notification-root]").count() == 0
-    # Any moment, there and back: the arms stand where they stood, and the numbers are those of the moment.
+    # Any moment, there and back.
     for time in (5.0, 2.0, 5.6):
-        page.evaluate("time => duet.seek(time)", time)
-        assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
-        for name, wrist in wrists(recorded, time).items():
-            node, place = f"/arms/{name}{WRIST}", wrist
-            until(
-                page,
-                lambda node=node, place=place: np.allclose(
-                    world_position(page, node), place, rtol=0.0, atol=2e-4
-                ),
-                node,
-            )
-        shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
-        row = int(np.searchsorted(table[:, 0], time))
-        assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)
+        see_moment(page, recorded, table, time)
+    seek_by_slider_and_plot(page)
+    play_pause_and_step(page)
+    assert all(url.startswith(("file:", "blob:", "data:")) for url in asked)
+    assert not page.get_by_role("button", name="scene tree").is_visible()
+    page.locator("#duet-note").wait_for(state="detached")
+    screenshot(page, "player")
+
+
+def see_moment(page: Page, recorded: Recorded, table: Array, time: float) -> None:
+    """The arms stand where they stood, and the numbers are those of the moment."""
+    page.evaluate("time => duet.seek(time)", time)
+    assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
+    for name, wrist in wrists(recorded, time).items():
+        node, place = f"/arms/{name}{WRIST}", wrist
+        there = partial(is_at, page, node, place)
+        until(page, there, node)
+    shown = float(page.locator("#duet-plots figcaption output").first.inner_text())
+    row = int(np.searchsorted(table[:, 0], time))
+    assert shown == pytest.approx(float(table[row, 1]), abs=2e-3)
+
+
+def is_at(page: Page, node: str, place: Array) -> bool:
+    return bool(np.allclose(world_position(page, node), place, rtol=0.0, atol=2e-4))
+
+
+def seek_by_slider_and_plot(page: Page) -> None:
     page.get_by_role("slider", name="Time").fill("30")
     assert page.evaluate("duet.time") == pytest.approx(1.0 + 30 / RATE, abs=0.051)
     box = page.locator("#duet-plots figure div").first.bounding_box()
     assert box is not None
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
-    clicked = page.evaluate("duet.time")
-    assert 3.0 < clicked < 4.6
+    assert 3.0 < page.evaluate("duet.time") < 4.6
+
+
+def play_pause_and_step(page: Page) -> None:
+    """By buttons and by keys, to the end of the film."""
     # Early and slow enough for a busy machine to press twice before its end.
     page.evaluate("duet.seek(1.2)")
     page.get_by_label("Speed", exact=True).select_option("0.25")
@@ -255,10 +271,6 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     page.get_by_label("Speed", exact=True).select_option("4")
     page.wait_for_function("!duet.playing")
     assert page.evaluate("duet.time") == pytest.approx(6.0, abs=1e-6)
-    assert all(url.startswith(("file:", "blob:", "data:")) for url in asked)
-    assert not page.get_by_role("button", name="scene tree").is_visible()
-    page.locator("#duet-note").wait_for(state="detached")
-    screenshot(page, "player")
 
 
 def test_an_arm_from_a_file_is_in_the_film(tmp_path: Path, registry: None) -> None:

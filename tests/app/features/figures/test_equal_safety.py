@@ -14,6 +14,7 @@ from scenes.headless import run
 from scenes.laws import LAWS
 from scenes.settings import RunSettings
 from tests.app.features.figures.conftest import KNOBS, Numbers
+from tests.approved import Approve
 from tests.scenes.helpers import with_values
 
 pytestmark = pytest.mark.thorough
@@ -39,7 +40,7 @@ def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> No
     summary = run(settings, float(rows.settings["seconds"])).summary
     assert (summary.d_min, summary.e2_max) == (rows["d_min"][at], rows["e2_max"][at])
     section = (folder / "report.md").read_text(encoding="utf-8").partition("## Laws at equal safety")[2]
-    assert "| Smooth priority, over d_m |" in section and "needs w" in section
+    assert "| Smooth priority, over" in section and "needs w" in section
 
 
 def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:
@@ -58,7 +59,7 @@ def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> 
     assert equal_safety.common(prices).tolist() == [False, True, False] and equal_safety.common([]).size == 0
     table, sentence, *_ = equal_safety.findings([p.curve for p in prices], prices, RunSettings())
     means = [float(line.split("|")[3].split("(")[0]) for line in table.splitlines()[2:]]
-    assert means == [0.2, 0.3, 0.4] and "of the 1 for whom every law" in sentence
+    assert means == [0.2, 0.3, 0.4] and " 1 " in sentence
 
 
 @pytest.mark.parametrize("law", ["task_activation", "set_based_task"])
@@ -89,11 +90,13 @@ def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])
-def test_the_report_says_where_a_rival_is_better_and_its_price(ratio: float, words: str) -> None:
+def test_the_report_says_where_a_rival_is_better_and_its_price(
+    ratio: float, words: str, approve: Approve
+) -> None:
     fed = next(i for i, knob in enumerate(knobs()) if knob.law == "barrier_qp" and knob.setting.feed_forward)
     said = equal_safety.verdict(price(0, 0.1, np.nan), price(fed, 0.1 * ratio, np.nan, growth=1.0))
     assert words in said and f"{ratio:.2f} times" in said and "of 1 persons" in said
-    assert "needs the obstacle's speed w" in said and "q̇ jumps" in said
+    approve(f"verdict {words}.txt", f"{said}\n")
 
 
 def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None:
@@ -105,7 +108,7 @@ def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None
     assert (rows["out_of_authority_s"] == 0.0).all()
 
 
-def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
+def test_a_desired_line_is_thin_and_dashed_beside_a_solid_actual_one() -> None:
     figure: Figure = imitation(PLAN).figure
     panels = [axes for axes in figure.axes if "q_" in axes.get_ylabel()]
     assert len(panels) == 8

@@ -3,6 +3,7 @@
 import pytest
 
 from app.features.custom_law.trials import TRIALS
+from app.features.formula_law.formula import BadFormula, Formula
 from app.features.formula_law.formula_editor import StopFormula
 from app.features.formula_law.formula_law import FILE
 from app.features.formula_law.session_formula import FIRST, PAPER, SessionFormula
@@ -16,6 +17,8 @@ from tests.app.page.helpers import buttons, shown
 
 pytestmark = pytest.mark.slow
 
+BACK = "Back to the law of the settings"
+
 
 def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(
     house: OpenHouse, arrive: Arrive
@@ -27,16 +30,16 @@ def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(
     enter(guest.visitor, first["box"], "d.__class__", 1)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["number"] == "1")
     state = state_of(guest.visitor) or {}
-    assert state["said"] == "refused" and state["refused"].startswith(
-        "Line 1, column 2: . is not part of a formula."
-    )
+    with pytest.raises(BadFormula) as refusal:
+        Formula("d.__class__")
+    assert state["said"] == "refused" and state["refused"] == str(refusal.value)
     assert not guest.session.law.given
     enter(guest.visitor, first["box"], PAPER, 2)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")
     assert guest.session.settings.page.ghost == DEFAULT_LAW and guest.session.law_status.file == FILE
-    guest.visitor.wait_for(lambda v: "Back to the law of the settings" in buttons(v))
+    guest.visitor.wait_for(lambda v: BACK in buttons(v))
     guest.ask(lambda session: session.post(StopFormula()))
-    guest.visitor.wait_for(lambda v: "Back to the law of the settings" not in buttons(v))
+    guest.visitor.wait_for(lambda v: BACK not in buttons(v))
     assert not guest.session.law.given and guest.session.parts.of(SessionFormula).text == PAPER
     # Far too long for a formula, and still an entry.
     enter(guest.visitor, first["box"], "(" * 20_000, 3)

@@ -33,6 +33,7 @@ from app.features.lessons.session.lesson_actions import Choose, Draw, Press
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.store.session_store import SessionStore
 from app.hosting.visitor_record import VisitorRecord
+from app.i18n.speaking import set_language
 from app.page.panel_context import PanelContext
 from app.page.panels.replay_bar import ReplayBar
 from app.plots.curve_chart import COLUMNS
@@ -40,14 +41,16 @@ from app.session.action_handlers import ActionHandlers
 from app.session.frame import freeze
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
-from app.settings import Settings
+from app.settings import LANGUAGES, Language, Settings
 from scenes.rerun import rerun
 from tests.app.features.lessons.helpers import lessons_in, much_done, our_book
 from tests.app.features.lessons.test_languages import attempts
+from tests.app.features.said import without_numbers
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
 from tests.app.recording.runs import piece
 from tests.app.stores import find
+from tests.approved import Approve, shown_text
 from tests.browser import PageAt, screenshot
 from tests.scenes.helpers import given_settings
 
@@ -69,35 +72,19 @@ def test_a_nasty_text_is_shown_as_it_was_written() -> None:
     assert LOCKED in full(NASTY)
 
 
-def test_everything_that_was_done_is_in_it() -> None:
+def body_text(page: str) -> str:
+    """What is read in a report, without date and number of the release."""
+    text = re.sub(r"\d{4}-\d\d-\d\d", "DATE", shown_text(page.partition("</style>")[2]))
+    return re.sub(r"Duet \d+[\w.+]*", "Duet VERSION", text)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_everything_that_was_done_is_in_it(language: Language, approve: Approve) -> None:
+    set_language(language)
     run = Settings(run=given_settings(dm=0.2))
-    text = HtmlReader(report_html("My report", [replace(entry("I thought so."), settings="n = 2")], run)).text
-    rows = (
-        "Question",
-        "Prediction",
-        "Drawn",
-        "Reason and outcome",
-        "Measured",
-        "Verdict",
-        "Challenge",
-        "Settings",
-    )
-    parts = (
-        "My report",
-        "4.2",
-        *rows,
-        "In my own words",
-        "I thought so.",
-        "✓ right",
-        "your curve",
-        "✓ d ≥ 150 mm",
-        "n = 2",
-    )
-    more = ("attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
-    assert [part for part in (*parts, *more) if part not in text] == []
-    assert "✗ not so" in report_html("r", [entry(right=False)], None) and "<table" not in report_html(
-        "r", [entry()], None
-    )
+    done = [replace(entry("I thought so."), settings="n = 2"), entry(right=False)]
+    approve(f"report {language}.txt", body_text(report_html("My report", done, run)))
+    assert "<table" not in report_html("r", [entry()], None)
 
 
 def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
@@ -131,7 +118,7 @@ def test_only_plain_pictures_are_put_in() -> None:
             report_html("r", [replace(entry(), plot=svg)], None)
 
 
-def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
+def test_it_prints_on_paper_with_reason_and_outcome_side_by_side(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
     plots = [
         inline_svg(recorded, "p1", only=("lambda",)),
@@ -143,8 +130,12 @@ def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
     page = page_at(820, 1000)
     page.goto(path.as_uri())
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    overflows = page.evaluate("document.documentElement.scrollWidth > innerWidth")
+    assert not overflows
     assert page.locator("figure:not(.drawing) svg").count() == 2 and page.locator("article").count() == 6
+    reason, outcome = (page.locator(".beside > div").nth(i).bounding_box() for i in (0, 1))
+    assert reason is not None and outcome is not None
+    assert reason["x"] + reason["width"] <= outcome["x"] and reason["y"] == outcome["y"]
     screenshot(page, "report")
     printed = page.pdf(prefer_css_page_size=True)
     assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
@@ -174,28 +165,20 @@ def made(done: tuple[Done, ...]) -> str:
     return lab_bytes(done, "en").decode()
 
 
-def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> None:
+def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession, approve: Approve) -> None:
     (done,) = steps_of(run)
     page = made((done,))
     question = done.step.question
     assert question is not None and done.progress.outcome is not None and not done.progress.outcome.reference
-    for part in (
-        "<h1>Lab report: lesson 1, Redundancy and null space</h1>",
-        "<h3>1.1  What is left over</h3>",
-        "✗ not so</span>In 7: every joint can still be moved.",
-        *done.progress.outcome.lines(done.step, "en"),
-        "scene set to “One arm alone (eqs 1–8)”",
-        "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
-    ):
-        assert part in page.replace("&#39;", "'").replace("\N{NO-BREAK SPACE}", " ")
+    assert [
+        line for line in done.progress.outcome.lines(done.step, "en") if line not in HtmlReader(page).text
+    ] == []
+    drawn = re.compile("<figure.*?</figure>", re.DOTALL)
+    approve("report of a run.txt", without_numbers(body_text(drawn.sub("", page))))
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
     assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
-    reason, _, measured = page.partition(
-        '<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;'
-    )[2].partition("<b>")
-    assert reason and measured.startswith("Measured</b><ul><li>Ways to move"), (
-        "reason and outcome stand side by side"
-    )
+    reason, _, measured = page.partition('<div class="beside"><div><b>')[2].partition("<b>")
+    assert "<script" not in reason and measured, "reason and outcome stand side by side"
     assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
 
 
@@ -225,9 +208,7 @@ def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
     run.walk.next()
     run.walk.next()
     page = made(steps_of(run))
-    assert (
-        "your curve" in page and "by the formula" in page and "Your curve is off by 0.76 on average." in page
-    )
+    assert "your curve" in page and "by the formula" in page and "0.76" in page
 
 
 def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
@@ -240,10 +221,8 @@ def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
 
 def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
-    assert (
-        rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>"
-        and rich_html("my_law.py") == "my_law.py"
-    )
+    html = "2 d<sub>m</sub> &lt; J<sub>d</sub>"
+    assert rich_html("2 d_m < J_d") == html and rich_html("my_law.py") == "my_law.py"
     assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
 
 
@@ -251,9 +230,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
     queue = ExportQueue(run.session, ReplayPlayer(run.session, background, run.session.wake))
     ask_report(queue, run.session, ())
-    assert [title for title, _ in run.session.notices] == [
-        "There is nothing to report yet"
-    ] and not background.waiting()
+    assert len(run.session.notices) == 1 and not background.waiting()
     ask_report(queue, run.session, steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()
@@ -270,7 +247,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     )
 
 
-def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
+def test_words_survive_a_reload_and_a_reset(run: LessonSession) -> None:
     store, query = SessionStore(), {"resume": "0123456789abcdef"}
     store.save(VisitorRecord(query, Settings(), None, {run.name: run.saved()}, run.recordings()))
     record, other = find(store, query), Session(Settings())
@@ -323,9 +300,11 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
     assert box.visible is False
 
 
-def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
-    lesson = our_book("de").lessons[our_book("de").index("limits")]
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_report_says_what_the_tests_of_a_law_found(language: Language, approve: Approve) -> None:
+    book = our_book(language)
+    lesson = book.lessons[book.index("limits")]
     step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")
     (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
-    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
-    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()
+    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], language).decode()
+    approve(f"report of tests {language}.txt", without_numbers(body_text(page)))

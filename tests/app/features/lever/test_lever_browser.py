@@ -5,6 +5,7 @@ from playwright.sync_api import Page, expect
 
 from app.features.lessons.bookmark import Phase
 from app.session.frame import freeze
+from app.start import App
 from scenes.history import COLUMN
 from scenes.laws import LEVER_LAW
 from tests.app.conftest import OpenHouse, ask, live_sessions, private_of
@@ -21,50 +22,74 @@ def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]
     return [(left + wide / 2, top + 11 + (1.0 - share) * (high - 22)) for share in shares]
 
 
+class Game:
+    """One game in which the visitor is λ."""
+
+    def __init__(self, page: Page, opened: App) -> None:
+        self.page, self.session = page, visit(page, opened, "theme=light")
+        self.run = lessons_of(private_of(opened).visitors[max(live_sessions(opened))])
+        self.slider = page.get_by_role("slider", name="λ: your lever")
+
+    def share(self) -> float:
+        return ask(self.session, lambda one: one.settings.run.law.hand_lever)
+
+    def phase(self) -> Phase:
+        return ask(self.session, lambda _: self.run.walk.phase)
+
+    def lever_is_at(self, share: float, how: str, within: float = 0.02) -> None:
+        until(self.page, lambda: abs(self.share() - share) <= within, how)
+
+
 @pytest.mark.thorough
 def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
-    page, opened = page_at(1440, 900, newcomer=True), house()
-    session = visit(page, opened, "theme=light")
-    run = lessons_of(private_of(opened).visitors[max(live_sessions(opened))])
-    share = lambda: ask(session, lambda one: one.settings.run.law.hand_lever)  # noqa: E731
-    phase = lambda: ask(session, lambda _: run.walk.phase)  # noqa: E731
-
-    def stands(at: float, how: str, within: float = 0.02) -> None:
-        until(page, lambda: abs(share() - at) <= within, how)
-
+    page = page_at(1440, 900, newcomer=True)
+    game = Game(page, house())
+    session = game.session
     page.get_by_role("button", name="Be λ yourself").click()
-    slider = page.get_by_role("slider", name="λ: your lever")
-    slider.wait_for()
+    game.slider.wait_for()
     assert ask(session, lambda one: (one.settings.run.law.law, one.paused)) == (LEVER_LAW, True)
     screenshot(page, "lever-begins")
     page.get_by_role("button", name="Run", exact=True).click()
     ask(session, lambda one: one.change("speed", 2.0))
     # The first attack meets an arm that does not give way at all.
     until(page, lambda: ask(session, lambda one: one.simulation.sample().distance) < 0.0, "a touch")
-    page.keyboard.press("ArrowUp")
-    stands(0.1, "a key while a button has the focus", 1e-9)
-    drag(page, on_lever(page, (0.1, 0.4, 0.6)))
-    stands(0.6, "by mouse")
-    before = share()
-    page.keyboard.press("ArrowDown")
-    stands(before - 0.1, "the keys of the page go on after a drag", 1e-9)
-    until(
-        page, lambda: abs(float(slider.input_value()) / 100.0 - share()) < 0.006, "the lever follows the keys"
-    )
-    slider.focus()
-    page.keyboard.press("ArrowUp")
-    stands(before, "by its own keys")
-    drag_by_finger(page, on_lever(page, (before, 0.9)))
-    stands(0.9, "by a finger")
-    slider.blur()
-    page.keyboard.press("ArrowRight")
+    move_the_lever(game)
     run_on(page, session, 1.0)
-    assert phase() is Phase.DO, "a slip of the finger ends no game"
+    assert game.phase() is Phase.DO, "a slip of the finger ends no game"
     assert ask(session, lambda one: freeze(one, 0.0).ghost) is None
     screenshot(page, "lever-plays")
+    see_the_outcome(game)
+    page.set_viewport_size({"width": 390, "height": 844})
+    until(page, lambda: is_free_below_the_card(page), "on a phone below the card")
+    screenshot(page, "lever-phone")
 
+
+def move_the_lever(game: Game) -> None:
+    """By keys of the page, mouse, its own keys and a finger."""
+    page = game.page
+    page.keyboard.press("ArrowUp")
+    game.lever_is_at(0.1, "a key while a button has the focus", 1e-9)
+    drag(page, on_lever(page, (0.1, 0.4, 0.6)))
+    game.lever_is_at(0.6, "by mouse")
+    before = game.share()
+    page.keyboard.press("ArrowDown")
+    game.lever_is_at(before - 0.1, "the keys of the page go on after a drag", 1e-9)
+    shown = lambda: float(game.slider.input_value()) / 100.0  # noqa: E731
+    until(page, lambda: abs(shown() - game.share()) < 0.006, "the lever follows the keys")
+    game.slider.focus()
+    page.keyboard.press("ArrowUp")
+    game.lever_is_at(before, "by its own keys")
+    drag_by_finger(page, on_lever(page, (before, 0.9)))
+    game.lever_is_at(0.9, "by a finger")
+    game.slider.blur()
+    page.keyboard.press("ArrowRight")
+
+
+def see_the_outcome(game: Game) -> None:
+    """The paper's law beside the visitor's λ, at the moment of the smallest distance."""
+    page, session = game.page, game.session
     page.get_by_role("button", name="Skip the run").click()
-    until(page, lambda: phase() is Phase.OBSERVE, "the end of the run")
+    until(page, lambda: game.phase() is Phase.OBSERVE, "the end of the run")
     page.locator(".duet-lesson .duet-chart path").nth(3).wait_for(state="attached")
     page.locator(".duet-lesson .duet-caption").get_by_text("Smooth priority (paper)").wait_for()
     table = ask(session, lambda one: one.simulation.history.table())
@@ -77,16 +102,12 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
 
     assert nearest < 38.0, "farther back than the plots show"
     until(page, lambda: abs(shown() - nearest) < 0.1, "the moment of the smallest distance")
-    expect(slider).to_be_disabled(timeout=60_000)
+    expect(game.slider).to_be_disabled(timeout=60_000)
     screenshot(page, "lever-over")
 
-    page.set_viewport_size({"width": 390, "height": 844})
 
-    def free() -> bool:
-        lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact-picture").bounding_box()
-        if lever is None or card is None:
-            return False
-        return 0.0 <= lever["x"] <= 390.0 - lever["width"] and lever["y"] >= card["y"] + card["height"]
-
-    until(page, free, "on a phone below the card")
-    screenshot(page, "lever-phone")
+def is_free_below_the_card(page: Page) -> bool:
+    lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact-picture").bounding_box()
+    if lever is None or card is None:
+        return False
+    return 0.0 <= lever["x"] <= 390.0 - lever["width"] and lever["y"] >= card["y"] + card["height"]

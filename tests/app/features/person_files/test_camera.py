@@ -154,7 +154,7 @@ def test_the_newest_counts() -> None:
         reel.count = 0
         reel.gate.release()
         until(lambda: not source.running)
-        assert source.message == "The camera gives no more pictures."
+        assert "no more pictures" in source.message
     finally:
         source.stop()
     assert reel.closed.is_set()
@@ -178,7 +178,7 @@ def test_threads_start_stop_and_fail() -> None:
     source = CameraSource(reel, Eye()).start()
     reel.gate.release(3)
     until(lambda: not source.running)
-    assert source.message == "The camera stopped: the cable was pulled. Choose it again to go on."
+    assert "the cable was pulled" in source.message
     assert source.angles(0.0) is None
     assert reel.closed.is_set()
 
@@ -221,7 +221,7 @@ def test_without_the_packages_or_the_files(monkeypatch: pytest.MonkeyPatch, tmp_
         lambda: film.open_video(there),
         lambda: film.open_detector(there),
     ):
-        with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
+        with pytest.raises(MissingPackage, match=r"lwr-duet\[camera\]") as caught:
             attempt()
         assert isinstance(caught.value, DuetError)
     # What is missing of files is said first.

@@ -1,17 +1,21 @@
 """A guest holds the silver arm of another visitor's session, and can do nothing else there; both may leave and come back."""
 
 import re
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from app.features.second_person.guest import AWAY, CLOSED, ENDED, TAKEN
 from app.features.second_person.second_place import SecondPlace
+from app.i18n.catalogue import words_of
+from app.page.panels.hotkeys import hotkeys
 from app.settings import JOIN, Settings
-from app.start import App
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import Arrive, Guest, OpenHouse
 from tests.app.features.custom_law.helpers import edited
 from tests.app.features.custom_law.test_edited_law import LAW, state_of
 from tests.app.features.custom_law.test_edited_law import enter as save_law
@@ -42,102 +46,134 @@ def enter(opened: ExitStack, url: str, word: str, number: int, more: str = "") -
     return opened.enter_context(BlockingClient(url, query=f"{JOIN}={word}&resume={number:032d}{more}"))
 
 
-def came_again(opened: ExitStack, guest: BlockingClient, url: str, word: str, number: int) -> BlockingClient:
-    """The page of a guest whom the server sends elsewhere, connected again as its script does."""
-    guest.wait_for(lambda v: v.closed is not None)
-    return enter(opened, url, word, number)
+class Invited:
+    """A host who has invited, in the experiment for two, and the pages of guests."""
+
+    def __init__(self, host: Guest, url: str, opened: ExitStack) -> None:
+        self.host, self.url, self.opened = host, url, opened
+        click(host.visitor, INVITE)
+        self.word = word_on(host.visitor)
+
+    def enter(self, number: int, more: str = "", word: str = "") -> BlockingClient:
+        return enter(self.opened, self.url, word or self.word, number, more)
+
+    def came_again(self, guest: BlockingClient, number: int) -> BlockingClient:
+        """The page of a guest whom the server sends elsewhere, connected again as its script does."""
+        guest.wait_for(lambda v: v.closed is not None)
+        return self.enter(number)
+
+    def links(self) -> tuple[str, str]:
+        """Hands of the host's arm and of the silver one."""
+        session = self.host.session
+        return HAND_LINK.format(session.hand.arm.name), HAND_LINK.format(session.simulation.avoiding.name)
 
 
-def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive: Arrive) -> None:
-    opened_house: App = house(HOLD)
-    host = arrive(opened_house, f"resume={1:032d}")
-    session, url = host.session, opened_house.url
-    click(host.visitor, INVITE)
-    word = word_on(host.visitor)
-    assert session.parts.of(SecondPlace).word == word
-    see(host.visitor, "Start with <code>--host 0.0.0.0</code>")
-    yours, other = (HAND_LINK.format(arm.name) for arm in (session.hand.arm, session.simulation.avoiding))
+@pytest.fixture
+def invited(house: OpenHouse, arrive: Arrive) -> Iterator[Invited]:
     with ExitStack() as opened:
-        guest = enter(opened, url, word, 2, "&lang=de&theme=dark")
-        see(guest, "Sie halten den silbernen Arm")
-        guest.wait_for(lambda v: other in v.mirror.grabbable)
-        see(host.visitor, "The second person is here")
-        assert not any(name.startswith(yours.partition("/base")[0]) for name in guest.mirror.grabbable)
-        describe = next(
-            u
-            for u, command in guest.mirror.commands.items()
-            if command["label"] == "Was zu sehen ist, in einem Satz"
-        )
-        guest.send({"type": "CommandTriggerMessage", "uuid": describe})
-        guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
-        assert not notes(host.visitor)
-        before = host.ask(lambda s: place_of(s.simulation).copy())
-        hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
-        guest.pull(other, "start", hand.tolist(), hand.tolist())
-        guest.pull(other, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
-        host.wait(lambda s: isinstance(s.hand.other, LinkTarget))
-        host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
-        assert session.held is None, "the host holds nothing"
+        app = house(HOLD)
+        yield Invited(arrive(app, f"resume={1:032d}"), app.url, opened)
 
-        # What a forged message asks for: the host's controls, keys, buttons and handles, by their own names.
-        settings, paused = session.settings, session.paused
-        own = host.visitor.mirror
-        for element in list(own.gui.values()):
-            guest.send({"type": "GuiUpdateMessage", "uuid": element["uuid"], "updates": {"value": True}})
-        for action in ("pause", "reset", "law", "gizmo"):
-            guest.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(host.visitor, action)})
-        owner = own.nodes[yours]["owner"]
-        for claimed in (owner, guest.mirror.nodes[other]["owner"]):
-            guest.mirror.nodes[yours]["owner"] = claimed
-            guest.pull(yours, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
-        guest.pull(other, "end", hand.tolist(), hand.tolist())
-        host.wait(lambda s: s.hand.other is None)
-        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (
-            settings,
-            paused,
-            None,
-            word,
-        )
-        assert not lessons_of(host).open and not re.search(
-            "Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values())
-        )
 
-        # No one else can take the arm, until it is free; what the guest held is let go of.
-        late = enter(opened, url, word, 3)
-        see(late, "Another guest holds this arm")
-        guest.close()
-        late = came_again(opened, late, url, word, 3)
-        see(late, ON_STAGE)
-        # A page that is connected again by the same tab has the arm, though the line before is not known to be lost.
-        again = enter(opened, url, word, 3)
-        see(again, ON_STAGE)
-        see(late, "Another guest holds this arm")
-        # In another experiment there is nothing for a guest.
-        host.ask(lambda s: s.change("scene", "ball"))
-        see(again, "Here only your host holds something")
-        see(host.visitor, "In the experiment “Hold” they hold the other arm again")
-        again.wait_for(lambda v: not v.mirror.grabbable)
-        host.ask(lambda s: s.change("scene", "hold"))
-        again.wait_for(lambda v: other in v.mirror.grabbable)
-        see(host.visitor, "The second person is here, and holds the other arm")
+def test_a_guest_pulls_the_silver_arm_and_no_other(invited: Invited) -> None:
+    host, guest = invited.host, invited.enter(2)
+    assert host.session.parts.of(SecondPlace).word == invited.word
+    orange, silver = invited.links()
+    guest.wait_for(lambda v: silver in v.mirror.grabbable)
+    see(host.visitor, "The second person is here")
+    assert not any(name.startswith(orange.partition("/base")[0]) for name in guest.mirror.grabbable)
+    before = host.ask(lambda s: place_of(s.simulation).copy())
+    hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+    guest.pull(silver, "start", hand.tolist(), hand.tolist())
+    guest.pull(silver, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
+    host.wait(lambda s: isinstance(s.hand.other, LinkTarget))
+    host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
+    assert host.session.held is None, "the host holds nothing"
+    guest.pull(silver, "end", hand.tolist(), hand.tolist())
+    host.wait(lambda s: s.hand.other is None)
 
-        # The host leaves and comes back, to the same session.
-        host.visitor.close()
-        see(again, "Your host is away")
-        newcomer = enter(opened, url, word, 4)
-        see(newcomer, "This invitation is not open")
-        back = opened.enter_context(BlockingClient(url, query=f"resume={1:032d}"))
-        see(back, "The second person is here")
-        again.wait_for(lambda v: "Your host is away" not in shown(v))
-        see(newcomer, "Another guest holds this arm")
-        click(back, END)
-        see(again, "Your host has ended this invitation.")
-        see(newcomer, "This invitation is not open")
-        assert not any(name.startswith("/arms") for name in newcomer.mirror.nodes)
-        unknown = enter(opened, url, "0" * 16, 5, "&lang=sl")
-        see(unknown, "To povabilo ni odprto")
-        click(back, INVITE)
-        assert word_on(back) != word
+
+def test_a_description_that_a_guest_asks_for_is_theirs(invited: Invited) -> None:
+    guest = invited.enter(2, "&lang=de")
+    see(guest, "Sie halten den silbernen Arm")
+    text = words_of("de")(next(hotkey.text for hotkey in hotkeys() if hotkey.name == "describe"))
+    label = text[0].upper() + text[1:]
+    guest.wait_for(lambda v: label in {command["label"] for command in v.mirror.commands.values()})
+    describe = next(u for u, command in guest.mirror.commands.items() if command["label"] == label)
+    guest.send({"type": "CommandTriggerMessage", "uuid": describe})
+    guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
+    assert not notes(invited.host.visitor)
+
+
+def test_a_forged_message_of_a_guest_changes_nothing(invited: Invited) -> None:
+    """The host's controls, keys, buttons and handles, by their own names."""
+    host, guest = invited.host, invited.enter(2)
+    (orange, silver), own = invited.links(), host.visitor.mirror
+    guest.wait_for(lambda v: silver in v.mirror.grabbable)
+    settings, paused = host.session.settings, host.session.paused
+    for element in list(own.gui.values()):
+        guest.send({"type": "GuiUpdateMessage", "uuid": element["uuid"], "updates": {"value": True}})
+    for action in ("pause", "reset", "law", "gizmo"):
+        guest.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(host.visitor, action)})
+    for claimed in (own.nodes[orange]["owner"], guest.mirror.nodes[silver]["owner"]):
+        guest.mirror.nodes[orange]["owner"] = claimed
+        guest.pull(orange, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
+    # What a connection sends is dealt with in its order: after this pull, the forged messages have been.
+    guest.pull(silver, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.1])
+    host.wait(lambda s: s.hand.other is not None)
+    kept = host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word))
+    assert kept == (settings, paused, None, invited.word)
+    assert not lessons_of(host).open
+    assert not re.search("Lessons|Pause|Reset", str(guest.mirror.gui.values()))
+
+
+def test_one_guest_holds_the_arm_until_they_leave(invited: Invited) -> None:
+    guest = invited.enter(2)
+    see(guest, ON_STAGE)
+    late = invited.enter(3)
+    see(late, TAKEN)
+    guest.close()
+    late = invited.came_again(late, 3)
+    see(late, ON_STAGE)
+    # A page that is connected again by the same tab has the arm, though the line before is not known to be lost.
+    again = invited.enter(3)
+    see(again, ON_STAGE)
+    see(late, TAKEN)
+
+
+def test_in_another_experiment_there_is_nothing_for_a_guest(invited: Invited) -> None:
+    host, guest = invited.host, invited.enter(2)
+    _, silver = invited.links()
+    guest.wait_for(lambda v: silver in v.mirror.grabbable)
+    host.ask(lambda s: s.change("scene", "ball"))
+    see(guest, "Here only your host holds something")
+    see(host.visitor, "they hold the other arm again")
+    guest.wait_for(lambda v: not v.mirror.grabbable)
+    host.ask(lambda s: s.change("scene", "hold"))
+    guest.wait_for(lambda v: silver in v.mirror.grabbable)
+    see(host.visitor, "and holds the other arm")
+
+
+def test_the_host_leaves_comes_back_and_ends_the_invitation(invited: Invited) -> None:
+    guest = invited.enter(3)
+    see(guest, ON_STAGE)
+    invited.host.visitor.close()
+    see(guest, AWAY)
+    newcomer = invited.enter(4)
+    see(newcomer, CLOSED)
+    # The same session again.
+    back = invited.opened.enter_context(BlockingClient(invited.url, query=f"resume={1:032d}"))
+    see(back, "The second person is here")
+    guest.wait_for(lambda v: AWAY not in shown(v))
+    see(newcomer, TAKEN)
+    click(back, END)
+    see(guest, ENDED)
+    see(newcomer, CLOSED)
+    assert not any(name.startswith("/arms") for name in newcomer.mirror.nodes)
+    unknown = invited.enter(5, "&lang=sl", word="0" * 16)
+    see(unknown, words_of("sl")(CLOSED))
+    click(back, INVITE)
+    assert word_on(back) != invited.word
 
 
 def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(

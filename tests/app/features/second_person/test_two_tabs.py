@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
+from playwright.sync_api import Page
 
+from app.features.second_person.guest import ENDED
+from app.i18n.catalogue import words_of
+from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
@@ -29,20 +33,37 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(
 ) -> None:
     mine = page_at(1440, 900)
     session = visit(mine, house(Settings(run=RunSettings(scene="hold", avoid="both"))), "autopilot=0")
+    theirs = page_at(1024, 768, fresh=True, locale="de-DE")
+    theirs.goto(f"{invitation(mine)}&theme=dark")
+    wait_ready(theirs, "/room")
+    theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
+    mine.get_by_text("The second person is here").first.wait_for()
+    pull_the_silver_arm(theirs, mine, session)
+    # The keys move their arm, and pause nothing.
+    theirs.keyboard.press("Space")
+    theirs.keyboard.press("ArrowUp")
+    until(theirs, lambda: session.hand.other is not None, "a nudge")
+    assert not session.paused and session.held is None
+
+    mine.get_by_role("button", name="End the invitation").click()
+    theirs.locator(SENTENCE, has_text=words_of("de")(ENDED)).wait_for()
+    screenshot(theirs, "two-ended")
+    theirs.set_viewport_size({"width": 390, "height": 844})
+    screenshot(theirs, "two-ended-phone")
+
+
+def invitation(mine: Page) -> str:
     mine.get_by_role("button", name="Two people, one arm each").click()
     mine.get_by_role("button", name="Invite a second person").click()
     box = mine.get_by_label("Link for the second person")
     box.wait_for()
-    link = box.input_value()
     assert mine.locator(".duet-join svg[role=img]").is_visible()
     screenshot(mine, "two-invited")
+    return box.input_value()
 
-    theirs = page_at(1024, 768, fresh=True, locale="de-DE")
-    theirs.goto(f"{link}&theme=dark")
-    wait_ready(theirs, "/room")
+
+def pull_the_silver_arm(theirs: Page, mine: Page, session: Session) -> None:
     silver, orange = (HAND_LINK.format(arm.name) for arm in (session.simulation.avoiding, session.hand.arm))
-    theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
-    mine.get_by_text("The second person is here").first.wait_for()
     view = settled_view(theirs)
     before = ask(session, lambda s: s.simulation.positions.copy())
     # The orange arm is not theirs.
@@ -51,39 +72,12 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(
     for step in range(1, 13):
         theirs.mouse.move(x + 6.0 * step, y - 2.0 * step)
     moved = session.simulation.avoiding.joints
-    until(
-        theirs,
-        lambda: ask(session, lambda s: np.abs(s.simulation.positions - before)[moved].max() > 0.05),
-        "the silver arm moves",
-    )
-    until(
-        mine,
-        lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"),
-        "the mark at the host's",
-    )
+    far = lambda s: np.abs(s.simulation.positions - before)[moved].max() > 0.05  # noqa: E731
+    until(theirs, lambda: ask(session, far), "the silver arm moves")
+    mark = "!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"
+    until(mine, lambda: mine.evaluate(mark), "the mark at the host's")
     screenshot(mine, "two-host")
     screenshot(theirs, "two-guest")
     assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"
     theirs.mouse.up()
     until(theirs, lambda: session.hand.other is None, "letting go")
-    # The keys move their arm, and pause nothing.
-    theirs.keyboard.press("Space")
-    theirs.keyboard.press("ArrowUp")
-    until(theirs, lambda: session.hand.other is not None, "a nudge")
-    assert not session.paused and session.held is None
-
-    mine.get_by_role("button", name="End the invitation").click()
-    theirs.locator(SENTENCE, has_text="Diese Einladung wurde beendet.").wait_for()
-    screenshot(theirs, "two-ended")
-    theirs.set_viewport_size({"width": 390, "height": 844})
-    screenshot(theirs, "two-ended-phone")
-    # Invited again, on a phone.
-    mine.get_by_role("button", name="Invite a second person").click()
-    until(mine, lambda: box.is_visible() and box.input_value() != link, "another link")
-    theirs.goto(box.input_value())
-    theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
-    settled_view(theirs)
-    screenshot(theirs, "two-guest-phone")
-    mine.goto("about:blank")
-    theirs.locator(SENTENCE, has_text="Ihr Gegenüber ist gerade nicht da").wait_for()
-    screenshot(theirs, "two-away-phone")

@@ -33,7 +33,7 @@ def answer(student: BlockingClient) -> None:
     student.wait_for(lambda v: "Run" in buttons(v), 60.0)
 
 
-def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_writes_what_waits(
+def test_a_tab_has_its_step_answer_and_arms_after_a_kill_and_after_sigterm(
     serve: Serve,
 ) -> None:
     served = serve("--workers", "2", "--sessions", "8")

@@ -15,6 +15,7 @@ from app.cli import serve
 from app.features.store.store_file import StoreLock, StoreTaken
 from app.runtime.temporary_folder import LOCK
 from tests.app.runtime.processes import gone, until
+from tests.approved import Approve
 
 pytestmark = pytest.mark.slow
 
@@ -89,21 +90,17 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Started]]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_two_servers_have_their_own_ports_and_files_and_find_them_again(
-    start: Callable[..., Started], tmp_path: Path, workers: str
+def test_two_servers_have_their_own_ports_and_files(
+    start: Callable[..., Started], tmp_path: Path, workers: str, approve: Approve
 ) -> None:
     folder = tmp_path / "state" / "lwr-duet"
     first, second = (start("--workers", workers) for _ in range(2))
     assert first.port >= serve.USUAL_PORT and second.port > first.port
     assert [line for line in first.said if "visitors" in line] == []
-    assert (
-        f"Port {serve.USUAL_PORT} is taken by another program, so this Duet has port {second.port}.\n"
-        in second.said
-    )
-    assert (
-        f"This Duet keeps its visitors in {folder / 'visitors-2.sqlite'}: others have their own files there.\n"
-        in second.said
-    )
+    said = "".join(line for line in second.said if "Port" in line or "visitors" in line)
+    for shown, name in ((serve.USUAL_PORT, "USUAL"), (second.port, "PORT"), (folder, "FOLDER")):
+        said = said.replace(str(shown), name)
+    approve("second server.txt", said)
     for path, server in ((folder / "visitors.sqlite", first), (folder / "visitors-2.sqlite", second)):
         assert path.is_file() and StoreLock.last_port(path) == server.port
         with pytest.raises(StoreTaken):
@@ -126,6 +123,6 @@ def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(
     first = start("--workers", "1", "--store", store)
     taken = start("--workers", "1", "--port", str(first.port))
     assert taken.process.wait(60.0) == 2 and taken.said == []
-    assert f"port {first.port} on 127.0.0.1 is already in use" in taken.errors
+    assert f"port {first.port} on" in taken.errors
     taken = start("--workers", "1", "--store", store)
-    assert taken.process.wait(60.0) == 2 and "Another server keeps its visitors in" in taken.errors
+    assert taken.process.wait(60.0) == 2 and "Another server" in taken.errors

@@ -127,7 +127,7 @@ def answer_what_is_no_request(served: Served) -> None:
     # The others come with the next line, once the first is some seconds old.
     when, _, said = served.said().splitlines()[0].partition(" WARNING duet.server: ")
     assert abs(datetime.now() - datetime.strptime(when, "%Y-%m-%d %H:%M:%S,%f")) < timedelta(hours=1)
-    assert said == "faulty request: 400 Bad Request, from 127.0.0.1"
+    assert said.startswith("faulty request: 400")
 
 
 def keep_lines_without_headers_from_the_workers(served: Served) -> None:
@@ -205,7 +205,7 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         assert worker_of(served, tabs[LATE]) not in places.values()
         tabs[0].wait_for(lambda v: v.received.frames > frames, 60.0)
         assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
-        assert "another one takes its place" in served.said()
+        assert "takes its place" in served.said()
         # All are replaced, one after the other.
         pause(tabs[0])
         before = served.workers
