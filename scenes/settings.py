@@ -335,7 +335,8 @@ class RunSettings:
     world: bool = ARMS_WHO.flag(
         "world",
         "glide along",
-        "Arms glide along table, stand, floor and their own links, whatever else they are asked to do.",
+        "Arms glide along table, stand, floor and their own links, whatever else they are asked to do. The table counts as solid down "
+        "to the floor.",
     )
     seed: int = ARMS_PACE.number(
         1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1
