@@ -46,6 +46,12 @@ def enter(opened: ExitStack, url: str, word: str, number: int, more: str = "") -
     return opened.enter_context(BlockingClient(url, query=f"{JOIN}={word}&resume={number:032d}{more}"))
 
 
+def came_again(opened: ExitStack, guest: BlockingClient, url: str, word: str, number: int) -> BlockingClient:
+    """The page of a guest whom the server sends elsewhere, connected again as its script does."""
+    guest.wait_for(lambda v: v.closed is not None)
+    return enter(opened, url, word, number)
+
+
 class Invited:
     """A host who has invited, in the experiment for two, and the pages of guests."""
 
@@ -58,9 +64,7 @@ class Invited:
         return enter(self.opened, self.url, word or self.word, number, more)
 
     def came_again(self, guest: BlockingClient, number: int) -> BlockingClient:
-        """The page of a guest whom the server sends elsewhere, connected again as its script does."""
-        guest.wait_for(lambda v: v.closed is not None)
-        return self.enter(number)
+        return came_again(self.opened, guest, self.url, self.word, number)
 
     def links(self) -> tuple[str, str]:
         """Hands of the host's arm and of the silver one."""

@@ -318,7 +318,7 @@ def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.
     )
 
 
-REFUSED = (
+REFUSED: tuple[str, ...] = (
     "hunt --runs 0",
     "hunt --seconds nan",
     "hunt --out /no/such",
