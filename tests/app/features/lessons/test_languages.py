@@ -37,7 +37,7 @@ FORMULA = re.compile(r"\$\$.+?\$\$|\$[^$]+\$", re.DOTALL)
 CODE_WORDS = {"nominal + row · c /"}
 """Code in a hint, that looks like words."""
 WORD = re.compile(r"(?!mrad\b)[A-Za-zÀ-ž]{4}")
-"""Four letters, but for the one unit that has so many."""
+"""Four letters, but for the one unit with four."""
 
 
 @pytest.fixture
