@@ -6,8 +6,8 @@ The distance of the arms is one. A law computes in the unit of its first task: d
 from dataclasses import dataclass, replace
 from typing import Final
 
-MIXED: Final = "SI"
-"""Unit of a value that is now a length, now an angle."""
+BETWEEN: Final = ", "
+"""Stands between the units of a value that is now a length, now an angle."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class KeptQuantity:
         label: what a person reads in the chooser.
         short: what it is a value of, as in "distance".
         symbol: of the value.
-        unit: SI unit of it.
+        unit: SI unit of it; of several first tasks at once, their units.
         against: what is kept clear of, in plain words; "" if the arm keeps clear of nothing outside it.
     """
 
@@ -33,16 +33,19 @@ class KeptQuantity:
     @property
     def page_unit(self) -> str:
         """Unit on the page, a thousandth of the SI unit."""
-        return f"10⁻³ {self.unit}" if self.unit == MIXED else f"m{self.unit}"
+        return self._each("m{}")
 
     @property
     def rate_unit(self) -> str:
-        return f"{self.unit}/s"
+        return self._each("{}/s")
 
     @property
     def row_unit(self) -> str:
         """Unit of |J_a|; "" if it has none."""
-        return {"rad": "", "m/rad": "m/rad²"}.get(self.unit, f"{self.unit}/rad")
+        return {"rad": "", "m/rad": "m/rad²", "m, rad": "m/rad"}.get(self.unit, f"{self.unit}/rad")
+
+    def _each(self, form: str) -> str:
+        return BETWEEN.join(form.format(unit) for unit in self.unit.split(BETWEEN))
 
     @property
     def critical(self) -> str:
@@ -71,7 +74,7 @@ FIRST_TASKS: Final[dict[str, KeptQuantity]] = {
         KeptQuantity(STOPS, "Joint stops", "way to the joint stops", "h", "rad"),
         KeptQuantity(SINGULAR, "Out of singularity", "smallest singular value", "σ", "m/rad"),
         KeptQuantity(TIP, "Not to tip", "centre of mass inside the foot", "h", "m"),
-        KeptQuantity(ALL, "All at once", "least of all margins", "h", MIXED),
+        KeptQuantity(ALL, "All at once", "least of all margins", "h", f"m{BETWEEN}rad"),
     )
 }
 """Name → first task, in the order of the chooser."""

@@ -18,6 +18,7 @@ from app.page.panels.distance_rate import (
     budget_terms,
     consequence,
     error_step,
+    least_lever,
     missed,
     nearest_is_bolted,
     promise_words,
@@ -27,6 +28,7 @@ from app.plots.time_series import resting_now
 from app.session.frame import Contact, Frame
 from app.text.first_task_texts import FIRST_TASK_TEXTS, in_symbols, wording
 from app.text.law_texts import LAW_TEXTS
+from app.text.lever_texts import lever_text
 from app.text.templates import element
 from app.theme import SYMBOLS
 from controllers.laws.situation import Law
@@ -276,9 +278,11 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
     if custom or not run.law.entry.promises:
         return "", words
     kind, promise = promise_words(simulation, sample)
+    # For small λ the promise holds, but nothing is good news while no arm can give way.
     if kind == "go" and nearest_is_bolted(simulation, sample):
-        # For small λ the promise holds, but nothing is good news while no arm can give way.
         return "halt", tr(BOLTED)
+    if kind == "go" and words and words == lever_text(least_lever(sample), run.quantity):
+        return "", words
     return kind, ", ".join(text for text in (promise, words) if text) if kind != "alarm" else promise
 
 

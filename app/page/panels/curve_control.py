@@ -51,8 +51,9 @@ class CurveControl:
     def show(self, settings: Settings, visible: bool) -> None:
         law = settings.run.law
         self.box.visible = visible
-        axes = activation_axes(law.critical_distance, (0.0, _FARTHEST), settings.run.quantity)
-        self._drawing = axes if visible else None
+        self._drawing = None
+        if visible:
+            self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST), settings.run.quantity)
         if visible and law.curve != self.known:
             self.known, self._trouble, curve = law.curve, "", curve_through(law.curve)
             assert self._drawing is not None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.page.panels.contact_card import contact_note, contact_words, symbol_sentences
-from app.page.panels.distance_rate import budget_terms, promise_html
+from app.page.panels.distance_rate import budget_terms, promise_html, promise_words
 from app.page.panels.readout import status_html
 from app.page.panels.scene_words import scene_sentence
 from app.plots.time_plots import time_plot_of
@@ -21,7 +21,7 @@ from app.text.law_texts import equation_html
 from app.text.lever_texts import lever_text
 from controllers.limits import Authority
 from scenes.laws import LAWS
-from scenes.quantities import ALL, FIRST_TASKS, PARTS, STOPS, WALL, quantity_of_pair
+from scenes.quantities import ALL, FIRST_TASKS, PARTS, STOPS, TIP, WALL, quantity_of_pair
 from scenes.settings import LawSettings, RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.targets import WallTarget
@@ -38,6 +38,14 @@ def frame_of(first: str, **others: Any) -> Frame:
     return replace(frame, simulation=simulation, sample=simulation.sample())
 
 
+def test_the_card_does_not_promise_what_no_joint_changes_now() -> None:
+    frame = frame_of(TIP)
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    assert promise_words(frame.simulation, frame.sample)[0] == "go"
+    note = contact_note(frame.simulation, frame.sample, frame.contact, terms)
+    assert note == ("", "no joint changes this value")
+
+
 @pytest.mark.parametrize("first", FIRST_TASKS)
 def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> None:
     frame, kept = frame_of(first), FIRST_TASKS[first]
@@ -45,7 +53,7 @@ def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> 
     terms = budget_terms(frame.simulation, frame.sample, frame.contact)
     words = contact_words(frame, terms)
     assert str(words["apart"]).startswith(f"{least.page_unit} ") and words["symbol"] == kept.symbol
-    assert contact_note(frame.simulation, frame.sample, frame.contact, terms)[1].startswith(
+    assert promise_words(frame.simulation, frame.sample)[1].startswith(
         f"{kept.symbol} ≥ {kept.symbol}<sub>m</sub>"
     )
     assert symbol_sentences(frame)["dm"].startswith(f"{kept.symbol}_m: ")

@@ -379,7 +379,7 @@ def test_charts_of_another_first_task_have_its_symbol_and_unit(first: str, over:
     assert over in chart_title("curve", run) and over in chart_title("laws", run)
     assert f"J<sub>a</sub>q̇ [{run.quantity.rate_unit}]" in chart_title("laws", run)
     several = replace(run, first="all")
-    assert '<b class="d">h<sub>law</sub></b> [SI]' in chart_title("curve", several)
+    assert '<b class="d">h<sub>law</sub></b> [m, rad]' in chart_title("curve", several)
     assert row in laws_html(simulation, None, contact(simulation, simulation.sample()), 150)
     board = activation_axes(0.15, (0.0, 0.4), run.quantity)
     assert board.x.label == f"{run.quantity.symbol} [{run.quantity.page_unit}]"

@@ -33,7 +33,7 @@ def test_the_least_of_all_margins_has_the_unit_of_what_it_is() -> None:
     every = FIRST_TASKS[ALL]
     assert [quantity_of_pair(every, i).unit for i in range(len(PARTS[ALL]))] == ["m", "m/rad", "rad", "m"]
     assert quantity_of_pair(every, -1) is every
-    assert every.page_unit == "10⁻³ SI"
+    assert every.page_unit == "mm, mrad"
     assert quantity_of_pair(FIRST_TASKS[SINGULAR], 0).page_unit == "mm/rad"
 
 

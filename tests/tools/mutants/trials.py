@@ -146,7 +146,7 @@ class Copy:
         return timed
 
     def _write(self, path: Path, text: bytes) -> None:
-        """Write a source, and have it compiled anew: its byte code would hold for a text of the same length."""
+        """Write a source, and have it compiled again: its byte code would hold for a text of the same length."""
         path.write_bytes(text)
         Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 

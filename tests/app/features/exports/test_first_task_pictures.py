@@ -47,7 +47,7 @@ def test_the_caption_has_threshold_and_speed_in_its_unit() -> None:
     settings = piece(SINGULAR).settings
     line = caption(settings)
     assert "switched at $σ_m$ · $σ_m$ = 150 mm/rad" in line and "v = 0.3 m/rad/s, K" in line
-    assert "$h_m$ = 150 10⁻³ SI" in caption(piece(ALL).settings)
+    assert "$h_m$ = 150 mm, mrad" in caption(piece(ALL).settings)
 
 
 def test_the_table_names_the_unit() -> None:
