@@ -55,6 +55,7 @@ STILLS: Final = {
     "duet": ("scene=hold", 7.0),
     "master_slave": ("scene=master_slave", 5.0),
     "imitation": ("scene=imitation", 4.0),
+    "first_task": ("scene=first_task&first=wall", 4.0),
     "two_makes": ("scene=master_slave&robot=ur5_panda&rig=table", 6.0),
 }
 """Name of a picture → link of the page, and the simulated time that it shows [s]."""
