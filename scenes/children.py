@@ -1,4 +1,4 @@
-"""Child processes for computations: what they inherit, and that they end with this one."""
+"""Child processes for computations."""
 
 import copyreg
 import multiprocessing
@@ -25,10 +25,10 @@ from scenes.given_robots import GivenAtStart, given_at_start
 T = TypeVar("T")
 
 ComputeMany = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[tuple[int, T]]]
-"""Yields (index, result) of the calls of a function, each as soon as it is done; `computed`, or a cluster."""
+"""Yields (index, result) of calls as they finish, like `computed`."""
 
 AHEAD: Final = 4
-"""Calls handed out per worker: one that runs, and some that wait."""
+"""Calls handed out per worker, one of which runs."""
 
 ONE_THREAD: Final = {
     f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")
@@ -36,9 +36,7 @@ ONE_THREAD: Final = {
 
 
 SAFE_PATH: Final = {"PYTHONSAFEPATH": "1"}
-"""Environment in which Python leaves the current folder off its path, where a `random.py` would hide the
-standard library's.
-"""
+"""Keeps the current folder off Python's path, where a `random.py` would hide the standard library's."""
 
 
 class _OwnProcess(SpawnProcess):
@@ -57,24 +55,22 @@ class _OwnSpawn(SpawnContext):
 
 
 SPAWN: Final = _OwnSpawn()
-"""Context of `multiprocessing` for all our processes, which start inside `child_environment` or `inheriting`."""
+"""`multiprocessing` context for all our processes; start them inside `child_environment` or `inheriting`."""
 
 
 def inheriting() -> AbstractContextManager[None]:
-    """Environment for processes started meanwhile: linear algebra on one thread each, and that of `child_environment`."""
+    """`child_environment` with linear algebra on one thread per process."""
     return child_environment(ONE_THREAD)
 
 
 @contextmanager
 def child_environment(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
-    """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: more for their
-    environment.
-    """
+    """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: further variables."""
     environment = {**SAFE_PATH, **also}
     before = {name: os.environ.get(name) for name in environment}
     os.environ.update(environment)
     try:
-        with deaf():
+        with _interrupts_held():
             yield
     finally:
         for name, value in before.items():
@@ -85,18 +81,21 @@ def child_environment(also: Mapping[str, str] = MappingProxyType({})) -> Iterato
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
-    """Keep Ctrl+C from processes that this thread starts meanwhile, until they `leave_with_parent`; here it
-    is delivered at the end.
+def _interrupts_held() -> Iterator[None]:
+    """Keep Ctrl+C from processes that this thread starts meanwhile, until they call `leave_with_parent`. Here
+    it is delivered at the end.
+
+    May start the resource tracker, a Python process, so only `child_environment` calls it.
     """
     pending: list[int] = []
     main = threading.current_thread() is threading.main_thread()
-    # A mask is not enough: another thread may take the signal, and a process that is given only half of its start says so.
+    # A mask is not enough: another thread may receive the signal, and a half-started process would report
+    # an error.
     handler = signal.signal(signal.SIGINT, lambda number, frame: pending.append(number)) if main else None
     mask: set[int] | None = None
     try:
         if hasattr(signal, "pthread_sigmask"):
-            # It would be started with the first process, and lift the mask.
+            # Otherwise the first process would start it, which lifts the mask.
             resource_tracker.ensure_running()
             mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         yield
@@ -110,8 +109,8 @@ def deaf() -> Iterator[None]:
 
 
 def leave_with_parent() -> None:
-    """Leave Ctrl+C to the parent of this worker, and end with it, even if it is killed; otherwise an idle
-    worker would wait for ever. Does nothing in a process that is not a worker.
+    """Leave Ctrl+C to the parent of this worker, and end with it even if it is killed: an idle worker would
+    wait for ever. No effect without a parent.
     """
     parent = multiprocessing.parent_process()
     if parent is None:
@@ -130,16 +129,16 @@ def computed(
     calls: Iterable[tuple[Any, ...]],
     workers: int = 1,
 ) -> Iterator[tuple[int, T]]:
-    """Yield (index, result) of every call, each as soon as it is done; in order only with one worker.
+    """Yield (index, result) of every call as it finishes; in order only with one worker.
 
     Args:
         function: at a module's top level.
-        calls: picklable arguments of each call, read shortly before a worker needs them.
+        calls: picklable arguments of each call, read lazily.
         workers: processes; 1 runs everything in this one. Each imports the main program again, which must
-            therefore call this below `if __name__ == "__main__":`.
+            call this below `if __name__ == "__main__":`.
 
     Raises:
-        DuetError: a worker was ended from outside, or could not start.
+        DuetError: a worker was killed, or could not start.
     """
     numbered = enumerate(calls)
     first = list(islice(numbered, 2))
@@ -151,7 +150,7 @@ def computed(
     # Not forked: this process may have threads, and a fork would copy their locks.
     begun = SPAWN.RawValue(c_bool, False)
     with inheriting():
-        # Its locks start a process, too.
+        # Its locks start the resource tracker.
         pool = futures.ProcessPoolExecutor(workers, SPAWN, _begin, (given_at_start(), begun))
     others = multiprocessing.active_children()
     under_way: dict[futures.Future[T], int] = {}
@@ -179,7 +178,7 @@ def computed(
     except BrokenProcessPool:
         if not begun.value:
             raise DuetError(
-                'The workers could not begin; in a script, what computes stands below if __name__ == "__main__":, for each of them '
+                'The workers could not start; in a script, compute below if __name__ == "__main__":, because each worker '
                 "reads the script again."
             ) from None
         raise DuetError(

@@ -6,19 +6,20 @@ import asyncio
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Final
 
 from app.features.bench.process_use import used_by_tree
 from app.features.store import IN_MEMORY
 from app.web.headless_client import HeadlessClient
 from controllers.own_packages import own_command
+from scenes.children import child_environment
 
 SERVE_WARM_UP: Final = 3.0
 """Pause before a measurement [s]."""
 
 FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
-"""Link to a page with a ghost and four plots over time."""
+"""Query of a page with a ghost and four plots."""
 
 
 @contextmanager
@@ -27,27 +28,25 @@ def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
     options = ("--port", "0", "--no-open", *IN_MEMORY, "--sessions", str(sessions))
     command = own_command("app.__main__", "serve", *options)
     begin = time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
-        try:
-            assert server.stdout is not None
-            line = server.stdout.readline()
-            yield (
-                server.pid,
-                next(word for word in line.split() if word.startswith("http")),
-                time.perf_counter() - begin,
-            )
-        finally:
-            server.terminate()
+    with ExitStack() as opened:
+        # Ctrl+C ends this command, which ends the server; a half-started server would report an error.
+        with child_environment():
+            server = opened.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8"))
+            opened.callback(server.terminate)
+        assert server.stdout is not None
+        line = server.stdout.readline()
+        yield (
+            server.pid,
+            next(word for word in line.split() if word.startswith("http")),
+            time.perf_counter() - begin,
+        )
 
 
 def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
     """Cost of one visitor for `lwr-duet serve`: CPU, messages, bytes and frames.
 
-    Args:
-        seconds: duration of the measurement [s].
-
-    Returns:
-        Also the times from the command to the first answer, and to the visitor's arms [s].
+    `seconds`: duration [s]. Also the times from the command to the first answer and to the visitor's arms
+    [s].
     """
     with serving() as (pid, url, started):
         return {
