@@ -1,5 +1,6 @@
-"""The six tests of a file, at once or in the background."""
+"""The six tests of a file."""
 
+import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -28,15 +29,14 @@ def examine(
     only: Sequence[str] | None = None,
     text: bytes | None = None,
 ) -> Iterator[TrialResult]:
-    """Yield the verdict of each test as soon as it is known; a law that failed is restarted for the next
-    test.
+    """Verdicts of the tests, each as soon as known; a failed law is restarted for the next.
 
     Args:
-        only: names of the tests; None for all six.
-        text: content to test; None for the file's current one.
+        only: names of tests; None for all.
+        text: content to test; None for the file's.
 
     Raises:
-        BadInputFile: the file does not exist, or cannot be read.
+        BadInputFile: the file cannot be read.
         Stopped: before a call, see `scenes.wanted`.
     """
     with _Examined(path, limits, text) as law:
@@ -53,14 +53,11 @@ def examine(
 
 
 def examine_one(path: Path, text: bytes, name: str) -> TrialResult:
-    """Verdict of one test on a file, for its own process; see `examine`."""
     return next(examine(path, only=(name,), text=text))
 
 
 class _Examined(CustomLaw):
-    """A law that waits for loading, stops on request, and times calls itself, since a file can change its
-    process's clock.
-    """
+    """Stops on request, and times calls itself, since a file can change its process's clock."""
 
     def __init__(self, path: Path, limits: LawLimits, text: bytes | None) -> None:
         super().__init__(path, limits, waits=True, text=text)
@@ -81,12 +78,12 @@ class _Examined(CustomLaw):
 
     @property
     def seconds(self) -> float:
-        """Time of the last call, measured here, without waiting for a core [s]."""
+        """Time of the last call, without waiting for a core [s]."""
         return self._seconds
 
     @property
     def _processor_time(self) -> float:
-        """Processor time of the law's process so far [s]; 0 without a process, or if the system does not say."""
+        """Time so far [s]; 0 if unknown."""
         return (self.pid is not None and processor_time(self.pid)) or 0.0
 
     @property
@@ -108,9 +105,10 @@ class ExaminationProgress(NamedTuple):
     """Progress of the tests.
 
     Attributes:
-        verdicts: so far, in the order of `TRIALS`; empty if the tests were never made.
-        message: reason why they could not be made, or "".
-        typed: true if the law is typed on the page, without a file.
+        verdicts: in the order of `TRIALS`; empty before the tests.
+        message: why they could not be made, or "".
+        typed: true if the law is typed on the page.
+        number: of this run of the tests, unique in this process; 0 before the first of a file.
     """
 
     file: str | None = None
@@ -118,14 +116,18 @@ class ExaminationProgress(NamedTuple):
     running: bool = False
     message: str = ""
     typed: bool = False
+    number: int = 0
 
     @property
     def finished(self) -> bool:
         return len(self.verdicts) == len(TRIALS)
 
 
+_NUMBERS = itertools.count(1)
+
+
 class Examination:
-    """The tests of one visitor's file, on one thread. `wake`: called from any thread on a new result."""
+    """Tests of a visitor's file, on one thread. `wake`: called from any thread on a new result."""
 
     def __init__(self, path: Path, background: Jobs, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
@@ -133,10 +135,10 @@ class Examination:
         self.progress = self._none = ExaminationProgress(readable(path.name))
 
     def begin(self) -> None:
-        """Cancel running tests, and begin all on the current content of the file.
+        """Restart all tests on the current content of the file.
 
         Raises:
-            BadInputFile: it cannot be read.
+            BadInputFile: the file cannot be read.
         """
         self.drop()
         function, arguments = self._one_test()
@@ -144,6 +146,8 @@ class Examination:
             self._background.submit(self, name, function, *arguments, name, wake=self._wake)
             for name in TRIALS
         ]
+        # A saved text gets a new object, so a count of its own would begin at 1 again.
+        self._none = self._none._replace(number=next(_NUMBERS))
         self.progress = self._none._replace(running=True)
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_trials.py`."""
+"""Lesson cases of the core's `test_trials.py`."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import pytest
 from app.features.custom_law import examination as examination_module
 from app.features.custom_law.examination import ExaminationProgress
 from app.features.custom_law.law_html import COMMANDS
-from app.features.custom_law.student_law import examination
+from app.features.custom_law.student_law import examination, take_law_file
 from app.features.custom_law.trials import WHY
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.loading import load_lessons
@@ -43,7 +43,7 @@ def test_without_a_file() -> None:
     assert run.walk.done.attempts == 0 and run.own_tests == ExaminationProgress()
 
 
-def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arrive) -> None:
+def test_without_a_file_the_step_shows_the_commands(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=10&step=5")
     guest.ask(lambda session: to_challenge(session, lessons_of(guest)))
     guest.visitor.wait_for(
@@ -60,7 +60,7 @@ def to_challenge(session: Session, run: LessonSession) -> None:
         run.decide()
 
 
-def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
+def test_lessons_use_the_custom_law_only_in_its_challenge(tmp_path: Path) -> None:
     with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
         run = LessonSession(session, load_lessons())
         assert session.law_status.file == "my_law.py" and run.own_tests is None
@@ -105,3 +105,26 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
         write(path, "# " + ", ".join(NAMES))
         check()
         assert run.walk.done.attempts == 2 and run.walk.done.passed
+
+
+def test_tests_that_begin_and_end_within_a_frame_count_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """This happens after a text was saved in the editor."""
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    background = Inline()
+    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES))
+    with session_of(path, background) as session:
+        run = LessonSession(session, load_lessons())
+        to_challenge(session, run)
+        until(lambda: run.runner.further.done())
+        for attempts in (1, 2):
+            take_law_file(session, path)
+            tests = examination(session)
+            assert tests is not None
+            tests.begin()
+            background.work()
+            session.law.advance(0.0, paused=False)
+            for _ in range(2):
+                run.decide()
+                assert run.walk.done.attempts == attempts and run.walk.done.passed
