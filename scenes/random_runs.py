@@ -1,4 +1,4 @@
-"""Random runs, and the checks on every one: a search for a counterexample."""
+"""Random runs with checks: a search for a counterexample."""
 
 import math
 from collections.abc import Callable
@@ -24,14 +24,14 @@ ROUNDING: Final = 1e-9
 """Tolerance of a bound [rad, rad/s, m]."""
 
 EXCESS: Final = 1e-5
-"""Excess from which the promise counts as broken, in the unit of the first task; smaller ones are not examined."""
+"""Smallest excess that breaks the promise, in the unit of the first task."""
 
 LEAST_HALVINGS: Final = 3
 MOST_HALVINGS: Final = 5
-"""Largest number of halvings of the time step that test whether an excess vanishes."""
+"""Fewest and most halvings of dt that test whether an excess vanishes."""
 
 SLACK: Final = 2.0
-"""An excess vanishes in proportion to dt if the rest after k halvings is at most this over 2^k."""
+"""An excess vanishes in proportion to dt if at most this over 2^k of it remains after k halvings."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,12 @@ class RunVerdict:
     """Result of a run.
 
     Attributes:
-        faults: one line each; () without a fault.
-        promised: the law makes the promise h ≥ h_law ≥ h_m, which is d ≥ d_law ≥ d_m of the arms' distance.
+        promised: the law promises h ≥ h_law ≥ h_m (of the arms' distance d ≥ d_law ≥ d_m).
         margin: smallest h_law − h_m, in the unit of the first task.
-        excesses: loss of h_law below h_m with every condition met, in its unit: at dt, and if that is too
-            much at dt/2, dt/4, …
-        kept: the first task.
-        clear: least distance of arms that began clear of table, stand, floor and their own links from these
-            [m], negative inside; ∞ where they do not glide along them.
+        excesses: largest h_m − h_law with every condition met, in that unit: at dt, and if too large at dt/2,
+            dt/4, …
+        clear: least distance of the arms that began clear of their surroundings from these [m], negative
+            inside; ∞ if not checked.
     """
 
     index: int
@@ -59,7 +57,7 @@ class RunVerdict:
 
 
 def run_verdict(seed: int, index: int, seconds: float = SECONDS, series: Series = "usual") -> RunVerdict:
-    """Make run `index` of a series of a seed, of this simulated time [s], and check it."""
+    """Simulate and check run `index` of a seed's series. `seconds`: simulated time [s]."""
     random = random_run(seed, index, series)
     settings = random.settings
     kept, ideal = settings.quantity, settings.hardware == HardwareSettings()
@@ -81,8 +79,7 @@ def run_verdict(seed: int, index: int, seconds: float = SECONDS, series: Series 
     met = table[table[:, COLUMN["pair"]] >= 0.0]
     over = float((met[:, COLUMN["law_d"]] - met[:, COLUMN["d"]]).max(initial=-np.inf))
     # With stages the law sees the first of several first tasks, which need not be the least.
-    by_stages = settings.together == "stages" and "together" in settings.experiment.reads
-    if over > ROUNDING and not settings.hardware.sees_wrong and not by_stages:
+    if over > ROUNDING and not settings.hardware.sees_wrong and not settings.stages:
         faults.append(f"{kept.seen} is larger than {kept.symbol} by {over:.3g} {kept.unit}")
     clear = math.inf
     if settings.world and ideal:
@@ -111,7 +108,6 @@ def _made(random: RandomRun, settings: RunSettings, seconds: float) -> Run:
 
 
 def _clear(done: Run) -> float:
-    """Least distance of the arms that begin clear from all that they glide along [m]."""
     world = World(done.simulation.room, done.simulation.settings.limit_gain)
     positions = done.simulation.history.positions(done.table)
     world.kinematics.update(positions[0])
@@ -130,11 +126,7 @@ def _listed(excesses: tuple[float, ...]) -> str:
 def _until(
     excess_of: Callable[[RunSettings], float], settings: RunSettings, first: float
 ) -> tuple[float, ...]:
-    """Excess at dt, and if that is too much at dt/2, dt/4, … until the worst is two halvings behind.
-
-    Args:
-        excess_of: excess of the run with other settings.
-    """
+    """Excess at dt, and if too large at dt/2, dt/4, … until the worst is two halvings behind."""
     excesses = [first]
     if first <= EXCESS:
         return (first,)
@@ -146,11 +138,11 @@ def _until(
 
 
 def explained(excesses: tuple[float, ...]) -> bool:
-    """True if a time step explains excesses at dt, dt/2, dt/4, …: after the worst they vanish in
-    proportion to dt.
+    """True if the time step explains excesses at dt, dt/2, dt/4, …: after the worst they vanish in proportion
+    to dt.
 
-    The worst need not be the first: a smooth minimum with weights that change within a step (β times the
-    speeds along the pairs times dt of order 1) chatters like the closest pair, differently at every dt.
+    The worst need not be the first: a smooth minimum whose weights change within a step (β · speed · dt of
+    order 1) chatters differently at every dt.
     """
     worst = int(np.argmax(excesses))
     if excesses[worst] <= EXCESS:

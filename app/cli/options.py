@@ -15,6 +15,9 @@ from scenes.given_robots import GIVEN, reads_robots, robot_from_file
 from scenes.setting_spec import PAIR, Spec, makes
 from scenes.settings import RobotName, RunSettings, changed, specs, values
 
+NO_WORLD: Final = "no_world"
+"""Name of the option of a page that says that arms do not glide."""
+
 PLACES: Final[dict[str, tuple[str, str]]] = {
     "robot_left": ("NAME|FILE", "The left arm where the two differ: a name, or a URDF file."),
     "robot_right": ("NAME|FILE", "The right arm where the two differ: a name, or a URDF file."),
@@ -44,13 +47,14 @@ def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType(
         text, metavar = _help(spec), _metavar(spec, default)
         if key in files:
             text, metavar = f"{text} Or a file: {files[key]}", f"{metavar}|FILE"
-        about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=metavar)
-        kind: Any = bool if isinstance(default, bool) else str
+        is_flag = isinstance(default, bool)
+        about = tyro.conf.arg(name=key.replace("_", "-"), help=text, metavar=None if is_flag else metavar)
+        kind: Any = bool if is_flag else str
         fields.append(
             (
                 key,
                 Annotated[kind, about],
-                field(default=default if isinstance(default, bool) else _text(default)),
+                field(default=default if is_flag else _text(default)),
             )
         )
     for key, (metavar, text) in PLACES.items():
@@ -94,7 +98,22 @@ StartOptions = _options(
 
 
 def all_options() -> type:
-    return _options(Settings, "AllOptions")
+    """Options of a page, which also tell `--no-world` from no word about it: then arms glide on a page that begins as usual."""
+    options = _options(Settings, "AllOptions")
+    about = tyro.conf.arg(
+        name="no-world", help="Arms do not glide along, not even on a page that begins as usual."
+    )
+    one_way = tyro.conf.FlagCreatePairsOff
+    fields: list[tuple[str, Any, Any]] = [
+        ("world", one_way[options.__annotations__["world"]], field(default=False)),
+        (NO_WORLD, one_way[Annotated[bool, about]], field(default=False)),
+    ]
+    return make_dataclass("AllOptions", fields, bases=(options,), frozen=True)
+
+
+def glides_as_usual(options: object) -> bool:
+    """False if `--no-world` is given: then arms glide nowhere. `options`: of `all_options`."""
+    return not getattr(options, NO_WORLD, False)
 
 
 def settings_of_options(options: object, start: Any) -> Any:
@@ -104,6 +123,8 @@ def settings_of_options(options: object, start: Any) -> Any:
         BadSetting, BadInputFile: an option's value is not possible, or a robot's file cannot be used.
     """
     given = asdict(cast(Any, options))
+    if given.pop(NO_WORLD, False) and given["world"]:
+        raise BadSetting("--world and --no-world exclude each other; give one of them.")
     left, right, hand_left, hand_right, base_left, base_right = (given.pop(key) for key in PLACES)
     given["robot"] = _robot(given["robot"], (left, right), (hand_left, hand_right))
     if base_left or base_right:

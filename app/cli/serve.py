@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import Flat, all_options, in_one_list, settings_of_options, shown_alone
+from app.cli.options import Flat, all_options, glides_as_usual, in_one_list, settings_of_options, shown_alone
 from app.feature import Feature
 from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import AUTO, chosen_key
@@ -118,6 +118,7 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         host=command.host,
         port=USUAL_PORT if command.port == "auto" else command.port,
         settings=settings,
+        glides_as_usual=glides_as_usual(command.settings),
         sessions=None if command.sessions == "auto" else command.sessions,
         key=key,
         allowed_origins=command.allow_origin,

@@ -2,7 +2,7 @@
 // and capsules of the contact are drawn as rims, the line of contact through everything, and an arm takes on the tint of λ, which is the x
 // of the node /tint/ARM. Without this script they are plain.
 (() => {
-  // So often the page looks whether the scene is another one [ms].
+  // Interval of the check for a new scene [ms].
   const LOOK_MS = 400;
   const TINTED = 0.85;
   // What has a colour of its own keeps it: the orange arm stays orange, and its covers and rings take on the tint. Of 1.
@@ -124,11 +124,18 @@
     for (const node of shells) meshes(node, drawShell);
     for (const [node, own] of arms) for (const mesh of own) drawTint(mesh, node.position.x);
   };
-  setInterval(() => {
+  const attached = () => {
     let scene = nodes()[""];
     while (scene?.parent) scene = scene.parent;
-    if (!scene?.isScene || scene.onBeforeRender === draw) return;
-    scene.onBeforeRender = draw;
-    window.__viserMutable.requestRender();
-  }, LOOK_MS);
+    if (!scene?.isScene) return false;
+    if (scene.onBeforeRender !== draw) {
+      scene.onBeforeRender = draw;
+      window.__viserMutable.requestRender();
+    }
+    return true;
+  };
+  // In the first frame of the scene, before an arm can be loaded.
+  const attach = () => attached() || requestAnimationFrame(attach);
+  attach();
+  setInterval(attached, LOOK_MS);
 })();

@@ -1,6 +1,7 @@
-"""The words of first tasks other than the distance of the arms, and settings and symbols in the unit of a first task."""
+"""Words, symbols and units of first tasks other than the arms' distance."""
 
 import re
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Final, NamedTuple, TypeVar
 
@@ -12,15 +13,13 @@ from scenes.setting_spec import Spec
 
 
 class FirstTaskTexts(NamedTuple):
-    """What is said of a first task, in English.
+    """English words of a first task.
 
     Attributes:
-        apart: what a value above 0 is, after its unit.
-        beyond: what the amount of a value below 0 is, after its unit.
+        apart, beyond: after the amount above or below 0 and its unit.
         other: what the arm keeps away from, in one or two words.
-        failed: what has happened at a value below 0.
-        meaning: sentence on the value, after its symbol.
-        kept: sentence on the threshold, after its symbol.
+        failed: what has happened below 0.
+        meaning, kept: sentences on the value and the threshold, after their symbols.
     """
 
     apart: str
@@ -75,21 +74,34 @@ FIRST_TASK_TEXTS: Final[dict[str, FirstTaskTexts]] = {
         N_("the same number for each margin, in its own unit."),
     ),
 }
-"""Name of a first task → its words."""
 
 
 def in_unit(spec: Spec, quantity: KeptQuantity) -> Spec:
-    """Return a setting as it is shown while a first task is chosen: d_m, d_0 and v in its unit, with its symbol."""
+    """A setting's words and page unit for a first task. Words name the paper's d, in English; show them by
+    `said_of`.
+    """
     if quantity is DISTANCE:
         return spec
-    if spec.key in ("dm", "d0"):
-        label = spec.label.replace("d_", f"{quantity.symbol}_")
-        words = spec.words if quantity.against or spec.key == "d0" else N_("critical value")
-        said = wording(spec.help, quantity)
-        return replace(spec, label=label, words=words, help=said, page_unit=quantity.page_unit)
-    if spec.key == "v":
-        return replace(spec, help=wording(spec.help, quantity), page_unit=quantity.rate_unit)
-    return spec
+    texts = {choice: wording(text, quantity) for choice, text in spec.options().items()}
+    units = {
+        "dm": quantity.page_unit,
+        "d0": quantity.page_unit,
+        "dnoise": quantity.page_unit,
+        "v": quantity.rate_unit,
+        "beta": quantity.sharpness_unit,
+        "eta": quantity.field_unit,
+    }
+    words, said = wording(spec.words, quantity), wording(spec.help, quantity)
+    unit = units.get(spec.key, spec.page_unit)
+    label = wording(spec.label, quantity)
+    return replace(spec, label=label, words=words, help=said, page_unit=unit, options=texts.copy)
+
+
+def said_of(quantity: KeptQuantity, otherwise: Mapping[str, str] | None = None) -> Callable[[str], str]:
+    """Function that translates a text about the paper's d and adapts it to a first task. `otherwise`: see
+    `wording`.
+    """
+    return lambda text: in_symbols(tr(wording(text, quantity, otherwise)), quantity)
 
 
 OF_A_VALUE: Final[dict[str, str]] = {
@@ -108,6 +120,7 @@ OF_A_VALUE: Final[dict[str, str]] = {
     N_("avoidance is off"): N_("the first task is off"),
     N_("the task has no say, and the gap closes"): N_("the task has no say, and d falls"),
     N_("the task has no say, and the gap holds"): N_("the task has no say, and d holds"),
+    N_("approach"): N_("from outside"),
     N_("closes"): N_("falls"),
     N_("opens"): N_("rises"),
     N_("speeds along the line"): N_("rates of the first task"),
@@ -127,22 +140,97 @@ OF_A_VALUE: Final[dict[str, str]] = {
     N_("Speed of retreat at full priority; a hand faster than this gets closer than d_m."): N_(
         "Speed of retreat at full priority: how fast the value rises."
     ),
+    N_("critical distance"): N_("critical value"),
+    N_("influence distance"): N_("influence value"),
+    N_("pairs"): N_("first tasks"),
+    N_("Pairs"): N_("Tasks"),
+    N_(
+        "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
+        "also where two links are parallel."
+    ): N_(
+        "What the law sees: the least of the first tasks, or a smooth minimum over all; the last two are the same here."
+    ),
+    N_("Closest pair (paper)"): N_("The least one"),
+    N_("Barrier QP, all pairs"): N_("Barrier QP"),
+    N_("Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v."): N_(
+        "Tell the law how fast d falls by what is not the arm: d ≥ d_m then no longer needs w ≤ v."
+    ),
+    N_("How fast the barrier QP lets the distance above d_m be used up."): N_(
+        "How fast the barrier QP lets the value above d_m be used up."
+    ),
+    N_("How fast the set-based task returns to d_m from below; 0 freezes the distance."): N_(
+        "How fast the set-based task returns to d_m from below; 0 freezes the value."
+    ),
+    N_(
+        "Points of a λ of your own: distance in metres, a colon, λ from 0 to 1; with commas between them."
+    ): N_("Points of a λ of your own: d [m], a colon, λ from 0 to 1; with commas between them."),
+    N_(
+        "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "
+        "that still can."
+    ): N_(
+        "What is kept when joints meet their bounds: the rate of d; the direction of q̇; or the hand's velocity, too, by joints that "
+        "still can."
+    ),
+    N_("Keep the distance rate"): N_("Keep the rate of d"),
+    N_("Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step."): N_(
+        "Frames a second in which d is measured; in between d and J_d stay. 0 is every step."
+    ),
+    N_("Standard deviation of the measured distance, in every frame."): N_(
+        "Standard deviation of the measured d, in every frame."
+    ),
+    N_(
+        "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way."
+    ): N_("What is drawn of the first task, and a purple tint of the arm that gives way."),
+    N_(
+        "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm, "
+        "dashed lines in the plots, and a ring on the line of contact."
+    ): N_(
+        "A ghost does the same experiment under the same hand, with another law or with the settings of this moment: a translucent arm "
+        "and dashed lines in the plots."
+    ),
+    N_("the arm cannot move away: {why}"): N_("the arm cannot raise d: {why}"),
+    N_(
+        "There is one pair only: the critical point never changes, and the law is smooth in the strict sense."
+    ): N_("There is one first task only, and the law is smooth in the strict sense."),
+    N_("{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}."): N_(
+        "{changes} {changes:change|changes} among {pairs} {pairs:first task|first tasks}."
+    ),
+    N_("The law sees the closest pair only: at every change q̇ may jump."): N_(
+        "The law sees the least one only: at every change q̇ may jump."
+    ),
+    N_("has to open at γ(d<sub>m</sub> − d) at least: {rate} m/s"): N_(
+        "has to rise at γ(d<sub>m</sub> − d) at least: {rate} m/s"
+    ),
+    N_("may come nearer at γ(d − d<sub>m</sub>) at most: {rate} m/s"): N_(
+        "may fall at γ(d − d<sub>m</sub>) at most: {rate} m/s"
+    ),
 }
-"""Text about a distance → the same about a value that is no distance from anything; both are written for d."""
+"""Text about a distance → text about another value; both are written for d."""
 
 
-def wording(text: str, quantity: KeptQuantity) -> str:
-    """Text, in English, for a distance or for a value; translate it, and then say it `in_symbols`."""
-    return text if quantity.against else OF_A_VALUE.get(text, text)
+OF_A_WALL: Final[dict[str, str]] = {
+    text: N_("The line of contact, a violet plane at d_m in front of the wall, and a purple tint of the arm.")
+    for text in OF_A_VALUE
+    if text.startswith("The line of contact")
+}
+
+
+def wording(text: str, quantity: KeptQuantity, otherwise: Mapping[str, str] | None = None) -> str:
+    """English text for a quantity; translate it, then use `in_symbols`. `otherwise`: a feature's texts, as
+    `OF_A_VALUE`; None for the core's.
+    """
+    if quantity is DISTANCE:
+        return text
+    if quantity.against:
+        return OF_A_WALL.get(text, text)
+    return (OF_A_VALUE if otherwise is None else otherwise).get(text, text)
 
 
 def least_name(quantity: KeptQuantity) -> str:
-    """Name of the moment of the smallest value, in English."""
     return N_("smallest distance") if quantity.against else N_("smallest value")
 
 
 def over_name(quantity: KeptQuantity) -> str:
-    """Name of the axis of a first task, in the current language."""
     return tr("distance d") if quantity is DISTANCE else f"{tr(quantity.short)} {quantity.symbol}"
 
 
@@ -150,13 +238,14 @@ _WRITTEN: Final = re.compile(
     r"<[a-z/][^>]*>"
     r"|(?P<row>J(?:<sub>|_|\$_)d\b)|(?P<rate>ḋ)|(?P<d>\bd(?=\b|[_ₘ]))|(?P<mm>\bmm\b)|(?P<speed>(?<![\w/])m/s\b)|\[m\]"
 )
-"""Tags, which are left as they are, and what is said otherwise of another first task than a distance."""
 
 Text = TypeVar("Text", str, Markup)
 
 
 def in_symbols(text: Text, quantity: KeptQuantity) -> Text:
-    """A text or HTML about the paper's d, with symbol, row and units of a first task; it names no other length."""
+    """Text or HTML about the paper's d with a first task's symbol, row and units; it must name no other
+    length.
+    """
     if quantity is DISTANCE:
         return text
 

@@ -1,4 +1,4 @@
-"""A person who shows each first task: the wall comes, or the hand is led to where the first task ends."""
+"""A person who shows each first task with the wall or the hand."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -18,7 +18,7 @@ REST: Final = 0.8
 """Rest after each move [s]."""
 
 SPREAD: Final = 0.04
-"""How far the seed moves each place, either way [m]."""
+"""Largest random shift of each place [m]."""
 
 HAND_PLACES: Final[dict[str, tuple[tuple[float, float, float], ...]]] = {
     WALL: ((0.35, 0.0, -0.10), (0.0, 0.25, 0.0)),
@@ -27,20 +27,18 @@ HAND_PLACES: Final[dict[str, tuple[tuple[float, float, float], ...]]] = {
     TIP: ((0.20, 0.75, -0.20), (0.60, -0.40, -0.10)),
     ALL: ((0.60, 0.55, -0.10), (-0.20, 0.0, -0.25)),
 }
-"""First task → places of the hand that it forbids, from where the hand is at the start (3,) [m]."""
+"""First task → forbidden places of the hand, from its start (3,) [m]."""
 
 WALL_WAYS: Final = ((-0.42, 0.0, 0.0, 0.0, 0.0), (-0.30, 0.25, 0.0, 0.45, 0.25))
 """Places of the wall that push the arm, from its start (5,) [m, rad]."""
 
 
 class FirstTaskAutopilot:
-    """What a person wants at any time ≥ 0: quintics from rest to rest, by turns to a forbidden place and back. Times may be asked for in
-    any order.
+    """Quintics from rest to rest, by turns to a forbidden place and back; for times ≥ 0 in any order.
 
     Args:
         first: see `scenes.quantities`.
-        seed: which person.
-        hand: place of the hand at time 0 (3,), world [m].
+        hand: at time 0 (3,), world [m].
     """
 
     def __init__(self, first: str, seed: int, hand: Array) -> None:
@@ -63,7 +61,6 @@ class FirstTaskAutopilot:
         self._ends = np.cumsum([duration_of(a, b) + REST for _, a, b in ways])
 
     def target(self, time: float) -> Target:
-        """Target at a time [s]."""
         time %= float(self._ends[-1])
         i = min(int(np.searchsorted(self._ends, time, side="right")), len(self._moves) - 1)
         of_wall, a, b = self._moves[i]
@@ -74,10 +71,10 @@ class FirstTaskAutopilot:
 
 
 def duration_of(a: Sequence[float] | Array, b: Sequence[float] | Array) -> float:
-    """Return the time of a move [s]; a quintic from rest to rest peaks at 15/8 of its mean speed."""
+    """Time of a move [s]; a quintic from rest to rest peaks at 15/8 of its mean speed."""
     return max(1.875 * float(np.linalg.norm(np.subtract(b, a)[:3])) / SPEED, 0.5)
 
 
 def autopilot(first: str, seed: int, hand: Array) -> Scripted:
-    """Return the person of a seed, who begins at the present place of the hand (3,)."""
+    """Source of a person who begins at `hand` (3,), world [m]."""
     return Scripted(FirstTaskAutopilot(first, seed, hand).target)

@@ -1,4 +1,4 @@
-"""First tasks of one arm in the place of the distance of two: the same value, row and w for every law, in another unit."""
+"""First tasks of one arm in place of the distance of two."""
 
 import math
 
@@ -17,15 +17,15 @@ from scenes.room import World
 
 
 class FirstTaskDetector(ProximityDetector):
-    """First tasks of an arm, each in the place of a pair of bodies.
+    """First tasks of an arm, each in place of a pair of bodies.
 
     Args:
-        world: with the arm; nothing but its detector may be missing.
-        tasks: at least one. Several have one h_m, the same number in the unit of each, so that λ is that of the least ratio h/h_m.
-        names: of each, "arm" and what it keeps to.
-        posture: q (nv,) that the tasks read, filled by `detect`.
-        wall: columns of the wall in q; None without one.
-        stages: whether the law acts on the first alone, as stages keep the others.
+        world: only its detector may be missing.
+        tasks: at least one. All have one h_m, each in its unit, so that λ is that of the least ratio h/h_m.
+        names: what each keeps clear of.
+        posture: q (nv,) that they read, filled by `detect`.
+        wall: columns of the wall in q, or None.
+        stages: the law acts on the first task alone; stages keep the others.
     """
 
     def __init__(
@@ -46,18 +46,16 @@ class FirstTaskDetector(ProximityDetector):
 
     @property
     def count(self) -> int:
-        """Number of first tasks."""
         return len(self.tasks)
 
     def detect(
         self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4
     ) -> Proximity:
-        """Return value, row and which task is the least at the configuration of the last `kinematics.update`.
+        """Value, row and index of the least task at the last `kinematics.update`.
 
         Args:
-            treatment: "single" for the least one alone, else their smooth minimum.
-            beta: its sharpness, over the unit of h.
-            epsilon: unused.
+            treatment: "single" for the least task, else their smooth minimum.
+            beta: over the unit of h.
         """
         del epsilon
         self._posture[:] = self.kinematics.positions
@@ -94,19 +92,16 @@ class FirstTaskDetector(ProximityDetector):
         return margin
 
     def row(self, pair: int) -> Array:
-        """Return the row (nv,) of one task at the last `detect`, a copy."""
         return self._all_rows[pair].copy()
 
     def rows(self) -> Array:
-        """Return the row of every task (tasks, nv) at the last `detect`, a copy."""
         return self._all_rows.copy()
 
     def distances(self) -> Array:
-        """Return the value of every task (tasks,) at the last `detect`, a copy."""
         return self._values.copy()
 
     def witness_points(self, pair: int) -> tuple[Array, Array]:
-        """Return the points (3,) between which a task's value is drawn, world [m]; both are one where it is no length."""
+        """Ends (3,) of the drawn line of a value, world [m]; equal if it is not a length."""
         task = self.tasks[pair]
         if isinstance(task, PointsOverPlane):
             point = task.nearest_point()

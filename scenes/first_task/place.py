@@ -1,4 +1,4 @@
-"""The rooms of the first tasks: one LWR on its bench or on a cart, with a wall or without."""
+"""Rooms of the first tasks: one LWR on a bench or a cart, perhaps with a wall."""
 
 from functools import cache
 from typing import Final
@@ -26,10 +26,10 @@ from scenes.solo import ALONE_NAME, alone_start
 MAKE: Final = "lwr"
 
 WALL_START: Final = (0.30, 0.0, 1.40, 0.0, 0.0)
-"""Middle, turn and tilt of the wall at the start (5,) [m, rad]: across the arm's way to the front."""
+"""Middle, turn and tilt of the wall at the start (5,) [m, rad]."""
 
 POINT_RADIUS: Final = 0.05
-"""Of elbow, wrist and hand, as far as a wall is concerned [m]."""
+"""Radius of elbow, wrist and hand [m]."""
 
 CART_MASS: Final = 16.0
 """Of the cart with the arm's base [kg]."""
@@ -38,19 +38,17 @@ CART_CENTRE: Final = 0.35
 """Height of its centre of mass [m]."""
 
 AGAINST: Final = {WALL: "wall", STOPS: "joint stops", SINGULAR: "singularity", TIP: "edge of the foot"}
-"""First task → what is named as the other one of a pair."""
+"""First task → second name of its pair."""
 
 
 def foot_of(base: Array) -> Foot:
-    """Return the foot of the cart below a base (3,), world [m]."""
+    """Foot of the cart below a base (3,), world [m]."""
     x, y, _ = base.tolist()
     return Foot(np.array([x, y]), np.array(CART_HALF), CART_MASS, np.array([x, y, CART_CENTRE]))
 
 
 def made_task(name: str, world: World, posture: Array, load: float) -> FirstTask:
-    """Return one first task of the arm of a room; its own h_m is not used.
-
-    All have one h_m, a number in the unit of each: d_m of the settings changes them together.
+    """First task of an arm. Its own h_m is not used: all have d_m of the settings, in their units.
 
     Args:
         posture: q (nv,), a live view.
@@ -67,19 +65,19 @@ def made_task(name: str, world: World, posture: Array, load: float) -> FirstTask
     if name == SINGULAR:
         return SmallestSingularValue(kinematics, arm, 1.0)
     balance = CentreOfMass(kinematics, arm, foot_of(room.rig.bases[0].translation), load, 1.0)
-    # The cart is light: a stage is damped where the law itself is.
+    # The cart is light: a stage is damped at the same lever as the law.
     balance.authority = AUTHORITY
     return balance
 
 
 @cache
 def build_first_task_room(first: str, load: float, stages: bool = False) -> Room:
-    """Return the room of a first task, built once.
+    """Room of a first task, cached.
 
     Args:
         first: see `scenes.quantities`.
         load: mass in the hand [kg].
-        stages: whether only the first of several is what the law acts on.
+        stages: the law acts only on the first of several.
     """
     kept = PARTS.get(first, (first,))
     rig = CART if TIP in kept else ALONE
@@ -100,7 +98,7 @@ def build_first_task_room(first: str, load: float, stages: bool = False) -> Room
 
 
 def wall_through_base(room: Room, arm: Arm, positions: Array) -> bool:
-    """True if a wall is nearer to the shoulder than the arm can make good. `positions`: q (nv,)."""
+    """True if the wall is too near to the shoulder. `positions`: q (nv,)."""
     if room.wall is None:
         return False
     at = positions[room.wall]
@@ -111,10 +109,10 @@ def wall_through_base(room: Room, arm: Arm, positions: Array) -> bool:
 
 
 def start_problem(world: World, critical_value: float) -> BadSetting | None:
-    """Return why a first task cannot be kept from the present posture on, with its remedy; None if it can.
+    """Reason why the present posture cannot keep a first task, or None.
 
     Args:
-        critical_value: h_m, in the unit of the first task.
+        critical_value: h_m, in its unit.
     """
     room, detector = world.room, world.detector
     if wall_through_base(room, room.arms[0], world.positions):

@@ -1,4 +1,4 @@
-"""Another first task (eqs 9–13): one arm, and what it keeps is chosen: a wall, its joint stops, a regular posture, its balance."""
+"""Another first task (eqs 9–13) of one arm: a wall, its joint stops, a regular posture or its balance."""
 
 from controllers.errors import BadSetting
 from controllers.first_tasks.first_task import FirstTask
@@ -16,7 +16,7 @@ from scenes.settings import RunSettings
 
 
 class AnotherFirstTask(Scenario):
-    """The visitor draws the hand to where the first task forbids it, or brings the wall."""
+    """The visitor draws the hand to a forbidden place, or brings the wall."""
 
     def room(self, settings: RunSettings) -> Room:
         return build_first_task_room(settings.first, settings.load, settings.together == "stages")
@@ -38,7 +38,7 @@ class AnotherFirstTask(Scenario):
             return ()
         law = settings.law.made()
         if not isinstance(law, RowLaw):
-            # What looks at all rows is one stage; those above it are the paper's.
+            # A law of all rows is one stage; those above it use the paper's law.
             law = SmoothPriority(
                 settings.law.critical_distance, settings.law.order, settings.law.nominal_velocity
             )

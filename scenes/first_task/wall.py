@@ -1,4 +1,4 @@
-"""A wall that a person carries and turns: five joints of its own, and who moves it."""
+"""A wall that a person carries and turns."""
 
 from typing import Final
 
@@ -11,29 +11,31 @@ from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
 from scenes.room import World
 from scenes.settings import RunSettings
-from scenes.targets import Target, WallTarget
+from scenes.targets import PairTarget, Target, WallTarget
 
 WALL_ROOM: Final = 2.5
-"""The wall's middle stays within this of the world's origin, along each axis [m]."""
+"""Largest coordinate of the wall's middle [m]."""
 
 WALL_SPEED: Final = 1.5
-"""Top speed of the wall along each axis [m/s]."""
+"""Top speed along each axis [m/s]."""
 
 WALL_TURN_SPEED: Final = 0.5
-"""A person's limit for turning the wall [rad/s]."""
+"""A person's top speed of turning [rad/s]."""
 
 WALL_TURN: Final = 3.2
-"""Largest angle of the wall about the upright, either way [rad]."""
+"""Largest angle about the vertical, either way [rad]."""
 
 WALL_TILT: Final = 1.6
-"""Largest tilt of the wall, either way [rad]."""
+"""Largest tilt, either way [rad]."""
 
 BASE_CLEAR: Final = 0.20
-"""The wall stops at this distance from the shoulder, which cannot get out of its way [m]."""
+"""Least distance from the shoulder, which cannot give way [m]."""
 
 
 def add_wall(model: pin.Model) -> slice:
-    """Add the wall's joints to a model: three translations, a turn about z and a tilt about y; return their columns of q."""
+    """Add the wall's joints to a model (three translations, turn about z, tilt about y); return their columns
+    of q.
+    """
     first, far = model.nv, np.full(3, WALL_ROOM)
     still = pin.SE3.Identity()
     carried = model.addJoint(
@@ -50,33 +52,32 @@ def add_wall(model: pin.Model) -> slice:
 
 
 def normal_of(turn: float, tilt: float) -> Array:
-    """Return n (3,) of a wall: −x, tilted about y, then turned about z; a positive tilt looks up."""
+    """Normal n (3,): −x, tilted about y, then turned about z; a positive tilt looks up."""
     c = np.cos(tilt)
     return np.array([-c * np.cos(turn), -c * np.sin(turn), np.sin(tilt)])
 
 
 def angles_of(normal: Array) -> Array:
-    """Return turn and tilt (2,) [rad] of a wall with a normal (3,)."""
+    """Turn and tilt (2,) [rad] of a normal (3,)."""
     x, y, z = normal.tolist()
     return np.array([np.arctan2(-y, -x), np.arcsin(min(max(z, -1.0), 1.0))])
 
 
 def turn_of(coordinates: Array) -> Array:
-    """Return the orientation (3, 3) of a wall with its coordinates (5,); its first axis points away from the arm."""
+    """Orientation (3, 3) from the wall's coordinates (5,); its first axis points away from the arm."""
     turn, tilt = coordinates[3:].tolist()
     return np.asarray(pin.rpy.rpyToMatrix(0.0, tilt, turn), np.float64)
 
 
 def plane_of(coordinates: Array) -> Plane:
-    """Return the plane of a wall at rest with its coordinates (5,) [m, rad]."""
+    """Plane of a wall at rest from its coordinates (5,) [m, rad]."""
     return Plane(normal_of(*coordinates[3:].tolist()), coordinates[:3].copy())
 
 
 class WallTask(ArmTask):
-    """Goes where the person wants it, at no more than a person's speed, and stops before the base.
+    """Moves the wall at a person's speed, and stops before the base.
 
     Args:
-        world: a room with a wall.
         columns: of the wall in q.
     """
 
@@ -87,17 +88,17 @@ class WallTask(ArmTask):
         self._shoulder = world.kinematics.data.oMi[world.room.arms[0].shoulder].translation
         self._velocities = np.zeros(5)
         self.held_back = False
-        """True if it stands as near to the base as it may, and is wanted nearer."""
+        """True if the wall is as near to the base as allowed, and wanted nearer."""
 
     def begin(self) -> None:
-        """Come to rest."""
         self._velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """Return velocities of the wall (5,) [m/s, rad/s]; the array is reused."""
+        """Velocities of the wall (5,) [m/s, rad/s]; the array is reused."""
         del time
         v, here, dt = self._velocities, self._positions, settings.dt
         wanted = np.zeros(5)
+        target = target.first if isinstance(target, PairTarget) else target
         if isinstance(target, WallTarget):
             way = np.concatenate([target.position, target.turn]) - here
             wanted[:3] = shortened(way[:3] * FOLLOW_GAIN, settings.hand_speed)
@@ -113,9 +114,7 @@ class WallTask(ArmTask):
         return v
 
     def memory(self) -> Memory:
-        """Return the wall's velocities."""
         return (self._velocities.copy(),)
 
     def remember(self, memory: Memory) -> None:
-        """Continue with these velocities."""
         self._velocities[:] = memory[0]

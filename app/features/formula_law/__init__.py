@@ -1,5 +1,3 @@
-"""A law as a formula of d, u, w and v, safe on a shared server."""
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

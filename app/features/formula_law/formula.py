@@ -6,8 +6,8 @@
     power   = atom [ ("^" | "**") sign ]
     atom    = number | name | function "(" argument { "," argument } ")" | "(" sum ")"
 
-A comparison of two sums is allowed only as the first argument of `where`. All numbers are floats, so that no
-power takes long; with the three limits below a value costs at most some microseconds.
+Only the first argument of `where` is a comparison, of two sums. All numbers are floats, so that no power
+takes long; within the limits below a value costs some microseconds.
 """
 
 import re
@@ -39,21 +39,19 @@ _TOKEN: Final = re.compile(
 )
 
 _SAME: Final = {"**": "^", "−": "-", "·": "*", "×": "*", "≤": "<=", "≥": ">="}
-"""Printed signs, and Python's power, → the sign of the grammar."""
+"""Printed signs and Python's power → sign of the grammar."""
 
 _END: Final = ""
 
 
 class BadFormula(DuetError):
-    """Invalid formula; the message names line and column."""
+    """The message names line and column."""
 
 
 class Token(NamedTuple):
     """A number, a name or a sign.
 
-    Attributes:
-        kind: "number", "name" or "sign"; "" at the end of the text.
-        place: index of its first character.
+    `kind`: "number", "name", "sign", or "" at the end; `place`: index of its first character.
     """
 
     kind: str
@@ -62,11 +60,11 @@ class Token(NamedTuple):
 
 
 class Node(NamedTuple):
-    """A part of a parsed formula.
+    """A part of a formula.
 
     Attributes:
-        what: "number", "name", "where", a function, or a sign; a sign with one part is a negation.
-        value: the number, or the index of a name in `NAMES`.
+        what: "number", "name", "where", a function, or a sign; with one part, a negation.
+        value: the number, or the index in `NAMES`.
     """
 
     what: str
@@ -75,14 +73,14 @@ class Node(NamedTuple):
 
 
 class Formula:
-    """A parsed formula, as a function of the values of `NAMES`.
+    """A formula as a function of the values of `NAMES`.
 
     Attributes:
-        value: (values) → float; raises ArithmeticError or ValueError where it is not defined.
-        values: the same for arrays, or arrays and floats; not finite where it is not defined.
+        value: of floats; raises ArithmeticError or ValueError where it is not defined.
+        values: of arrays and floats; not finite where it is not defined.
 
     Raises:
-        BadFormula: the text is not a formula.
+        BadFormula: not a formula.
     """
 
     def __init__(self, text: str) -> None:

@@ -17,17 +17,17 @@ from scenes.settings import LawSettings
 FILE: Final = LazyText("formula")
 
 LARGEST: Final = 1e6
-"""Largest |c| [m/s], so that q̇ is finite on every arm."""
+"""Largest |c| [m/s], so that q̇ is finite."""
 
 
 class FormulaLaw(LawOfFile):
-    """A visitor's formula as a law, computed in the server's own process.
+    """A visitor's formula as a law, computed in the server's process.
 
     Where the formula is not defined, the arm freezes and `problem` gives the reason.
 
     Args:
-        formula: gives c [m/s], the change of J_d q̇_n.
-        settings: gives the current d_m, n and v.
+        formula: gives c [m/s].
+        settings: gives d_m, n and v.
     """
 
     def __init__(self, formula: Formula, settings: Callable[[], LawSettings]) -> None:
@@ -38,7 +38,6 @@ class FormulaLaw(LawOfFile):
         self._settings = settings
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]; zeros where the formula fails."""
         if self.problem is None:
             try:
                 change = self.change(situation.distance, situation.pull, situation.approach)
@@ -49,10 +48,10 @@ class FormulaLaw(LawOfFile):
         return np.zeros(len(situation.nominal))
 
     def change(self, distance: float, pull: float, approach: float) -> float:
-        """Return c [m/s] at d [m], u and w [m/s].
+        """c [m/s] at d [m], u and w [m/s].
 
         Raises:
-            ArithmeticError, ValueError: it is not defined there.
+            ArithmeticError, ValueError: not defined there.
         """
         value = self.formula.value(self._values(float(distance), float(pull), float(approach)))
         if not abs(value) <= LARGEST:
@@ -60,9 +59,7 @@ class FormulaLaw(LawOfFile):
         return value
 
     def activation(self, distance: float) -> float:
-        """Return λ at a distance [m]: c / v at u = w = 0, clipped to [0, 1]; 0 where the formula fails, or v
-        = 0.
-        """
+        """λ = c / v at u = w = 0, clipped to [0, 1]; 0 where the formula fails, or v = 0."""
         try:
             share = self.change(distance, 0.0, 0.0) / self._settings().nominal_velocity
         except (ArithmeticError, ValueError):
@@ -70,7 +67,7 @@ class FormulaLaw(LawOfFile):
         return min(max(share, 0.0), 1.0)
 
     def activations(self, distances: Array) -> Array:
-        """Return λ (k,) at distances (k,) [m]; nan where the formula fails."""
+        """λ (k,) at distances (k,) [m]; nan where the formula fails."""
         speed = self._settings().nominal_velocity
         return (
             np.clip(self._changes(distances, 0.0, 0.0) / speed, 0.0, 1.0)
@@ -79,9 +76,7 @@ class FormulaLaw(LawOfFile):
         )
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return J_d q̇ = c − u [m/s] (k,) at distances (k,) [m], see `Law.line_rate`; nan where the formula
-        fails.
-        """
+        """J_d q̇ = c − u [m/s] (k,) at distances (k,) [m]; nan where the formula fails."""
         del square
         return self._changes(distances, pull, approach) - pull
 

@@ -1,4 +1,4 @@
-"""The six tests of a formula, in the background of the server."""
+"""The six tests of a formula."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,13 +21,13 @@ from scenes.wanted import check_wanted
 
 
 def examine_formula(text: str, name: str) -> TrialResult:
-    """Verdict of one test with d_m = 0.15 m, n = 6 and v = 0.30 m/s. Runs in its own process."""
+    """Verdict of one test with d_m = 0.15 m, n = 6 and v = 0.30 m/s, in its own process."""
     law = _TimedFormula(Formula(text))
     return replace(verdict_on(law, name), as_template=law.as_template)
 
 
 class _TimedFormula(FormulaLaw):
-    """A formula law that times its calls and stops on request; see `app.features.custom_law.arena.Candidate`."""
+    """Times its calls and stops on request."""
 
     def __init__(self, formula: Formula) -> None:
         settings = LawSettings(critical_distance=CRITICAL_DISTANCE)
@@ -45,7 +45,7 @@ class _TimedFormula(FormulaLaw):
 
 
 class FormulaExamination(Examination):
-    """The tests of one visitor's formula; see `Examination`."""
+    """Tests of a visitor's formula."""
 
     def __init__(self, text: str, background: Jobs, wake: Callable[[], None]) -> None:
         super().__init__(Path(), background, wake)

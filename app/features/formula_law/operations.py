@@ -1,4 +1,4 @@
-"""Names, signs and functions of a formula, for floats and for arrays."""
+"""Names, signs and functions of a formula."""
 
 import math
 import operator
@@ -8,9 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 NAMES: Final = ("d", "u", "w", "v", "d_m", "n")
-"""Distance [m], pull of the task [m/s], approach of the obstacle [m/s], speed of retreat [m/s], critical
-distance [m], order.
-"""
+"""Distance [m], task's pull [m/s], obstacle's approach [m/s], speed of retreat [m/s], d_m [m], order."""
 
 FUNCTIONS: Final = {
     "min": (2, 8),
@@ -18,7 +16,7 @@ FUNCTIONS: Final = {
     "clip": (3, 3),
     **dict.fromkeys(("abs", "exp", "log", "sqrt", "tanh"), (1, 1)),
 }
-"""Function → its least and largest number of arguments; `where` is separate."""
+"""Least and largest number of arguments; `where` is separate."""
 
 COMPARISONS: Final = ("<", "<=", ">", ">=")
 
@@ -26,11 +24,7 @@ Evaluated = Callable[[Sequence[Any]], Any]
 
 
 class Operations(NamedTuple):
-    """Implementation of each sign and function.
-
-    Attributes:
-        where: (comparison, then, else) → the conditional part.
-    """
+    """Implementation of each sign and function. `where`: (comparison, then, else) → the conditional part."""
 
     signs: Mapping[str, Callable[..., Any]]
     negative: Callable[[Any], Any]
@@ -38,7 +32,7 @@ class Operations(NamedTuple):
     where: Callable[[Evaluated, Evaluated, Evaluated], Evaluated]
 
     def of(self, what: str, count: int) -> Callable[..., Any]:
-        """Implementation of a function, or of a sign before one value or between two (`count`)."""
+        """Implementation of a function, or of a sign with `count` operands."""
         if what in self.functions:
             return self.functions[what]
         return self.negative if count == 1 else self.signs[what]
@@ -76,7 +70,7 @@ SCALARS: Final = Operations(
     },
     _chosen,
 )
-"""Operations on floats; they raise ArithmeticError or ValueError where a value is not defined."""
+"""For floats; ArithmeticError or ValueError where a value is not defined."""
 
 
 def _least(*values: Any) -> Any:
@@ -110,4 +104,4 @@ ARRAYS: Final = Operations(
     },
     _each_chosen,
 )
-"""Operations on arrays; nan or inf where a value is not defined."""
+"""For arrays; nan or inf where a value is not defined."""

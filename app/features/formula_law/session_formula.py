@@ -1,4 +1,4 @@
-"""A session's formula, and its law while it runs."""
+"""A session's formula."""
 
 import json
 from typing import Final
@@ -12,18 +12,14 @@ from app.session.session import Session
 from app.settings import Settings
 
 FIRST: Final = "where(d <= d_m, 1, 0) * (v + u)"
-"""Initial text of the editor: a switch at d_m, which is not smooth."""
+"""Initial text: a switch at d_m, which is not smooth."""
 
 PAPER: Final = "where(d <= d_m, 1, (d_m / d)^n) * (v + u)"
 """The paper's law: c = λ (v + u) with λ of eq. (31)."""
 
 
 class SessionFormula(SessionPart):
-    """The formula that a visitor wrote.
-
-    Attributes:
-        text: "" until a formula has run.
-    """
+    """The formula that a visitor wrote. `text`: "" until a formula has run."""
 
     name = "formula_law"
 
@@ -34,18 +30,18 @@ class SessionFormula(SessionPart):
 
     @property
     def possible(self) -> bool:
-        """False while the session has a custom law from a file, which takes precedence."""
+        """False while a custom law's file takes precedence."""
         law = self._session.law
         return not (isinstance(law, StudentLaw) and law.path is not None)
 
     @property
     def runs(self) -> bool:
-        """True while the formula is the law of the run or of its ghost."""
+        """True if it is the law of the run or its ghost."""
         law = self._session.law
         return self._law is not None and self._law in (law.of_run, law.of_ghost)
 
     def run(self, text: str) -> None:
-        """Reset the run with this formula as its law.
+        """Resets the run.
 
         Raises:
             BadFormula: nothing is changed.
@@ -54,7 +50,7 @@ class SessionFormula(SessionPart):
         self._session.assign_laws(True)
 
     def stop(self) -> None:
-        """Reset the run with the law of the settings; the text is kept."""
+        """Resets the run; the text is kept."""
         if self.possible:
             self._law = None
             student_law(self._session).take(None)

@@ -1,4 +1,4 @@
-"""Studies of a run: what if, smoothness, equal distance, single steps, maps and curves, and counterexamples."""
+"""Studies of a run."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""All studies of one session's run."""
+"""Background studies of one session."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -28,11 +28,11 @@ Result = TypeVar("Result")
 
 
 class BackgroundParts(Generic[Part, Result]):
-    """A result in parts, computed on demand, and again when the settings change.
+    """A result in parts, recomputed when relevant settings change.
 
     Args:
         compute: (settings, part) → result, at a module's top level.
-        relevant: replaces irrelevant settings of a run by fixed values.
+        relevant: sets irrelevant settings to fixed values.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class BackgroundParts(Generic[Part, Result]):
 
     @property
     def size(self) -> float:
-        """Finished share, from 0 to 1."""
+        """Finished share, 0 to 1."""
         return sum(job.result is not None for job in self._jobs) / len(self._parts)
 
     def forget(self) -> None:
@@ -78,7 +78,7 @@ SECONDS: Final = 12.0
 
 
 class SafetyPoint(NamedTuple):
-    """A run: smallest distance [m], and largest squared error [m² or rad²]."""
+    """Smallest distance [m] and largest squared error [m² or rad²]."""
 
     d_min: float
     e2_max: float
@@ -88,7 +88,7 @@ def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
     """Points of one knob, sorted by distance.
 
     Raises:
-        Stopped: after the current run, see `scenes.wanted`.
+        Stopped: see `scenes.wanted`.
     """
     runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
     found = while_wanted(runs)
@@ -100,10 +100,10 @@ def _any_law(run: RunSettings) -> RunSettings:
 
 
 def trade_off_row(settings: RunSettings, order: float) -> tuple[TradeOff, ...]:
-    """Points of one n, for every v of the map.
+    """Points of one n for every v of the map.
 
     Raises:
-        Stopped: after the current run, see `scenes.wanted`.
+        Stopped: see `scenes.wanted`.
     """
     return tuple(while_wanted(trade_off(settings, SECONDS, order)))
 
@@ -113,12 +113,7 @@ def _any_order(run: RunSettings) -> RunSettings:
 
 
 class BackgroundStudies(SessionPart):
-    """The six studies of one session.
-
-    Attributes:
-        trade_off, safety_curves: distance against error over n and v (a row an n), and by law (a curve a
-            knob); None if not computed.
-    """
+    """`trade_off`, a row per n, and `safety_curves`, a curve per knob, are None for a custom law."""
 
     name: ClassVar[str] = "studies"
 
@@ -146,22 +141,19 @@ class BackgroundStudies(SessionPart):
         self.microscope = Microscope(jobs, wake, inputs)
 
     def law_changed(self) -> None:
-        """Stop the studies for a custom law, or resume them for a built-in one."""
         self.close()
         self._make()
 
     def advance(self, elapsed: float) -> None:
-        """Start what is due, and collect answers. `elapsed`: wall time since the last call [s]."""
+        """Start what is due, and collect answers. `elapsed`: wall time [s]."""
         self.questions.advance(elapsed, self._session.simulation)
         self.knob_search.advance()
         self.counterexample.advance(elapsed)
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Repeat or drop "what if". `rebuilt`: true for a run of another experiment."""
         self.questions.follow(before, after, rebuilt)
 
     def measure_smoothness(self) -> None:
-        """Recompute the last 10 s at smaller and smaller time steps."""
         session, ghost = self._session, self._session.ghost_run
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (session.inputs, session.settings.run)}
         if ghost.simulation is not None and ghost.source is None:
@@ -169,7 +161,7 @@ class BackgroundStudies(SessionPart):
         self.questions.measure_smoothness(runs)
 
     def match_distance(self) -> None:
-        """Set a law's knob to keep the other law's distance on the last inputs, see `KnobSearch.ask`."""
+        """See `KnobSearch.ask`."""
         session = self._session
         self.knob_search.ask(session.ghost_run.frozen, session.inputs.window(WINDOW))
         if self.knob_search.busy and self.safety_curves is not None:
@@ -177,7 +169,6 @@ class BackgroundStudies(SessionPart):
             self.safety_curves.forget()
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
-        """Replay the run of a link; the visitor's own run continues afterwards."""
         if ATTACK in query:
             try:
                 self.counterexample.open(query[ATTACK])
@@ -202,6 +193,6 @@ class BackgroundStudies(SessionPart):
 
 
 def magnified(frame: Frame) -> Magnified | None:
-    """Single steps of the live run; None for a replay."""
+    """None for a replay."""
     part = frame.part(BackgroundStudies)
     return part.microscope.magnify(frame.live.simulation) if part is not None and frame.of_live else None

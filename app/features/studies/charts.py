@@ -1,4 +1,4 @@
-"""Charts of studies: trade-off, laws at equal safety, single steps."""
+"""Charts of the studies."""
 
 from itertools import chain
 from typing import Any, Final

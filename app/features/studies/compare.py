@@ -1,4 +1,4 @@
-"""Results of the studies on the tab on comparisons."""
+"""Panel with the studies' results."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,6 +13,7 @@ from app.features.studies.counterexample import BROKEN, Attack
 from app.features.studies.counterexample_search import NAME, CounterexampleSearch
 from app.features.studies.knob_search import KnobSearch
 from app.features.studies.studies import Smoothness, Studies
+from app.features.studies.value_texts import OF_A_STUDIED_VALUE, ONE_PAIR
 from app.i18n.speaking import decimal, tr
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
@@ -22,17 +23,15 @@ from app.session.frame import Frame
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import ATTACK, Settings, to_query
-from app.text.first_task_texts import in_symbols
+from app.text.first_task_texts import in_symbols, said_of, wording
 from app.text.templates import element, lowered, macros, tr_html
-from scenes.quantities import KeptQuantity
+from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.rerun import WhatIf
 from scenes.smoothness import StepStudy
 
 
 class Compute(Action, newest_by=("what",)):
-    """Start smoothness or equal distance, start or stop the search for a counterexample, or replay its worst
-    run.
-    """
+    """Start or stop a study, or replay its worst run."""
 
     what: Literal["smoothness", "same distance", "counterexample", "worst run"]
 
@@ -42,7 +41,7 @@ def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
 
 
 class ComparePanel(PagePanel):
-    """The lower part of the tab on comparisons."""
+    """Lower part of the comparisons tab."""
 
     def __init__(self, page: PanelContext) -> None:
         self._studies, self._controls = page.session.parts.of(BackgroundStudies), page.controls
@@ -52,6 +51,7 @@ class ComparePanel(PagePanel):
             self._add_controls(page.client.gui, page.session)
         self._state: tuple[object, ...] = ()
         self._answers: tuple[object, ...] = (None, None)
+        self._quantity = DISTANCE
 
     def _add_controls(self, gui: viser.GuiApi, session: Session) -> None:
         self._what_if = gui.add_html("")
@@ -68,7 +68,7 @@ class ComparePanel(PagePanel):
             "same distance",
             {"Set the knob": Compute("same distance")},
             "Sets d_m, or another setting of the ghost’s law, so that it comes as near as the present law on the last 30 s; the present "
-            "settings become the ghost. Beside a frozen ghost it sets the run’s law.",
+            "settings become the ghost. With a frozen ghost it sets the run’s law.",
             session.post,
         )
         self._matched = gui.add_html("")
@@ -104,13 +104,23 @@ class ComparePanel(PagePanel):
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
         answers = questions.what_if, questions.smoothness
-        state = visible, asks, attack.runs, *((one.busy, one.message) for one in (questions, search, attack))
+        state = (
+            visible,
+            asks,
+            settings.run.quantity,
+            attack.runs,
+            *((one.busy, one.message) for one in (questions, search, attack)),
+        )
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
         self._state, self._answers = state, answers
         for block in (self._what_if, self._smoothness, self._matched, self._broken):
             block.visible = visible
+        if (kept := settings.run.quantity) is not self._quantity:
+            self._quantity = kept
+            for row in (self._match, self._break):
+                row.say(said_of(kept, OF_A_STUDIED_VALUE))
         self._button.show(visible=visible)
         self._match.show(visible=visible)
         self._what_if.content = _in_panel(self._asked(questions, settings.run.quantity) if asks else "")
@@ -146,7 +156,6 @@ def _in_panel(block: str) -> Markup:
 
 
 def _tip(text: str) -> Markup:
-    """Text in place of numbers; "" if there are numbers."""
     return element("p", text, class_="duet-tip") if text else Markup()
 
 
@@ -170,14 +179,16 @@ def attack_html(search: CounterexampleSearch) -> Markup:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
     length = loss.lost if search.broken else loss.nearest
-    kept = search.worst.attack.settings.quantity
+    run = search.worst.attack.settings
+    kept = run.stages[loss.stage] if run.stages else run.quantity
+    of_stage = f" {tr('It is the stage “{stage}”.', stage=tr(kept.label))}" if run.stages else ""
     counts = {"runs": search.runs, "mm": decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"}
     if not search.broken:
         none = tr(
             "{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.",
             **counts,
         )
-        return lowered(in_symbols(none, kept))
+        return lowered(in_symbols(none, kept) + of_stage)
     words = tr(
         "{runs} runs: in the worst, d_law falls {mm} mm below d_m with w ≤ v, a regular J_d and full authority.",
         **counts,
@@ -188,8 +199,8 @@ def attack_html(search: CounterexampleSearch) -> Markup:
     elif loss.strict > BROKEN:
         verdict = tr("All conditions held: here the promise breaks.")
     else:
-        verdict = tr("What was missing: one closest pair.")
-    return lowered(f"{words} {verdict}")
+        verdict = tr(wording(ONE_PAIR, kept, OF_A_STUDIED_VALUE))
+    return lowered(f"{words}{of_stage} {verdict}")
 
 
 def what_if_html(answer: WhatIf) -> Markup:

@@ -1,29 +1,25 @@
-"""A search for a counterexample: the run in which d_law falls farthest below d_m although the promise's
-conditions hold.
+"""Search for a counterexample: the run in which d_law falls farthest below d_m under the promise's
+conditions.
 
-Inputs, obstacle and posture decide over w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`;
-the closest pair depends on the law's distance, so a run in which only that condition fails counts. One
-differentiable distance keeps the promise under the first three. The closest of several pairs need not: where
-an arm slides along the tie of two pairs and the retreats oppose each other, it holds each of them and loses
-both.
-
-So each search climbs from a random posture to such a tie. Scripted inputs continue from there along a few
-random ways, and the simplex of Nelder & Mead (1965) varies start posture, way and speed together to find the
-largest loss.
+These are w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`. One differentiable distance
+keeps the promise; the closest of several pairs need not. Where an arm slides along the tie of two pairs whose
+retreats oppose each other, it loses both. So a loss counts although the closest pair changes, and each search
+climbs from a random posture to such a tie. From there inputs follow a few random ways, and the simplex of
+Nelder & Mead (1965) varies start posture, way and speed.
 """
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Final, Literal, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.experiments import EXPERIMENTS, Moved
+from scenes.experiments import EXPERIMENTS
 from scenes.headless import MOST_STEPS
-from scenes.history import COLUMN, History
+from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
 from scenes.person.clips import REST
 from scenes.promise import Condition, fallen, missing
@@ -31,8 +27,9 @@ from scenes.roles import room_of, scenario_of
 from scenes.room import Room, World, random_bounds
 from scenes.settings import HardwareSettings, RunSettings, specs
 from scenes.simulation import Simulation
-from scenes.targets import SIZES, Waypoints
+from scenes.targets import OF_WALL, SIZES, Led, Waypoints
 from scenes.wanted import check_wanted
+from scenes.watched_stages import WatchedStages
 
 SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
@@ -41,10 +38,8 @@ BROKEN: Final = 1e-4
 """Smallest loss that breaks the promise [m], at dt and at dt / `FINER`."""
 
 FINER: Final = 4
-"""Divisor of dt in a candidate's second run."""
 
 LEGS: Final = 2
-"""Number of segments between waypoints."""
 
 WAYS: Final = 3
 """Random ways per start posture."""
@@ -53,19 +48,19 @@ CLIMB: Final = 300
 """Postures tried to find a start."""
 
 NEAR: Final = 0.03
-"""Length scale of the distances while a start is sought [m]."""
+"""Length scale of distances at the start [m]."""
 
 AHEAD: Final = 0.01
-"""Desired margin of the nearest pair above d_m at the start [m]."""
+"""Margin of the nearest pair above d_m at the start [m]."""
 
 NEARBY: Final = 0.3
-"""How far a way that comes near an arm goes from it, along each axis [m]."""
+"""Largest offset of a waypoint from an arm, per axis [m]."""
 
 FAR: Final = 0.8
-"""How far a way goes that draws a hand to its reach, or brings a wall, along each axis [m, rad]."""
+"""The same if the arm is stretched or a wall moves [m, rad]."""
 
 FIRM: Final = 0.4
-"""|J_d| below which a pair is ignored at the start [m/rad]."""
+"""Pairs with a smaller |J_d| are ignored at the start [m/rad]."""
 
 REFINEMENTS: Final = 60
 """Refinement runs per candidate."""
@@ -80,10 +75,10 @@ CORNER: Final = 0.05
 """Edge of the first simplex [rad, m, m/s]."""
 
 DIGITS: Final = 4
-"""Decimals of start and way: 0.1 mrad and 0.1 mm."""
+"""Decimals of start and way: 0.1 mrad, 0.1 mm."""
 
 FARTHEST: Final = 10.0
-"""Largest accepted number of a start or a way [rad, m]."""
+"""Largest number of a start or a way [rad, m]."""
 
 BLAMED: Final = (Condition.SPEED, Condition.LEVER, Condition.BOUND)
 """Conditions that inputs, obstacle or posture can break."""
@@ -103,12 +98,22 @@ class Attack:
     points: Array
 
     def text(self) -> str:
-        """Start and way in the format of a link; see `attack_of`."""
+        """Text for a link; see `attack_of`."""
         return ",".join(f"{number:.{DIGITS}f}" for number in (*self.start, *self.points.ravel()))
 
     def table(self, finer: int = 1) -> Array:
-        """History of the run (rows, columns of `scenes.history`) at dt / `finer`."""
-        return _made(self, replace(self.settings, dt=self.settings.dt / finer)).table()
+        """History (rows, columns of `scenes.history`) at dt / `finer`."""
+        return self.tables(finer)[0]
+
+    def tables(self, finer: int = 1) -> tuple[Array, ...]:
+        """One history per stage; the first is the law's own."""
+        settings = replace(self.settings, dt=self.settings.dt / finer)
+        steps = round(SECONDS / settings.dt)
+        if not settings.stages:
+            return (_made(self, Simulation(settings, steps)).history.table(),)
+        watched = WatchedStages(settings, steps)
+        _made(self, watched)
+        return watched.tables()
 
 
 def attack_of(settings: RunSettings, text: str) -> Attack:
@@ -136,30 +141,28 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
 
 
 def replayed(attack: Attack) -> Recorded:
-    """Recording of an attack; takes as long as the run."""
+    """Takes as long as the run."""
     log = InputsLog()
-    _made(attack, attack.settings, log)
+    _made(attack, Simulation(attack.settings, round(SECONDS / attack.settings.dt)), log)
     recorded = log.window(SECONDS)
     assert recorded is not None
     return recorded
 
 
-def _moved(settings: RunSettings) -> Moved | Literal["wall"]:
-    """What moves along the way: a wall comes to the arm, as the faster one of both."""
-    return settings.experiment.moves if room_of(settings).wall is None else "wall"
+def _moved(settings: RunSettings) -> Led:
+    return settings.experiment.moves if room_of(settings).wall is None else "wall and hand"
 
 
-def _made(attack: Attack, settings: RunSettings, log: InputsLog | None = None) -> History:
-    steps = round(SECONDS / settings.dt)
-    simulation = Simulation(settings, steps)
+def _made(attack: Attack, simulation: Simulation, log: InputsLog | None = None) -> Simulation:
+    settings = simulation.settings
     simulation.reset(attack.start)
     person = Waypoints(_moved(settings), attack.points, settings.hand_speed)
-    for _ in range(steps):
+    for _ in range(round(SECONDS / settings.dt)):
         target = person.target(simulation.time)
         if log is not None:
             log.record(simulation, target)
         simulation.step(target)
-    return simulation.history
+    return simulation
 
 
 def _box(room: Room) -> tuple[Array, Array]:
@@ -173,21 +176,28 @@ class Loss(NamedTuple):
     """Loss of a run below d_m in one interval [m].
 
     Attributes:
-        lost: with all of `BLAMED` kept; if it exceeds `BROKEN`, its `lasting` part.
-        strict: the same while one pair was also the closest.
-        nearest: smallest d_law − d_m ≥ 0 while `BLAMED` are kept, or ∞.
-        missing: one of `BLAMED` → loss while no other was missing.
+        lost: with all of `BLAMED` kept; above `BROKEN`, its `lasting` part.
+        strict: the same, with a single closest pair.
+        nearest: smallest d_law − d_m ≥ 0 with `BLAMED` kept, or ∞.
+        missing: one of `BLAMED` → loss while only it was missing.
+        stage: index; 0 without stages.
     """
 
     lost: float
     strict: float
     nearest: float
     missing: dict[Condition, float]
+    stage: int = 0
+
+    @property
+    def badness(self) -> tuple[float, float]:
+        """Larger for a worse run."""
+        return self.lost, -self.nearest
 
 
 @dataclass(frozen=True)
 class Found:
-    """Worst run of one start. `runs`: number of runs; `missing`: largest loss of all runs, as in `Loss`."""
+    """Worst run of one start; `missing`: of all its runs."""
 
     attack: Attack
     loss: Loss
@@ -196,20 +206,17 @@ class Found:
 
     @property
     def badness(self) -> tuple[float, float]:
-        """Sort key, larger for a worse run: its loss, then how near it comes."""
-        return self.loss.lost, -self.loss.nearest
+        return self.loss.badness
 
 
 def lasting(lost: float, finer: float) -> float:
-    """Loss that remains at any time step, from losses at dt and dt / `FINER` [m]: a part proportional to dt
-    is the step's own.
-    """
+    """Loss that remains as dt → 0, from losses at dt and dt / `FINER` [m]."""
     limit = (FINER * finer - lost) / (FINER - 1)
     return max(min(lost, finer, limit), 0.0)
 
 
 def check(settings: RunSettings) -> None:
-    """Raise `BadSetting` if these settings leave nothing to search for."""
+    """Raises `BadSetting` if there is nothing to search for."""
     if settings.experiment.obstacle == "nothing":
         scenes = ", ".join(name for name, one in EXPERIMENTS.items() if one.obstacle != "nothing")
         raise BadSetting(
@@ -226,13 +233,13 @@ def check(settings: RunSettings) -> None:
 
 
 def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf) -> Found:
-    """Search from one start, which a seed and an index determine.
+    """Search from the start of `seed` and `index`.
 
     Args:
-        until: end of the refinement on the clock `time.monotonic` [s].
+        until: end of the refinement, of `time.monotonic` [s].
 
     Raises:
-        Stopped: before a run, see `scenes.wanted`.
+        Stopped: see `scenes.wanted`.
     """
     return _Search(settings, np.random.default_rng([seed, index]), until).found(index % EVERY == EVERY - 1)
 
@@ -242,7 +249,7 @@ class _OutOfTime(Exception):
 
 
 class _Search:
-    """Search from one start. Its variables (nv + `LEGS` · size + 1,) are start posture, way and speed."""
+    """Variables (nv + `LEGS` · size + 1,): start posture, way, speed."""
 
     def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float) -> None:
         self._settings, self._dice, self._until = settings, dice, until
@@ -276,7 +283,11 @@ class _Search:
         attack, loss = self._worst.attack, self._worst.loss
         if loss.lost > BROKEN:
             finer = replace(attack.settings, dt=attack.settings.dt / FINER)
-            loss = loss._replace(lost=lasting(loss.lost, _loss(finer, attack.table(FINER)).lost))
+            losses = zip(
+                _losses(attack.settings, attack.tables()), _losses(finer, attack.tables(FINER)), strict=True
+            )
+            # A stage may lose less than another one, and in steps of any length.
+            loss = _worst_of([one._replace(lost=lasting(one.lost, other.lost)) for one, other in losses])
         return Found(attack, loss, self._missing, self._runs)
 
     def _goodness(self, variables: Array) -> float:
@@ -295,10 +306,12 @@ class _Search:
         points = np.vstack([self._place(start), variables[nv:-1].reshape(LEGS, self._size)]).round(DIGITS)
         speed = round(float(np.clip(variables[-1], *self._speeds)), DIGITS)
         attack = Attack(replace(self._settings, hand_speed=speed), start, points)
-        loss = _loss(attack.settings, attack.table())
+        losses = _losses(attack.settings, attack.tables())
+        loss = _worst_of(losses)
         self._runs += 1
         self._missing = {
-            condition: max(lost, loss.missing[condition]) for condition, lost in self._missing.items()
+            condition: max(lost, *(one.missing[condition] for one in losses))
+            for condition, lost in self._missing.items()
         }
         found = Found(attack, loss, self._missing, self._runs)
         if self._worst is None or found.badness > self._worst.badness:
@@ -306,9 +319,7 @@ class _Search:
         return loss.lost or -min(loss.nearest, 1.0)
 
     def _start(self) -> Array:
-        """q (nv,) where the nearest pairs tie just above d_m and their retreats oppose each other, as nearly
-        as possible.
-        """
+        """q (nv,) near a tie of opposing pairs just above d_m."""
         dice, low, high = self._dice, self._low, self._high
         best, size = dice.uniform(low, high), 0.6
         if self._refused(best):
@@ -326,13 +337,12 @@ class _Search:
         return best
 
     def _refused(self, start: Array) -> bool:
-        """True if the experiment does not begin at q (nv,), because it cannot keep there what it promises."""
         self._world.positions[:] = start
         self._world.update()
         return self._scenario.problem(self._world, self._settings) is not None
 
     def _apart(self, posture: Array) -> float:
-        """How far q (nv,) is from a worthwhile start, 0 or less at a good one."""
+        """Cost of a start q (nv,); 0 or less is good."""
         self._world.kinematics.update(posture)
         self._world.detector.detect()
         if not self._world.room.meets_bodies:
@@ -350,30 +360,29 @@ class _Search:
         return float(tie + (abs(distances[nearest] - first) + distances[nearest] - distances.min()) / NEAR)
 
     def _above(self, posture: Array) -> float:
-        """The same for other first tasks: the two that are least are just above h_m."""
+        """Cost for other first tasks: the two smallest values are just above h_m."""
         first = self._settings.law.critical_distance + AHEAD
         least = np.sort(self._world.detector.distances())[:2]
         return float(np.abs(least - first).sum()) / NEAR + (1e3 if self._refused(posture) else 0.0)
 
     def _place(self, start: Array) -> Array:
-        """Start of the way (size,)."""
-        if self._world.room.wall is not None:
-            return start[self._world.room.wall]
         if self._settings.experiment.moves == "person":
             return REST.ravel()
         if self._world.room.ball is not None:
             return start[self._world.room.ball]
         self._world.kinematics.update(start)
-        return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
+        hand = self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
+        wall = self._world.room.wall
+        return hand if wall is None else np.concatenate([start[wall], hand])
 
     def _way(self, start: Array) -> Array:
-        """Random waypoints (`LEGS`, size) about `REST`, the wall, or elbow, wrist or hand of the arm that is not guided."""
+        """Random waypoints (`LEGS`, size) about `REST`, or about elbow, wrist or hand of the arm that is not
+        guided; those of a wall about its start.
+        """
         dice = self._dice
         if self._settings.experiment.moves == "person":
             return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))
         kinematics, room = self._world.kinematics, self._world.room
-        if room.wall is not None:
-            return start[room.wall] + dice.uniform(-FAR, FAR, (LEGS, self._size))
         kinematics.update(start)
         arm = next((arm for arm in room.arms if arm is not self._roles.guided), self._roles.guided)
         joints = (
@@ -383,18 +392,29 @@ class _Search:
         )
         # The obstacle is near the arm; what ends at the reach of the arm is farther away.
         reach = NEARBY if room.meets_bodies else FAR
-        return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(
-            -reach, reach, (LEGS, self._size)
+        hand = np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(
+            -reach, reach, (LEGS, 3)
         )
+        if room.wall is None:
+            return hand
+        wall = start[room.wall] + dice.uniform(-FAR, FAR, (LEGS, OF_WALL.stop))
+        return np.hstack([wall, hand])
 
     def _speed(self) -> float:
-        """Input speed [m/s]: half of them are at most v."""
         slow, fast = self._speeds
         v = float(np.clip(self._settings.law.nominal_velocity, slow, fast))
         return v if self._dice.random() < 0.5 else float(self._dice.uniform(slow, fast))
 
 
-def _loss(settings: RunSettings, table: Array) -> Loss:
+def _losses(settings: RunSettings, tables: tuple[Array, ...]) -> list[Loss]:
+    return [_loss(settings, table, stage) for stage, table in enumerate(tables)]
+
+
+def _worst_of(losses: list[Loss]) -> Loss:
+    return max(losses, key=lambda one: one.badness)
+
+
+def _loss(settings: RunSettings, table: Array, stage: int) -> Loss:
     lacking = missing(settings, table)
     margins = table[:, COLUMN["law_d"]] - settings.law.critical_distance
 
@@ -405,4 +425,4 @@ def _loss(settings: RunSettings, table: Array) -> Loss:
     kept = ~np.any([lacking[condition] for condition in BLAMED], axis=0)
     nearest = float(margins[kept & (margins >= 0.0)].min(initial=np.inf))
     others = {condition: lost(condition, Condition.PAIRS) for condition in BLAMED}
-    return Loss(lost(Condition.PAIRS), lost(), nearest, others)
+    return Loss(lost(Condition.PAIRS), lost(), nearest, others, stage)

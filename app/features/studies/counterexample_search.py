@@ -1,4 +1,4 @@
-"""Background searches for a run that breaks the promise."""
+"""Background search for a counterexample."""
 
 from collections.abc import Callable
 from functools import partial
@@ -16,20 +16,19 @@ SECONDS: Final = 20.0
 """Shortest wall time of a search [s]."""
 
 STARTS: Final = 16
-"""Fewest start postures: on a busy machine a search lasts longer."""
+"""Fewest start postures, however long they take."""
 
 NAME: Final = LazyText("the worst run found")
 
 
 class CounterexampleSearch:
-    """The search of one session; all methods belong to the thread that advances it.
+    """All methods belong to the thread that advances the session.
 
     Args:
-        background: None if nothing is searched.
-        wake: called from any thread on a new result.
+        background, wake: see `JobWatch`.
 
     Attributes:
-        message: for the visitor: why nothing can be searched or replayed, or "".
+        message: reason of a failure, for the visitor, or "".
     """
 
     def __init__(
@@ -74,7 +73,7 @@ class CounterexampleSearch:
         self._search_on()
 
     def advance(self, elapsed: float) -> None:
-        """Collect results, and continue. `elapsed`: wall time since the last call [s]."""
+        """Collect results, and continue. `elapsed`: wall time [s]."""
         self._elapsed += elapsed
         self._jobs.collect()
         if self._asked is not None and self._asked != self._settings().run:

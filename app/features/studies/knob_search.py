@@ -1,4 +1,4 @@
-"""Sets a law's knob so that it keeps another law's smallest distance on the recorded inputs."""
+"""Search for the knob value at which a law keeps another's distance."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,24 +6,25 @@ from typing import Final
 
 from app.features.studies.law_knobs import KnobMatch, match_knob
 from app.features.studies.studies import LEAST
+from app.features.studies.value_texts import AS_NEAR, NO_SETTING, NO_VALUE, OF_A_STUDIED_VALUE
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.late_law import GHOST
 from app.settings import Settings
+from app.text.first_task_texts import in_unit, wording
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
 from scenes.laws import LAWS
 from scenes.settings import LawSettings, RunSettings, specs, values
 
 WINDOW: Final = 30.0
-"""Recomputed part of the run for each value of the knob [s]."""
+"""Part of the run recomputed for each value [s]."""
 
 
 class KnobSearch:
-    """The search of one session; all methods belong to the thread that advances it.
+    """All methods belong to the thread that advances the session.
 
     Args:
-        background: None if no law can be compared.
-        wake: called from any thread on a new result.
+        background, wake: see `JobWatch`.
 
     Attributes:
         message: result or reason, for the visitor; "" before the first search.
@@ -47,7 +48,7 @@ class KnobSearch:
         return self._asked is not None
 
     def ask(self, frozen: RunSettings, recorded: Recorded | None) -> None:
-        """Search for the knob of the ghost's law at the run's distance; with a frozen ghost the reverse."""
+        """Fit the ghost's law to the run's distance; with a frozen ghost the reverse."""
         self.turned = ()
         settings = self._settings()
         run, ghost = settings.run, settings.page.ghost
@@ -56,7 +57,7 @@ class KnobSearch:
         elif ghost in ("off", GHOST, run.law.law):
             self.message = LazyText("First choose another law as the ghost, or freeze these settings.")
         elif recorded is None or recorded.steps < LEAST:
-            self.message = LazyText("There is too little to measure yet; let it run for a few seconds.")
+            self.message = LazyText("There is too little to measure yet; run it for a few seconds.")
         else:
             reference = frozen if ghost == "frozen" else run
             chosen = run if ghost == "frozen" else replace(run, law=replace(run.law, law=ghost))
@@ -74,26 +75,18 @@ class KnobSearch:
 
     def _found(self, match: KnobMatch) -> None:
         asked, self._asked = self._asked, None
-        spec = specs(LawSettings).get(match.key)
+        spec, kept = specs(LawSettings).get(match.key), self._settings().run.quantity
         parts = {
             "law": LazyText(LAWS[match.law].label),
             "wanted": f"{1000.0 * match.wanted:.0f}".replace("-", "−"),
             "reached": f"{1000.0 * match.reached:.0f}".replace("-", "−"),
         }
         if asked is None or asked != self._settings():
-            self.message = LazyText("The settings have changed meanwhile; ask again.")
+            self.message = LazyText("The settings have changed since then; ask again.")
         elif spec is None:
-            self.message = LazyText(
-                "{law} has no setting for its distance: it comes as near as {reached} mm, the other law {wanted} mm.",
-                **parts,
-            )
+            self.message = LazyText(wording(NO_SETTING, kept, OF_A_STUDIED_VALUE), **parts)
         elif match.value is None:
-            self.message = LazyText(
-                "No value of {knob} helps: the other law comes as near as {wanted} mm, {law} at best {reached} mm. Change another "
-                "setting first, such as d_m.",
-                knob=spec.label,
-                **parts,
-            )
+            self.message = LazyText(wording(NO_VALUE, kept, OF_A_STUDIED_VALUE), knob=spec.label, **parts)
         else:
             if asked.page.ghost != "frozen":
                 self._change("ghost", "frozen")
@@ -103,12 +96,11 @@ class KnobSearch:
             self.turned = tuple(knob.settings(match.value))
             for key, number in knob.settings(match.value).items():
                 self._change(key, number)
-            value = f"{spec.page_scale * match.value:.4g} {spec.page_unit}".rstrip()
+            # Units of d and v are said with the whole text.
+            unit = in_unit(spec, kept).page_unit if spec.key == "eta" else spec.page_unit
+            value = f"{spec.page_scale * match.value:.4g} {unit}".rstrip()
             self.message = LazyText(
-                "{law} with {knob} = {value} comes as near as {reached} mm, the ghost’s law {wanted} mm.",
-                knob=spec.label,
-                value=value,
-                **parts,
+                wording(AS_NEAR, kept, OF_A_STUDIED_VALUE), knob=spec.label, value=value, **parts
             )
 
     def _failed(self, job: Job) -> None:
@@ -116,5 +108,4 @@ class KnobSearch:
 
 
 def _overrides(run: RunSettings) -> dict[str, object]:
-    """Key → value of a frozen ghost: law, gain and hardware."""
     return {**values(run.law), **values(run.hardware), "k": run.gain}

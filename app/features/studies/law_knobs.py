@@ -1,4 +1,4 @@
-"""The knob of each law, and the search for its value at a given distance."""
+"""Knobs of the laws, and their values."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ class LawKnob:
 
     @property
     def second(self) -> bool:
-        """False for the setting that decides the law's distance first."""
+        """False for the law's distance knob."""
         first = LAWS[self.law].distance_knob
         return first is None or self.setting.key != first.key
 
@@ -35,12 +35,11 @@ def knobs() -> tuple[LawKnob, ...]:
 
 
 MATCH: Final = 0.001
-"""Largest difference of two equal smallest distances [m]."""
+"""Tolerance of equal distances [m]."""
 
 MOST_RERUNS: Final = 24
 
 _FIRST_LOOK: Final = 7
-"""Number of first values, spread over the knob's range."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +47,10 @@ class KnobMatch:
     """Result of a search.
 
     Attributes:
-        key: of the knob; "" if the law has none.
+        key: "" if the law has no knob.
         value: keeps the wanted distance within `MATCH` [SI], or None.
-        wanted: smallest distance of the other law on the same inputs [m].
-        reached: smallest distance of this law at `value`, or the nearest found [m].
+        wanted: smallest distance of the other law [m].
+        reached: smallest distance at `value`, or the nearest found [m].
     """
 
     law: str
@@ -64,13 +63,11 @@ class KnobMatch:
 def match_knob(
     recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]
 ) -> KnobMatch:
-    """Find the value of a law's knob at which its smallest distance equals another law's on the same inputs.
-
-    Tries values over the whole range, then bisects.
+    """Find the knob value that gives another law's smallest distance on the same inputs.
 
     Args:
         reference: key → value of the other law.
-        chosen: the same of the law with the turned knob.
+        chosen: of the law with the knob.
 
     Raises:
         Stopped: see `rerun`.
@@ -97,7 +94,7 @@ def knob_range(knob: Knob) -> tuple[float, float]:
 def sought(
     distance: Callable[[float], float], ends: tuple[float, float], wanted: float
 ) -> tuple[float | None, float]:
-    """Value with the wanted distance within `MATCH`, or None, and the nearest distance found [m]."""
+    """Value with the wanted distance within `MATCH`, or None, and the nearest distance [m]."""
     low, high = ends
     found = {
         value: distance(value) - wanted

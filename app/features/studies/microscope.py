@@ -1,4 +1,4 @@
-"""Single steps of a run around an instant, also at half the time step."""
+"""Single steps around an instant, at dt and dt/2."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,15 +16,14 @@ from scenes.smoothness import AROUND, avoiding_rates, finer_rows, rows_around, t
 Signal = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
-"""Newest part of the run, searched for the largest jump and recomputed in finer steps at least [s]."""
+"""Part of the run searched for the largest jump; recomputed at least [s]."""
 
 STRIDE: Final = 10
-"""Steps by which the instant moves."""
 
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """One signal, step by step: `dt` [s], `times` (k,) [s], `values` (k,) [SI]."""
+    """`dt` [s], `times` (k,) [s], `values` (k,) [SI]."""
 
     dt: float
     times: Array
@@ -40,8 +39,8 @@ class Magnified:
     """The shown steps.
 
     Attributes:
-        joint: number of the shown joint (0-based), the one that jumps most.
-        finer: the same inputs in finer steps; None until computed, or if impossible.
+        joint: index of the joint that jumps most.
+        finer: at dt/2; None until computed, or if impossible.
     """
 
     time: float
@@ -55,11 +54,10 @@ class Microscope:
     """Instant and signal of one visitor's microscope. All methods belong to the session's thread.
 
     Args:
-        background: None if no finer steps are computed.
-        wake: called from any thread when they are ready.
+        background, wake: see `JobWatch`.
 
     Attributes:
-        span: begin and end of the kept run, and the last shown instant [s], or None.
+        span: begin and end of the kept run, and the shown instant [s], or None.
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
@@ -71,7 +69,7 @@ class Microscope:
         self._finer: Array | None = None
 
     def go_to(self, time: float | None) -> None:
-        """Go to the nearest kept step to a time [s]; None follows the largest step of q̇."""
+        """`time`: [s]; None follows the largest step of q̇."""
         self._time = time
 
     def move(self, steps: int, dt: float) -> None:
@@ -80,7 +78,7 @@ class Microscope:
             self._time = self.span[2] + steps * dt
 
     def magnify(self, simulation: Simulation) -> Magnified | None:
-        """View of the run; None before its second step. Finer steps are computed while they are shown."""
+        """None before the second step. Starts the computation of finer steps."""
         self._jobs.collect()
         dt, history = simulation.settings.dt, simulation.history
         times = history.column("t")

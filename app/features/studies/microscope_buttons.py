@@ -1,4 +1,4 @@
-"""Buttons and slider of the microscope: signal and instant."""
+"""Controls of the microscope."""
 
 from typing import Final
 
@@ -11,16 +11,17 @@ from app.page.panels.plot_controls import ShowMoment
 from app.page.panels.shown_moment import Scrubber, Seek
 from app.session.actions import Action
 from app.session.frame import Frame
+from app.text.first_task_texts import said_of
+from scenes.quantities import DISTANCE
 
 SIGNALS: Final[dict[str, Signal]] = {"d": "d", "λ": "lambda", "q̇": "dq", "e": "e"}
-"""Button label → signal."""
 
 WRITE: Final = 0.5
-"""Period of the slider's updates during a run [s]."""
+"""Period of the slider's updates [s]."""
 
 
 class Magnify(Action, newest_by=None):
-    """Select a signal; without one the largest jump, or an instant `steps` later."""
+    """Select a signal, an instant `steps` later, or the largest jump."""
 
     quantity: Signal | None = None
     steps: int = 0
@@ -31,12 +32,13 @@ class SeekInstant(Seek):
 
 
 class MicroscopeButtons(PagePanel):
-    """Buttons and slider, shown with the microscope."""
+    """Buttons and slider of the microscope."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
         gui = client.gui
         self._session, self._view = session, view
+        self._quantity = DISTANCE
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 gui,
@@ -76,6 +78,10 @@ class MicroscopeButtons(PagePanel):
 
     def show(self, frame: Frame) -> None:
         microscope = self._session.parts.of(BackgroundStudies).microscope
+        quantity = frame.settings.run.quantity
+        if quantity is not self._quantity:
+            self._quantity = quantity
+            self._buttons.say(said_of(quantity))
         shown = "microscope" in self._view.plots.shown and frame.of_live
         self._buttons.show(list(SIGNALS.values()).index(microscope.quantity), visible=shown)
         self._scrubber.show(frame.now, microscope.span if shown else None)

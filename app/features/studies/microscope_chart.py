@@ -1,4 +1,4 @@
-"""Single steps as dots, over those at half the time step."""
+"""Chart of single steps."""
 
 import math
 

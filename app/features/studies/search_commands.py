@@ -1,4 +1,4 @@
-"""`lwr-duet hunt` and `falsify`: searches for runs that break what every run must keep, or the promise although its conditions hold."""
+"""`lwr-duet hunt` and `lwr-duet falsify`."""
 
 from __future__ import annotations
 
@@ -50,12 +50,7 @@ class Hunt:
 
 
 def hunt(command: Hunt) -> int:
-    """Make the runs, print the broken ones with commands that repeat them, and a summary; return the exit
-    code.
-
-    Raises:
-        BadSetting: an option is not possible.
-    """
+    """Returns the exit code; raises `BadSetting`."""
     with ending_at_once():
         from scenes.children import computed
         from scenes.random_draws import random_run
@@ -122,7 +117,7 @@ def _summarise(command: Hunt, verdicts: list[RunVerdict], broken: int) -> None:
 
 
 def _repeating(command: Hunt, index: int, random: RandomRun) -> str:
-    """Command line that repeats a run; writes its own start posture and way of the hand, if it has them, into the folder."""
+    """Command line that repeats a run; writes its input files."""
     words = ["lwr-duet", "run", "--seconds", f"{command.seconds:g}"]
     usual = values(RunSettings())
     given = values(random.settings)
@@ -151,7 +146,7 @@ LONGEST: Final = 86_400.0
 """Longest search [s]."""
 
 FASTEST: Final = 20
-"""Most starts that a process searches in a second."""
+"""Most starts per process and second."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +155,8 @@ class Falsify:
 
     Varies start postures, and a person's ways and speeds, for the run in which d_law falls farthest below d_m while
     w ≤ v, J_d is regular, no joint is at its limit and the robot is ideal. Exit code 1 if that is more than 0.1 mm,
-    at dt and at dt/4. In the scene first_task this is h_law and h_m, in the unit of the first task."""
+    at dt and at dt/4. In the scene first_task this is h_law and h_m, in the unit of the first task, and the person moves the wall,
+    too; of several stages each is checked, and the broken one named."""
 
     seconds: float = 60.0
     """How long to search [s]."""
@@ -177,12 +173,7 @@ class Falsify:
 
 
 def falsify(command: Falsify) -> int:
-    """Search, print the worst run and the losses with a missing condition, write the run; return the exit
-    code.
-
-    Raises:
-        BadSetting, BadInputFile: an option is not possible.
-    """
+    """Returns the exit code; raises `BadSetting` or `BadInputFile`."""
     with ending_at_once():
         from app.features.studies.counterexample import BROKEN, check, replayed, searched
         from app.recording.run_file import saved_bytes
@@ -226,13 +217,13 @@ def falsify(command: Falsify) -> int:
             print(command.out)
     if interrupted:
         done = command.skip + next(place for place in range(most + 1) if place not in found)
-        print(f"Interrupted; --seed {settings.seed} --skip {done} goes on from here.", file=sys.stderr)
+        print(f"Interrupted; --seed {settings.seed} --skip {done} continues from here.", file=sys.stderr)
         return INTERRUPTED
     return 1 if _worst(found).loss.lost > BROKEN else 0
 
 
 def _worst(found: dict[int, Found]) -> Found:
-    """Worst run; the earliest start of equal ones."""
+    """Worst run; the earliest of equal ones."""
     return max((one for _, one in sorted(found.items())), key=lambda one: one.badness)
 
 
@@ -242,11 +233,18 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
 
     worst, law, kept = _worst(found), settings.law, settings.quantity
     symbol, least, unit = kept.seen, kept.critical, kept.page_unit
+    if settings.stages:
+        stage = settings.stages[worst.loss.stage]
+        symbol, least, unit = f"{stage.label}: {stage.symbol}", stage.critical, stage.page_unit
     runs, pairs = sum(one.runs for one in found.values()), specs()["pairs"].options()[law.pairs]
     name = settings.experiment.label if kept is DISTANCE else f"{settings.experiment.label}: {kept.label}"
     print(f"{len(found)} start postures, {runs} runs in {seconds:.0f} s.")
-    print(f"{name}: {law.entry.label}, {pairs}, v = {law.nominal_velocity:g} {kept.unit}/s.")
     held = ", ".join(condition.value for condition in (*BLAMED, Condition.ROBOT))
+    if settings.stages:
+        pairs, held = "by stages", f"{held}, no later stage acting against it"
+    print(f"{name}: {law.entry.label}, {pairs}, v = {law.nominal_velocity:g} {kept.rate_unit}.")
+    if settings.stages:
+        print(f"Each stage is checked: {', '.join(stage.label for stage in settings.stages)}.")
     if not law.entry.promises:
         print("This law makes no promise.")
     if worst.loss.lost > BROKEN:
@@ -267,5 +265,8 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
     lost = {condition: max(one.missing[condition] for one in found.values()) for condition in BLAMED}
     print("Lost where a condition was missing: ", end="")
     print(
-        ", ".join(f"{condition.value} {1000.0 * most:.0f} {unit}" for condition, most in lost.items()) + "."
+        ", ".join(
+            f"{condition.value} {1000.0 * most:.0f} {kept.page_unit}" for condition, most in lost.items()
+        )
+        + "."
     )

@@ -1,4 +1,4 @@
-"""Studies on a session's inputs: what if, and smoothness."""
+"""What if, and smoothness, on a session's inputs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,10 +18,10 @@ REST: Final = 0.1
 """Wall time after which an unmoved slider rests [s]."""
 
 WINDOW: Final = 20.0
-"""Part of the run that "what if" recomputes [s], as in the plots."""
+"""Part of the run recomputed by "what if" [s]."""
 
 MOVING: Final = 1500
-"""Newest steps recomputed while a slider moves: a tenth of a second of work."""
+"""Steps recomputed while a slider moves (0.1 s of work)."""
 
 SMOOTHNESS_WINDOW: Final = 10.0
 """Part of the run recomputed for its smoothness [s]."""
@@ -38,19 +38,17 @@ class Smoothness:
 
     @property
     def finished(self) -> bool:
-        """True if both runs are measured at every time step."""
         return all(m.verdict != "measuring" for m in (self.law, self.ghost) if m is not None)
 
 
 class Studies:
-    """The studies of one session; all methods belong to the thread that advances it.
+    """All methods belong to the thread that advances the session.
 
     Args:
-        background: None if nothing is studied.
-        wake: called from any thread on a new result.
+        background, wake: see `JobWatch`.
 
     Attributes:
-        message: why something could not be computed, for the visitor, or "".
+        message: reason of a failure, for the visitor, or "".
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
@@ -69,7 +67,7 @@ class Studies:
         self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
     def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
-        """Prepare, ask or drop "what if" after a change. `rebuilt`: true for a run of another experiment."""
+        """Prepare, ask or drop "what if" after a change. `rebuilt`: True if the experiment changed."""
         if rebuilt:
             self.forget()
         if not after.page.what_if:
@@ -82,7 +80,7 @@ class Studies:
             self._rested, self._moved = 0.0, True
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
-        """Start what is due for a run, and collect answers. `elapsed`: wall time since the last call [s]."""
+        """Start what is due for a run, and collect answers. `elapsed`: wall time [s]."""
         self._jobs.collect()
         if self._rested is None:
             return
@@ -117,7 +115,7 @@ class Studies:
         self._jobs.submit(kind, done, what_if, recorded, asked, summarise(simulation, table), urgent=True)
 
     def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
-        """Start measuring. `runs`: inputs and settings of "law", and of "ghost" if it exists."""
+        """Start measuring. `runs`: of "law", and of "ghost" if it exists."""
         if not self._jobs.computes:
             return
         self._forget_smoothness()
@@ -127,7 +125,7 @@ class Studies:
             if recorded is not None and recorded.steps >= LEAST:
                 known[who] = recorded, run
         if "law" not in known:
-            self.message = "There is too little to measure yet; let it run for a few seconds."
+            self.message = "There is too little to measure yet; run it for a few seconds."
             return
         self.message = ""
         blank = {who: unmeasured(recorded, settings) for who, (recorded, settings) in known.items()}

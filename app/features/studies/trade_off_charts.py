@@ -1,4 +1,4 @@
-"""Charts of the trade-off of n and v, and of the laws at equal safety."""
+"""Charts of the trade-off and of equal safety."""
 
 import math
 from collections.abc import Iterator
@@ -25,12 +25,7 @@ FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
 
 
 def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height: int) -> Markup:
-    """Map of the trade-off.
-
-    Args:
-        size: finished share, from 0 to 1.
-        height: [CSS px].
-    """
+    """Map of the trade-off. `size`: finished share, 0 to 1. `height`: [CSS px]."""
     chart = Chart(FRAME)
     d_m = run.law.critical_distance
     chart.line(np.array([d_m, d_m + 1e-9]), np.array([0.0, FRAME.y[1]]), "dm", 1.6, "7 5")
@@ -57,7 +52,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
 
 
 def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
-    """d_min and the largest |e| [m] of the current n and v, interpolated; None while the map is incomplete."""
+    """d_min and largest |e| [m] of the current n and v; None while the map is incomplete."""
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None
     table = {(p.order, p.nominal_velocity): (p.d_min, p.e2_max**0.5) for p in points}
@@ -72,7 +67,7 @@ def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float,
 
 
 FAR: Final = 0.3
-"""End of the axis of d_min, in the unit of the first task."""
+"""End of the d_min axis, in the first task's unit."""
 
 _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 
@@ -80,12 +75,7 @@ _SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 def safety_html(
     curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int
 ) -> Markup:
-    """Chart of the laws, with a legend.
-
-    Args:
-        size: finished share, from 0 to 1.
-        height: [CSS px].
-    """
+    """Chart of the laws, with a legend. `size`, `height`: see `map_html`."""
     inside = [p.e2_max for points in curves.values() for p in points if 0.0 <= p.d_min <= 0.8 * FAR]
     span = next((s for s in _SPANS if s >= max(inside, default=0.1)), _SPANS[-1])
     ticks = tuple((i * span / 4.0, f"{i * span / 4.0:g}") for i in range(5))
