@@ -15,9 +15,7 @@ def entry() -> None:
 
 
 def run_command(arguments: list[str] | None = None) -> int:
-    """Run a command of the core or of a feature; return the exit code. `arguments`: by default those of this
-    process.
-    """
+    """Exit code of a command of the core or a feature. `arguments`: by default this process's."""
     from app.cli.main import main
     from app.features import FEATURES
 

@@ -1,8 +1,7 @@
-"""What a feature may add to the core, which knows only this type; `app.features` has all features in one
-tuple.
+"""What a feature may add to the core, which knows only this type.
 
-The `__init__.py` of a feature's folder makes one `Feature`. Its members are functions that import what they
-return, so that the tuple is cheap to import.
+The `__init__.py` of a feature's folder makes one `Feature`; its functions import late, so that `app.features`
+is cheap to import.
 """
 
 import socket
@@ -41,10 +40,9 @@ class Command:
     """A command of `lwr-duet`.
 
     Attributes:
-        options: dataclass; its docstring and fields are the command's help, the first line also its line in
-            the help of `lwr-duet`.
-        run: does it and returns the exit code.
-        brief: makes the options of `--help` if `--help-all` shows more; None if `--help` shows all.
+        options: dataclass; its docstring and fields are the help, the first line also in that of `lwr-duet`.
+        run: returns the exit code.
+        brief: makes the options of `--help` if `--help-all` shows more.
 
     Raises:
         ValueError: unknown group.
@@ -62,30 +60,26 @@ class Command:
 
 @dataclass(frozen=True)
 class Feature:
-    """What one feature adds; every member except the name is optional.
+    """What one feature adds.
 
     Attributes:
         name: of its folder in `app/features`.
-        texts: folder with one catalogue per language (`de.toml`) for this feature's texts.
-        choices: key of a setting → value → label of further choices.
+        texts: folder with its catalogues (`de.toml`).
+        choices: key of a setting → value → label.
         documents: last part of the address → document.
-        commands: name → command.
-        panels: makes the operator's panels; those of the lowest feature come first.
+        panels: makes the operator's panels; the lowest feature's come first.
         charts: choice of the setting `plot` → chart.
-        key_help: rows for the page's table of keys, for keys with a temporary meaning.
-        overlays: makes the parts of a page that shows a session, operated or not; see
-            `app.page.view.ViewPart`.
-        assets: scripts and style sheets of every page.
-        options: dataclass that adds its fields to the options of `lwr-duet serve`.
+        key_help: rows of the table of keys, for temporary meanings.
+        overlays: makes parts of pages that show a session, operated or not.
+        options: dataclass of options of `lwr-duet serve`.
         start: serves a page on a listening socket and then calls a function with the number of places;
             returns False at once if this process shall serve the page.
-        robot_reader: reads the robot of a file named on the command line, see `scenes.given_robots`.
-        run_source: dataclass that adds its fields to the options of `lwr-duet run`.
-        opened: opens what all sessions of a server share, before anything is served.
-        host: makes the host of a server started with the feature's options, or returns None.
-        server: makes the feature's state for a whole server.
-        joining: makes the pages of people who join a visitor's private session by a link.
-        store: makes the store of the sessions of absent visitors.
+        robot_reader: reads a robot file of the command line.
+        run_source: dataclass of options of `lwr-duet run`.
+        opened: opens shared state of all sessions, before anything is served.
+        host: makes a host if the feature's options ask for one.
+        joining: makes pages that join a visitor's private session by a link.
+        store: makes the store of absent visitors' sessions.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Starts the app: the server, its host and the frame loop."""
+"""Starts the app: server, host and frame loop."""
 
 import logging
 import socket
@@ -36,15 +36,7 @@ warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", 
 
 
 class App:
-    """A running server with its host and its frame loop; made by `start_app`.
-
-    Args:
-        preparation: of what is slow the first time; None for no preparation.
-
-    Attributes:
-        server, url: the context's server, and the address of the page.
-        hangs: see `FrameLoop`.
-    """
+    """A running server, made by `start_app`; `hangs`: see `FrameLoop`."""
 
     def __init__(self, context: AppContext, host: Host, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
@@ -59,10 +51,8 @@ class App:
             pass
 
     def close(self, goes_on: bool = False) -> None:
-        """Stop the frames and all background jobs, close every connection and release the port.
-
-        Args:
-            goes_on: True if the next server continues the sessions of this one.
+        """Stop frames and background jobs, close every connection and release the port. `goes_on`: the next
+        server continues the sessions.
         """
         if self._preparation is not None:
             self._preparation.close()
@@ -94,7 +84,7 @@ def start_app(
         started_with: see `AppContext.given`.
 
     Raises:
-        PortInUse, BadSetting: see `app.web.server.DuetServer`.
+        PortInUse, BadSetting: see `DuetServer`.
         BadSetting, BadInputFile, MissingPackage: what the options name cannot be opened.
         DuetError: see `Feature.store`.
     """

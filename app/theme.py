@@ -1,5 +1,5 @@
-"""Colours and sizes. A symbol has one colour in text, scene and plots; the palette is safe for colour-blind
-people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word.
+"""Colours and sizes. A symbol has one colour everywhere; colours are safe for colour-blind people (after
+Okabe & Ito 2008) and have a second cue: a dash, a width or a word.
 """
 
 from dataclasses import dataclass, field, fields
@@ -19,22 +19,17 @@ def _of_themes(light: Colours, dark: Colours) -> Colours:
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours of one theme as CSS hex. Style sheets name them by field: `var(--brand-ink)`.
+    """One theme's colours as CSS hex; in style sheets `var(--brand-ink)`. See `SYMBOLS` for those of symbols.
 
     Attributes:
-        distance, critical, resting, activation, error, velocity, pull, approach: of d, d_m, d*, λ, e, v, u,
-            w.
-        joints: of q1 … q7.
-        laws: of the laws, in the order of the picker.
-        calm: of the line between the arms while λ = 0.
-        background: of the room, top and bottom.
-        cell, section: of the floor's lines.
-        ink, dim, soft: of text, from strong to weak; faint: of lines only.
-        paper, card, panel, well, veil: of surfaces: page, cards, panels, grooves, cover of the 3-D view.
-        line, edge, hair, bar: of borders, buttons, rules in tables, and bars.
-        brand, on_brand, brand_ink, brand_tint, flash: of buttons, with their text, surface and flash.
-        good_ink, good_tint, warning, warning_ink, warning_tint, warning_flash, alarm_ink, alarm_tint: of
-            states.
+        laws: in the order of the picker.
+        calm: line between the arms while λ = 0.
+        background: the room's top and bottom.
+        cell, section: the floor's lines.
+        ink, dim, soft: text, from strong to weak; faint: only lines.
+        paper, card, panel, well, veil: page, cards, panels, grooves, cover of the 3-D view.
+        line, edge, hair, bar: borders, buttons, rules in tables, bars.
+        brand, on_brand, brand_ink, brand_tint, flash: buttons, with text, surface and flash.
     """
 
     distance: str = _of_themes("#006fae", "#5ab4f0")
@@ -118,8 +113,8 @@ class Symbol(NamedTuple):
     """A symbol of the page.
 
     Attributes:
-        field: of `Palette` with its colour; "" if it has no colour of its own.
-        sentence: its meaning, in English, at most 20 words. {arm} gives way, {other} comes near: both are
+        field: its colour in `Palette`; "" for none.
+        sentence: its English meaning, at most 20 words. {arm} gives way, {other} comes near: both are
             subjects, so that a translation needs one case of each.
     """
 
@@ -146,7 +141,7 @@ SYMBOL_COLOURS: Final = {name: symbol.field for name, symbol in SYMBOLS.items() 
 
 
 def css_variables() -> str:
-    """CSS rule with the colours of the shown theme: `var(--brand-ink)` is `brand_ink`."""
+    """CSS rule with all colours."""
     light, dark = PALETTES["light"], PALETTES["dark"]
     pairs = [
         (f.name.replace("_", "-"), getattr(light, f.name), getattr(dark, f.name)) for f in fields(Palette)
@@ -161,7 +156,7 @@ def css_variables() -> str:
 
 
 def symbol_rules(*scopes: str) -> str:
-    """CSS rules that colour the symbols inside some elements. `scopes`: their selectors."""
+    """CSS rules that colour symbols inside elements. `scopes`: selectors."""
     return "".join(
         f"{','.join(f'{scope} .{name}' for scope in scopes)}{{color:var(--{field})}}"
         for name, field in SYMBOL_COLOURS.items()
@@ -189,17 +184,15 @@ DOCK_WIDTH: Final = 344
 
 
 def plots_height(canvas_height: float, profile: Profile) -> int:
-    """Height of one plot on a canvas of this height [CSS px]: a fifth, within limits."""
+    """Height of one plot [CSS px]."""
     return round(min(max(0.2 * canvas_height, 112.0), 176.0) * (1.12 if profile == "projector" else 1.0))
 
 
 NARROW: Final = 1180
-"""Window width below which the squared error is dropped in favour of a chart wider than a third of the panel
-[CSS px].
-"""
+"""Window width below which the squared error makes room for a wide chart [CSS px]."""
 
 PLOTS_FRAME: Final = 96.0
-"""Height of the panel of plots without the plots [CSS px]."""
+"""Height of the plots' panel without plots [CSS px]."""
 
 PLOT_HEADROOM: Final = 17
-"""Height above the frame of a plot, for the name of a moment [CSS px]."""
+"""Height above a plot's frame for a moment's name [CSS px]."""

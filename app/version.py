@@ -4,7 +4,7 @@ import importlib.metadata
 
 
 def duet_version() -> str:
-    """The installed version of Duet, "0" when it runs from a bare checkout."""
+    """Version, "0" for a bare checkout."""
     try:
         return importlib.metadata.version("lwr-duet")
     except importlib.metadata.PackageNotFoundError:

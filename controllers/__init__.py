@@ -1,7 +1,7 @@
-"""The mathematics of one tick with numpy, Pinocchio and coal; knows no scene and no page.
+"""The mathematics of one tick with numpy, Pinocchio and coal.
 
-`controllers.laws.situation` has the inputs of a law with symbols and units. The names in `_PUBLIC` are for
-notebooks: `from controllers import resting_distance`.
+`controllers.laws.situation` has the inputs of a law with symbols and units. `_PUBLIC` is for notebooks: `from
+controllers import resting_distance`.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,9 +23,7 @@ _PUBLIC: Final = {
 
 
 def loaded_on_demand(package: str, names: Mapping[str, str]) -> Callable[[str], Any]:
-    """A package's `__getattr__` that loads a name's module at its first use, so that a process which needs
-    only settings loads no robot.
-    """
+    """A package's `__getattr__` that loads a name's module at its first use: settings alone load no robot."""
 
     def load(name: str) -> Any:
         if name not in names:

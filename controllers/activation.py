@@ -1,16 +1,15 @@
-"""The activation λ(d), eq. (31), Petrič & Žlajpah 2011, and a rise within a buffer."""
+"""The activation λ(d), eq. (31), Petrič & Žlajpah 2011, and one with a buffer."""
 
 import math
 
 
 def activation(distance: float, critical_distance: float, order: float) -> float:
-    """λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31): continuous at d_m, where its slope jumps from 0
-    to −n/d_m.
+    """λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31); at d_m its slope jumps from 0 to −n/d_m.
 
     Args:
-        distance: d [m]; may be negative (overlap).
+        distance: d [m]; negative in overlap.
         critical_distance: d_m > 0 [m].
-        order: n ≥ 1; whole numbers in the paper, any here.
+        order: n ≥ 1; a whole number in the paper.
     """
     if distance <= critical_distance:
         return 1.0
@@ -22,8 +21,7 @@ def buffered_activation(distance: float, critical_distance: float, influence_dis
     differentiable.
 
     Args:
-        distance: d [m]; may be negative (overlap).
-        critical_distance: d_m [m].
+        distance, critical_distance: d, d_m [m].
         influence_distance: d_0 [m]; d_0 ≤ d_m makes a hard switch at d_m.
     """
     if distance <= critical_distance:

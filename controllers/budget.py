@@ -1,11 +1,11 @@
-"""The distance budget ḋ = λ v − (1 − λ) u − w and its closed forms.
+"""The distance budget and its closed forms.
 
 Insert eq. (32) into ḋ = J_d q̇ − w with u = −J_d q̇_n: while J_d is not singular and no joint limit acts,
 
     ḋ = λ(d) v − (1 − λ(d)) u − w                                                                 (R)
 
-whatever the arm, the task and everything orthogonal to J_d do. Signs as in the paper: u and w are positive
-*towards* the other body. Distances in m, speeds in m/s.
+for every arm, task and motion orthogonal to J_d. As in the paper u and w are positive *towards* the other
+body. Distances in m, speeds in m/s.
 """
 
 import math
@@ -14,7 +14,7 @@ from controllers.activation import activation
 
 
 def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: float) -> float:
-    """ḋ [m/s], line (R), for one avoiding arm."""
+    """ḋ [m/s], line (R)."""
     return lam * nominal_velocity - (1.0 - lam) * pull - approach
 
 
@@ -28,10 +28,8 @@ def resting_distance(
 ) -> float:
     """Rest of line (R): d* = d_m [s (u + v) / (u + w)]^(1/n) [m], with λ(d*) = (u + w) / [s (u + v)].
 
-    The lever s is 1 while J_d is regular; with a weak lever a law gets s of each change that it asks for. inf
-    if nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
-    nan without a stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever, or s is
-    too small.
+    The lever s is the share of each requested change that a law gets, 1 while J_d is regular. inf if nothing
+    pulls the bodies together (u + w ≤ 0). nan without a stable rest: w > v, or s is too small.
     """
     if pull + approach <= 0.0:
         return math.inf
@@ -42,7 +40,7 @@ def resting_distance(
 
 
 def distance_loss_rate(nominal_velocity: float, approach: float) -> float:
-    """Speed w − v at which distance is lost below d_m, where λ = 1; 0 if none is lost [m/s]."""
+    """Speed w − v [m/s] at which d falls while λ = 1; 0 if it does not."""
     return max(0.0, approach - nominal_velocity)
 
 
@@ -55,25 +53,23 @@ def settling_time(
 
 
 def largest_step(critical_distance: float, order: float, nominal_velocity: float, pull: float) -> float:
-    """Stability limit of explicit Euler, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not overshoot.
+    """Stability limit of explicit Euler at d_m, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not
+    overshoot.
 
-    This is the limit at d_m, where λ is steepest; the sharper one at a given rest is twice the
-    `settling_time` there.
+    At a given rest it is twice the `settling_time`.
     """
     speed = order * (nominal_velocity + pull)
     return 2.0 * critical_distance / speed if speed > 0.0 else math.inf
 
 
 def largest_dead_time(settling: float, lag: float = 0.0) -> float:
-    """Dead time below which line (R), linearised at its rest, is stable [s]: π/2 of its time constant without
-    a lag.
+    """Dead time below which line (R), linearised at its rest, is stable [s]: π/2 of `settling` without a lag.
 
-    The robot's part of ḋ = −a (d − d*), a = 1/`settling`, comes a dead time later and through a first-order
-    lag τ. On the stability limit a = ω √(1 + ω² τ²), where lag and dead time turn the phase by a quarter: ω T
-    + arctan ω τ = π/2.
+    The robot's part of ḋ = −a (d − d*), a = 1/`settling`, is delayed by a dead time T and a first-order lag
+    τ. The stability limit is a = ω √(1 + ω² τ²) with ω T + arctan ω τ = π/2.
 
     Args:
-        settling: time constant of line (R) at its rest, `settling_time` [s].
+        settling: `settling_time` [s].
         lag: τ [s].
     """
     if settling == math.inf:
@@ -85,12 +81,10 @@ def largest_dead_time(settling: float, lag: float = 0.0) -> float:
 
 
 def largest_dead_time_without_overshoot(settling: float) -> float:
-    """Dead time up to which line (R), linearised at its rest and without a lag, does not overshoot [s]: 1/e
-    of `settling` [s].
-    """
+    """Dead time up to which line (R), linearised and without lag, does not overshoot [s]: 1/e of `settling`."""
     return settling / math.e
 
 
 def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:
-    """λ(d) v, the speed at which an idle arm is still pushed away at distance d [m/s]."""
+    """λ(d) v, the speed at which an idle arm is still pushed away [m/s]."""
     return activation(distance, critical_distance, order) * nominal_velocity

@@ -7,8 +7,8 @@ BoundsTreatment = Literal["distance", "scale", "null_space"]
 
 Treatment = Literal["single", "soft", "smooth"]
 """Pairs that the law sees: the closest one (the paper), a smooth minimum over all (ours), or a smooth minimum
-over distances that are smooth themselves (ours, `controllers.convex_distance`).
+over smooth distances (ours, `controllers.convex_distance`).
 """
 
 HandTask = Literal["position", "pose"]
-"""Task of the hand: its position (3 dimensions), or also its orientation (6)."""
+"""Task of the hand: position (3 dimensions), or also orientation (6)."""

@@ -1,11 +1,8 @@
 """Numerical loops: first in Python, then in machine code with the same bits.
 
-A loop does arithmetic on float64 numbers one by one. numba keeps IEEE arithmetic and the written order, so a
-run does not depend on the moment of the switch.
-
-Importing numba and loading compiled code takes too long before a first picture. A thread does it once the
-loops have run often enough. Code never compiled on this machine is compiled by another process, which leaves
-it in a folder for later ones.
+numba keeps IEEE arithmetic and the written order of single float64 numbers, so a run does not depend on the
+moment of the switch. Loading would delay the first picture, so a thread does it once the loops have run often
+enough. Another process compiles, once on a machine, into a folder for later processes.
 """
 
 import hashlib
@@ -35,10 +32,10 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Indices = NDArray[np.int64]
 IndexPairs = NDArray[np.int64]
-"""Arrays of a loop: in its signature float64[:], float64[:, :], int64[:] and int64[:, :]."""
+"""Arrays of a loop: float64[:], float64[:, :], int64[:] and int64[:, :] in its signature."""
 
 PATIENCE: Final = 8000
-"""Calls in Python before machine code is loaded: about 1,000 steps, which cost as much as the loading."""
+"""Calls in Python before loading: about 1,000 steps, which cost as much as loading."""
 
 GAIN: Final = 8.0
 
@@ -53,11 +50,7 @@ _calls = 0
 
 
 class Loop(Generic[P, R]):
-    """A loop, called like its function; declared by `loop`.
-
-    Attributes:
-        signature, fills: see `loop`.
-    """
+    """A function declared by `loop`."""
 
     def __init__(self, function: Callable[P, R], signature: str, fills: tuple[str, ...]) -> None:
         self.python, self.signature, self.fills = function, signature, fills
@@ -67,11 +60,10 @@ class Loop(Generic[P, R]):
         loops.append(self)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        """Run it; all arrays are arguments, including those it fills."""
         return self.run(*args, **kwargs)
 
     def compiled(self) -> Callable[P, R]:
-        """Machine code of it and of the loops that it calls; takes seconds unless the folder has it."""
+        """Machine code; takes seconds unless it is in the folder."""
         import numba
         from numba.core.sigutils import normalize_signature
 
@@ -109,12 +101,10 @@ class Loop(Generic[P, R]):
 
 
 def loop(signature: str, fills: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Loop[P, R]]:
-    """Declare a loop, as `numba.njit` does: `@loop("float64(float64[:, :], float64, float64[:])",
-    fills=("row",))`.
+    """Declare a loop: `@loop("float64(float64[:, :], float64, float64[:])", fills=("row",))`.
 
     Args:
-        signature: numba's, with the types of the result and all arguments; annotations differ between
-            versions of Python and numpy.
+        signature: numba's, with the types of the result and all arguments.
         fills: names of the arrays that the loop writes; all others may be read-only.
     """
     return lambda function: Loop(function, signature, fills)
@@ -125,13 +115,13 @@ def all_loaded() -> bool:
 
 
 def begin_to_load() -> None:
-    """Replace Python by machine code in a thread; a second call does nothing."""
+    """Load machine code in a thread; a second call does nothing."""
     if _begun.acquire(blocking=False):
         threading.Thread(target=_attempt, args=(_load_or_compile,), name="duet-compiled").start()
 
 
 def load_if_compiled() -> None:
-    """Replace Python by machine code: at once if this machine has compiled it, else in a thread."""
+    """Load machine code: at once if it exists, else in a thread."""
 
     def load() -> None:
         if (loops_folder() / "done").exists():
@@ -143,12 +133,12 @@ def load_if_compiled() -> None:
 
 
 def load_now() -> None:
-    """Replace Python by machine code before returning, compiling it if necessary."""
+    """Load machine code, compiling it if necessary."""
     _attempt(_load)
 
 
 def _attempt(load: Callable[[], None]) -> None:
-    """Load; after a failure, which is logged, this process continues in Python."""
+    """Load; if that fails, log it and continue in Python."""
     if _failed.is_set() or all_loaded():
         return
     try:
@@ -175,10 +165,10 @@ def _load_or_compile() -> None:
 
 
 def _compile_in_process() -> None:
-    """Compile all loops in another process, which ends with this one.
+    """Compile in a process that ends with this one.
 
     Raises:
-        RuntimeError: with the last line of the failed process.
+        RuntimeError: last line of the failed process.
     """
     modules = sorted({made.python.__module__ for made in loops})
     said = ""
@@ -202,7 +192,7 @@ def _compile_in_process() -> None:
 
 
 def main() -> None:
-    """Entry point of that process: compile the loops of the modules in its arguments."""
+    """Entry point of the compiling process; its arguments are modules."""
     try:
         for module in sys.argv[1:]:
             import_module(module)
@@ -213,7 +203,7 @@ def main() -> None:
 
 
 def loops_folder() -> Path:
-    """Folder of the machine code for this source, interpreter and processor; numba uses it from now on.
+    """Folder of the machine code for this source, interpreter and processor; sets numba's cache folder.
 
     Raises:
         ImportError: numba cannot be imported, for example because numpy is too new.

@@ -1,14 +1,13 @@
 """A distance between capsules that is smooth also where their axes are parallel.
 
-There the true distance has a kink: the closest points jump from one end to the other. So the problem that
-finds them is made strictly convex. With half axes a, b, centres c_a, c_b and r = c_a − c_b,
+There the true distance has a kink: the closest points jump from one end to the other. A strictly convex
+problem avoids it. With half axes a, b, centres c_a, c_b and r = c_a − c_b,
 
     F = min over s, t in [−1, 1] of |r + s a − t b|² + (ε/4) (s² + t²),      D = √F,      d = D − √(ε/2) − (r_a + r_b).
 
-The minimiser is unique and Lipschitz continuous in q, so that D is continuously differentiable with a
-Lipschitz gradient wherever F > 0, and its gradient is that of the fixed s, t (envelope theorem). As F ≤ |r +
-s a − t b|² + ε/2 at the true closest points, d is never larger than the true distance. A relative: strictly
-convex bounding volumes (Escande et al., IEEE T-RO 30(3), 2014).
+The minimiser is unique and Lipschitz continuous in q, so D has a Lipschitz gradient wherever F > 0, that of
+fixed s, t (envelope theorem). As F ≤ |r + s a − t b|² + ε/2, d never exceeds the true distance. Related:
+strictly convex bounding volumes (Escande et al., IEEE T-RO 30(3), 2014).
 """
 
 import math
@@ -17,7 +16,7 @@ from typing import Final
 from controllers.compiled import Vector, loop
 
 LEAST_SQUARE: Final = 1e-12
-"""Least F [m²]: where two axes cross in their middle, the gradient is 0 instead of 0/0."""
+"""Least F [m²]: where two axes cross in their middle, the gradient is 0, not 0/0."""
 
 
 @loop("UniTuple(float64, 7)(float64[:], float64[:], float64, float64, float64)")
@@ -29,7 +28,7 @@ def convex_closest(
     Args:
         first, second: unit axis and centre of a body (6,), world [m].
         half_a, half_b: half lengths of the axes [m]; 0 for a sphere.
-        epsilon: ε [m²], positive.
+        epsilon: ε > 0 [m²].
     """
     ax, ay, az = half_a * first[0], half_a * first[1], half_a * first[2]
     bx, by, bz = half_b * second[0], half_b * second[1], half_b * second[2]

@@ -1,4 +1,4 @@
-"""A λ(d) through given points: its text form and its interpolation."""
+"""A λ(d) through given points: text form and interpolation."""
 
 from bisect import bisect_right
 from functools import lru_cache
@@ -10,7 +10,7 @@ from controllers.errors import BadSetting, LazyText
 MOST_POINTS: Final = 48
 
 FARTHEST: Final = 2.0
-"""Largest distance of a point, either side of 0 [m]."""
+"""Largest |d| of a point [m]."""
 
 
 @lru_cache(maxsize=256)
@@ -18,7 +18,7 @@ def curve_points(text: str) -> tuple[tuple[float, float], ...]:
     """Points (d [m], λ) of a text such as "0.15:1,0.2:0.3,0.4:0".
 
     Raises:
-        BadSetting: not such a list, a number out of range, or distances that do not rise.
+        BadSetting: unreadable, out of range, or distances that do not rise.
     """
     remedy = LazyText("write its points as d:λ, d in metres, with commas between them: 0.15:1,0.2:0.3,0.4:0.")
     try:
@@ -64,9 +64,7 @@ def read_curve(text: str) -> str:
 
 
 class PiecewiseCubic(NamedTuple):
-    """A cubic between every two points, with one slope at each; it stays between the heights of its two
-    points.
-    """
+    """A cubic between every two points, within their heights, with one slope at each point."""
 
     distances: tuple[float, ...]
     heights: tuple[float, ...]
@@ -108,10 +106,9 @@ def curve_through(text: str) -> PiecewiseCubic:
 
 
 def kept_distance(text: str) -> float | None:
-    """Distance up to which λ is 1 [m], so that d stays there while w ≤ v; None if the curve does not begin at
-    1.
+    """Distance up to which λ is 1 [m], so that d stays there while w ≤ v; None if the curve begins below 1.
 
-    Beyond it every λ < 1 yields to a pull u > λ v / (1 − λ).
+    Beyond it a pull u > λ v / (1 − λ) wins.
     """
     kept = None
     for distance, lam in curve_points(text):

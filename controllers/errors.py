@@ -1,4 +1,4 @@
-"""Errors that the user can read and correct."""
+"""Errors that the user can correct."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 
 class LazyText(str):
-    """A text that keeps its template and parts, so that it can be shown in another language.
+    """An English text that keeps its template and parts, to be shown in another language.
 
-    It is the English text wherever a `str` is expected, and stays a `LazyText` when it is passed on or sent
-    to another process; `+` or an f-string gives a plain text.
+    It stays a `LazyText` when it is passed on or sent to another process; `+` or an f-string gives a plain
+    text.
 
     Args:
-        parts: values for the template; a `LazyText` among them is translated, too.
+        parts: values; a `LazyText` among them is translated, too.
     """
 
     template: str
@@ -33,12 +33,12 @@ class LazyText(str):
         return self
 
     def __format__(self, spec: str) -> str:
-        """A plain text; an f-string of nothing else would otherwise be this object."""
+        """A plain text; otherwise an f-string of nothing else would be this object."""
         return format(super().__str__(), spec)
 
 
 class NumberText(str):
-    """A number with its unit; it gets the decimal sign of the language in which it is shown."""
+    """A number with its unit, shown with the language's decimal sign."""
 
     __slots__ = ()
 
@@ -49,15 +49,13 @@ def joined(parts: Iterable[str], between: str) -> LazyText:
 
 
 def first_line(error: BaseException) -> str:
-    """First line of another program's error, shortened; its kind if it has no text."""
+    """First line of another program's error, shortened; its type if it has no text."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]
 
 
 class DuetError(Exception):
-    """An error that the user can correct.
-
-    The message is one line: the problem, then the valid choices or the remedy. It is shown without a
-    traceback.
+    """An error that the user can correct, shown as one line: the problem, then the valid choices or the
+    remedy.
 
     Args:
         message: the line or, with parts, its template; see `LazyText`.
@@ -74,10 +72,8 @@ class DuetError(Exception):
 
 
 class BadSetting(DuetError):
-    """A setting out of range or unknown; the message names the setting and the valid values."""
+    """A setting out of range or unknown; the message names it and the valid values."""
 
 
 class BadInputFile(DuetError):
-    """An unusable file: missing, unreadable, of the wrong kind or inconsistent; the message names the file
-    and the reason.
-    """
+    """An unusable file (missing, unreadable, wrong kind, inconsistent); the message names it and the reason."""

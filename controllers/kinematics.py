@@ -13,14 +13,10 @@ from controllers.compiled import Matrix, Vector, loop
 Array = NDArray[np.float64]
 
 DAMPING: Final = 1e-2
-"""Damping μ of the task's pseudo-inverse [m/rad]: three orders below the LWR's reach, so that it acts only
-near singularities.
-"""
+"""Damping μ of the task's pseudo-inverse [m/rad]: acts only near singularities."""
 
 LONGEST_STEP: Final = 0.02
-"""Longest time step at which `quiet_solution` is stable [s]; used at every dt, so that q̇ does not depend on
-it.
-"""
+"""Longest stable time step of `quiet_solution` [s]; used at every dt: q̇ is independent of dt."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +27,7 @@ class Arm:
         name: "left" or "right".
         joints: its columns in q, q̇ and every Jacobian.
         hand: frame id of the hand (the flange).
-        shoulder, elbow, wrist: joint ids of the arm's three centres; the elbow swivels about the line between
-            the other two.
-        labels: display name of each joint.
+        shoulder, elbow, wrist: joint ids; the elbow swivels about the line between the other two.
     """
 
     name: str
@@ -45,23 +39,21 @@ class Arm:
     labels: tuple[str, ...]
 
     def joint(self, number: int) -> int:
-        """Id of a joint, counted from 1 at the base; all joints of the model have one column."""
+        """Id of a joint, counted from 1 at the base."""
         return self.joints.start + number
 
 
 class Kinematics:
-    """Poses and Jacobians of all arms at the present q.
-
-    Only `update` computes; everything else reads. `jacobian` is a live view of Pinocchio's memory.
-    """
+    """Poses and Jacobians of all arms at the q of the last `update`."""
 
     def __init__(self, model: pin.Model, arms: tuple[Arm, ...]) -> None:
         self.model = model
         self.data = model.createData()
         self.jacobian: Array = self.data.J
-        """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""
+        """Live view of Pinocchio's memory (6, nv), world axes and world origin: rows 0–2 linear, 3–5 angular.
+        """
         self.positions: Array = pin.neutral(model)
-        """q (nv,) of the last `update`, the very array [rad]."""
+        """q (nv,) of the last `update`, not a copy [rad]."""
         self._hand_poses = {arm.hand: self.data.oMf[arm.hand] for arm in arms}
 
     def update(self, positions: Array) -> None:
@@ -73,7 +65,7 @@ class Kinematics:
             pin.updateFramePlacement(model, data, hand)
 
     def hand_pose(self, arm: Arm) -> pin.SE3:
-        """Pose of the hand in the world; a live view, copy it to keep it."""
+        """Pose of the hand in the world, a live view."""
         return self._hand_poses[arm.hand]
 
     def hand_jacobian(self, arm: Arm, dimension: int = 6) -> Array:
@@ -97,8 +89,8 @@ class Kinematics:
 
 @loop("void(float64[:, :], int64, float64[:], float64[:, :])", fills=("J",))
 def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: Matrix) -> None:
-    """Fill the columns (3, moving) of the joints that move a point (3,) [m]; `spatial` (6, n) has world axes
-    and origin.
+    """Fill J (3, moving) of a point (3,) [m] that the first joints move; `spatial`: see
+    `Kinematics.jacobian`.
     """
     px, py, pz = point[0], point[1], point[2]
     for j in range(moving):
@@ -109,7 +101,7 @@ def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: Matrix) 
 
 @loop("void(float64[:, :], float64[:], float64, float64[:])", fills=("velocities",))
 def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, velocities: Vector) -> None:
-    """Fill `damped_solution` (n,): with J Jᵀ + μ² I = L Lᵀ (Cholesky), L z = ẋ, Lᵀ y = z, q̇ = Jᵀ y."""
+    """Fill `damped_solution` (n,): J Jᵀ + μ² I = L Lᵀ (Cholesky), L z = ẋ, Lᵀ y = z, q̇ = Jᵀ y."""
     m, n = J.shape
     L, y = np.empty((m, m)), np.empty(m)
     for i in range(m):
@@ -136,15 +128,10 @@ def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, veloc
 
 
 def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) -> Array:
-    """q̇ = J^# ẋ, eqs (4), (5), with J^# = Jᵀ (J Jᵀ + μ² I)⁻¹.
+    """q̇ = J^# ẋ (n,) [rad/s] for J (m, n) and ẋ (m,), eqs (4), (5), with J^# = Jᵀ (J Jᵀ + μ² I)⁻¹.
 
     Args:
-        J: (m, n).
-        task_velocity: ẋ (m,).
-        damping: μ; 0 gives the Moore–Penrose inverse of a J with full row rank.
-
-    Returns:
-        (n,) [rad/s].
+        damping: μ; 0 for the Moore–Penrose inverse of a J with full row rank.
     """
     velocities = np.empty(J.shape[1])
     fill_damped_solution(J, task_velocity, damping, velocities)
@@ -173,29 +160,26 @@ def fill_quiet_solution(
 
 
 def quiet_solution(J: Array, task_velocity: Array, bend: float, damping: float = DAMPING) -> Array:
-    """q̇ = J^# ẋ (n,) [rad/s] with a damping that grows where ẋ is lost, so that an arm which cannot follow
-    comes to rest.
+    """q̇ = J^# ẋ (n,) [rad/s] for J (m, n) and ẋ (m,), with a damping that brings an arm that cannot follow
+    to rest.
 
-    Under a constant pull ẋ an arm rests where Jᵀ ẋ = 0, for example stretched towards a place beyond its
-    reach. Linearised there, with P = J^# J, H the second derivative of the hand's position along ẋ/|ẋ|, and K
-    the gain of the pull,
+    Under a constant pull ẋ an arm rests where Jᵀ ẋ = 0, for example stretched towards a target out of reach.
+    There, with P = J^# J, H the second derivative of the hand's position along ẋ/|ẋ|, and K the gain of the
+    pull,
 
         ∂q̇/∂q = (I − P) H |ẋ|/μ² − K P.
 
-    Its eigenvalues are real, as I − P is symmetric, positive and commutes with P, and none is below −max(a
-    |ẋ|/μ², K), a being the largest eigenvalue of −H. In directions that move the hand I − P is almost 0, so
-    that a in the null space of J counts. Euler's method is stable while dt times the eigenvalue is above −2,
-    and does not overshoot above −1.
+    I − P is symmetric, positive and commutes with P, so the eigenvalues are real; none is below −max(a
+    |ẋ|/μ², K), with a the largest eigenvalue of −H in the null space of J (elsewhere I − P is almost 0).
+    Euler's method is stable while dt times the eigenvalue is above −2, and does not overshoot above −1.
 
-    So μ² = μ₀² + a dt |ẋ| is enough there, with `LONGEST_STEP` as dt. Elsewhere the second term is multiplied
-    by s⁴, s being the share of ẋ that is lost with μ² = μ₀² + 4 a dt |ẋ|: almost none at a regular posture. A
-    joint that stretches the arm by itself never overshoots, as a dt |ẋ| (1 − s⁴) ≤ σ² for every singular
-    value σ.
+    So μ² = μ₀² + a dt |ẋ| is enough there for a reach of 0.25 m or more, with `LONGEST_STEP` as dt; a shorter
+    arm may tremble if it is pulled at more than a person's speed. Elsewhere the second term is multiplied
+    by s⁴, with s the share of ẋ lost at μ² = μ₀² + 4 a dt |ẋ|: almost 0 at a regular posture. A joint that
+    stretches the arm alone never overshoots, as a dt |ẋ| (1 − s⁴) ≤ σ² for every singular value σ.
 
     Args:
-        J: (m, n).
-        task_velocity: ẋ (m,).
-        bend: a, see `largest_bend` [m/rad²]; 0 for the damping μ₀ everywhere.
+        bend: a, see `largest_bend` [m/rad²]; 0 for μ₀ everywhere.
         damping: μ₀ [m/rad].
     """
     velocities = np.empty(J.shape[1])
@@ -206,21 +190,17 @@ def quiet_solution(J: Array, task_velocity: Array, bend: float, damping: float =
 def largest_bend(reach: float, joints: int) -> float:
     """a for `quiet_solution` [m/rad²]: stable for any outstretched arm of revolute joints.
 
-    Where the hand rests under a pull, the line of the pull meets every joint's axis or is parallel to it. Let
-    Λ_k be the distances between these points, L their sum, and w_k the sum of q̇_i u_i up to joint k, u_i
-    being the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and Σ Λ_k w_k = 0 in
-    the null space of J. That is L times the variance of w, at most L/4 times the square of the largest
-    difference of two w, so at most L (joints − 1)/4 times |q̇|². Two links have L₁ L₂/(L₁ + L₂) ≤ L/4. Half
-    of the bound is stable, and without overshoot for every arm in which every second axis is along the line.
-
-    Args:
-        reach: L, along the joints to the hand [m].
+    At rest the line of the pull meets every joint's axis or is parallel to it. Let Λ_k be the distances
+    between these points, L their sum (`reach`, along the joints to the hand [m]), and w_k the sum of q̇_i u_i
+    up to joint k, with u_i the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and
+    Σ Λ_k w_k = 0 in the null space of J. That is L times the variance of w, at most L (joints − 1)/4 times
+    |q̇|². Half of it is stable, and does not overshoot if every second axis is along the line.
     """
     return reach * (joints - 1) / 8.0
 
 
 def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:
-    """J^# (n, m), eq. (5), optionally damped. For analysis; the hot path uses `damped_solution`."""
+    """J^# (n, m), eq. (5), optionally damped; slower than `damped_solution`."""
     return np.asarray(np.linalg.solve(J @ J.T + damping**2 * np.eye(len(J)), J).T, np.float64)
 
 
@@ -230,14 +210,11 @@ def null_space_projector(J: Array, damping: float = 0.0) -> Array:
 
 
 def null_space_basis(J: Array, before: Array | None = None) -> Array:
-    """Orthonormal columns (n, n − m) that span the null space of J, also near a singular posture.
-
-    At a singular posture the larger null space is reduced to the n − m directions that the task feels least.
+    """Orthonormal columns (n, n − m) that span the null space of J (m, n); at a singular posture the n − m
+    directions with the least effect on the task.
 
     Args:
-        J: of the task (m, n), m < n.
-        before: basis of a nearby posture (n, n − m); the result is the basis nearest to it. None for any
-            basis.
+        before: basis of a nearby posture (n, n − m), for the nearest basis to it; None for any basis.
     """
     free = np.linalg.svd(J)[2][len(J) :].T
     if before is None:
@@ -249,12 +226,7 @@ def null_space_basis(J: Array, before: Array | None = None) -> Array:
 
 def swing_and_turns(J: Array) -> Array:
     """Basis (7, 4) of the null space of a hand's position: a motion that does not turn the hand, then three
-    that turn it.
-
-    The turns are about the world's axes, as nearly as orthonormal columns can be.
-
-    Args:
-        J: of the hand's position and orientation (6, 7).
+    that turn it nearly about the world's axes. `J`: position and orientation (6, 7).
     """
     swing = null_space_basis(J)
     turns = null_space_basis(np.vstack([J[:3], swing.T]))

@@ -1,23 +1,17 @@
 """Joint position and velocity bounds that keep the avoidance.
 
-Clipping q̇ after the law loses the clipped joint's share of the retreat. Here the bounds are part of the
-problem: of all velocities inside the box, take the one nearest to the task's that has the law's distance
-rate:
+Clipping q̇ after the law would lose the clipped joint's share of the retreat. Instead:
 
-    min |q̇ − q̇_n|²   subject to   J_d q̇ = r,   lower ≤ q̇ ≤ upper.
+    min |q̇ − q̇_n|²   subject to   J_d q̇ = r,   lower ≤ q̇ ≤ upper,
 
-Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. Without an active
-bound this is the law's own q̇. An arm that cannot reach r is out of authority, which is reported.
+with the law's distance rate r. The solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling
+along the row. Without an active bound this is the law's own q̇. An arm that cannot reach r is out of
+authority.
 
-With every joint at its bound c must grow faster: dr/dc is |J_d|² of the remaining joints. As that goes to 0,
-c would go to infinity, and joints that hardly move the closest point would jump between their bounds as the
-signs of their levers change. So the rest of the row is damped like every row, see `row_damping`: c is
-computed as if dr/dc were |J_d|² + μ². This is exact while |J_d| ≥ 0.12 m/rad remains. Below it c stays
-finite, and q̇ is a Lipschitz function of q̇_n, J_d, r and the bounds, also where r becomes impossible. The
-missing part of r is out of authority.
-
-Two other treatments allow comparisons: shortening the whole velocity, and saturation in the null space, which
-also keeps the task's velocity as long as joints can.
+dr/dc is |J_d|² of the joints not yet at a bound. Near 0, c would go to infinity, and joints with almost no
+lever would jump between their bounds. So c is computed with dr/dc = |J_d|² + μ², see `row_damping`: exact
+while |J_d| ≥ 0.12 m/rad remains. Below it c stays finite, and q̇ is a Lipschitz function of q̇_n, J_d, r and
+the bounds, also where r becomes impossible.
 """
 
 from enum import IntEnum
@@ -32,12 +26,10 @@ from controllers.laws.situation import row_damping
 from controllers.null_space_saturation import saturated
 
 TOLERANCE: Final = 1e-6
-"""A smaller error of the distance rate counts as reached [m/s]."""
+"""Smaller errors of the distance rate count as reached [m/s]."""
 
 FELT: Final = 1e-6
-"""Smaller entries of J_d are rounding noise [m/rad]: a roll joint does not move its own segment's closest
-point.
-"""
+"""Smaller entries of J_d are rounding noise [m/rad]."""
 
 
 class Authority(IntEnum):
@@ -45,9 +37,9 @@ class Authority(IntEnum):
     STOP = 1
     SPEED = 2
     LEVERAGE = 3
-    """No joint moves the closest point along the line of contact: J_d is nearly singular."""
+    """J_d is nearly singular: no joint changes the distance."""
     WORLD = 4
-    """A later stage keeps the arm clear of its surroundings and takes part of the distance rate."""
+    """A later stage takes part of the distance rate."""
 
 
 class Bounded(NamedTuple):
@@ -56,7 +48,7 @@ class Bounded(NamedTuple):
     Attributes:
         velocities: q̇ (n,) [rad/s].
         authority: FULL, or the reason why the distance rate cannot be reached.
-        joint: index of the joint that costs the most of it, −1 for none.
+        joint: index of the joint that costs most of it, −1 for none.
     """
 
     velocities: Array
@@ -91,10 +83,9 @@ def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
 
 
 class VelocityBox:
-    """Velocities that an arm may have at q: lower ≤ q̇ ≤ upper.
+    """Permitted velocities of an arm at q: lower ≤ q̇ ≤ upper.
 
-    Far from its stops a joint may have its top speed; near a stop at most g times the remaining angle, so
-    that it arrives softly and cannot pass it as long as g dt ≤ 1.
+    Near a stop at most g times the remaining angle: a joint cannot pass it as long as g dt ≤ 1.
 
     Args:
         lower_position, upper_position: joint stops (n,) [rad].
@@ -122,7 +113,7 @@ class VelocityBox:
         )
 
     def part(self, joints: slice) -> "VelocityBox":
-        """Box of some of the joints, with shared bounds: updating the whole updates the part."""
+        """Box of some joints with shared bounds: `update` of the whole updates it."""
         part = VelocityBox(
             self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain
         )
@@ -130,13 +121,11 @@ class VelocityBox:
         return part
 
     def clip(self, velocities: Array) -> Array:
-        """Velocity (n,) in the box nearest to a given one (n,) [rad/s]; for a *task's* velocity, never for a
-        law's.
-        """
+        """Nearest velocity (n,) in the box [rad/s]; for a *task's* velocity, never for a law's."""
         return np.minimum(np.maximum(velocities, self.lower), self.upper)
 
     def largest_share(self, velocities: Array) -> tuple[float, int]:
-        """Largest s in [0, 1] for which s q̇ is in the box, for q̇ (n,), and the joint that bounds it, or −1."""
+        """Largest s in [0, 1] with s q̇ (n,) in the box, and the joint that bounds it, or −1."""
         share, joint = 1.0, -1
         for i, (speed, low, high) in enumerate(
             zip(velocities.tolist(), self.lower.tolist(), self.upper.tolist(), strict=True)
@@ -151,19 +140,17 @@ class VelocityBox:
         return is_inside(velocities, self.lower, self.upper)
 
     def lost_speed(self, direction: Array) -> Array:
-        """Share of its top speed that each joint loses to a stop (n,) [rad/s], in the direction of the given
-        signs (n,).
-        """
+        """Top speed that each joint loses to a stop (n,) [rad/s]; only the signs of `direction` (n,) count."""
         return np.where(direction > 0.0, self._top_speed - self.upper, self._top_speed + self.lower)
 
 
 def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bounded:
-    """Velocity in the box nearest to `nominal` with the distance rate `rate`, or as near as levers permit.
+    """Velocity in the box nearest to `nominal` with the distance rate `rate`, or as near to it as possible.
 
     Args:
         nominal: q̇_n (n,) inside the box [rad/s].
         row: J_d (n,) [m/rad].
-        rate: r = J_d q̇ that the law asks for [m/s].
+        rate: r = J_d q̇ of the law [m/s].
     """
     qn, j, lower, upper = nominal.tolist(), row.tolist(), box.lower.tolist(), box.upper.tolist()
     wanted = rate - sum(a * b for a, b in zip(j, qn, strict=True))
@@ -198,12 +185,7 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
 
 
 def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
-    """Largest share of a law's velocity in the box, with its loss of distance rate.
-
-    Args:
-        wanted: q̇ (n,) by the law [rad/s].
-        row: J_d (n,) [m/rad].
-    """
+    """Largest share of a law's velocity q̇ (n,) [rad/s] in the box."""
     share, joint = box.largest_share(wanted)
     velocities = box.clip(share * wanted)
     if (1.0 - share) * abs(float(row.dot(wanted))) <= TOLERANCE:
@@ -218,7 +200,7 @@ def bounded_task(wanted: Array, J: Array | None, box: VelocityBox, treatment: Bo
 
     Args:
         wanted: q̇_n (n,) [rad/s].
-        J: of the task (m, n); None if it uses every joint, which leaves no null space.
+        J: (m, n); None if the task uses every joint.
     """
     if treatment == "distance" or box.contains(wanted):
         return box.clip(wanted)

@@ -1,15 +1,12 @@
-"""Saturation in the null space: a task keeps its velocity within the joints' bounds as long as joints can;
-Flacco et al. 2012.
+"""Saturation in the null space: a task keeps its velocity as long as joints can.
 
-F. Flacco, A. De Luca and O. Khatib, Motion control of redundant robots under joint constraints: saturation in
-the null space, ICRA 2012, and Control of redundant robots under hard joint constraints: saturation in the
-null space, IEEE Trans. Robotics 31(3), 2015. Joints that would exceed a bound are held at it, and the others
-compensate in the remaining null space. If they cannot, the task's velocity is shortened, never turned: J q̇ =
-s ẋ with s < 1.
+Flacco, De Luca & Khatib, ICRA 2012, and IEEE Trans. Robotics 31(3), 2015. Joints that would exceed a bound
+are held at it, and the others compensate in the remaining null space. If they cannot, the task's velocity is
+shortened, never turned: J q̇ = s ẋ with s < 1.
 
 A quadratic programme finds the joints to hold, after the optimum of the 2015 paper. Holding one joint after
-the other, as in 2012, gives a shorter s than possible in one case of seventeen (random J and bounds, 3 and 6
-of 7 dimensions).
+the other (2012) gives a shorter s than possible in one case of seventeen (random J and bounds, 3 and 6 of 7
+dimensions).
 """
 
 from typing import Final
@@ -22,32 +19,29 @@ from controllers.kinematics import Array
 _EQUALITY: Final = 5
 
 _WEIGHT: Final = 1e3
-"""Cost of 1 − s against joint motion [(rad/s)²]: s is the largest to some hundredths. 1e6 would make that
-1e-6, but joints that hardly add to s would jump between bounds at every step.
+"""Cost of 1 − s against joint motion [(rad/s)²]: s is exact to some hundredths. 1e6 would be exact to 1e-6,
+but joints with little effect on s would jump between bounds.
 """
 
 _DEPENDENT: Final = 1e-6
-"""Smallest joint effect on a direction of the task that is kept [m/rad]; below it J is singular, or the kept
-row contains it.
-"""
+"""Smallest joint effect on a direction of the task that counts [m/rad]."""
 
 
 def saturated(
     J: Array, wanted: Array, lower: Array, upper: Array, start: Array | None = None, kept: Array | None = None
 ) -> tuple[Array, float]:
-    """q̇ (n,) within its bounds with the task's velocity between those of `start` and `wanted`, and the share
-    s.
+    """q̇ (n,) [rad/s] within its bounds with the task's velocity between those of `start` and `wanted`, and
+    the share s.
 
-    J q̇ = J start + s J (wanted − start). s = 1 if possible, else nearly the largest possible; of all such q̇
-    it is the one nearest to start + s (wanted − start). q̇ is continuous in all arguments while s = 1, and
-    while s < 1. Where s = 1 becomes impossible q̇ jumps: s falls by some hundredths, which relieves the last
-    free joints.
+    J q̇ = J start + s J (wanted − start), with s = 1 or nearly the largest possible; of these q̇ the nearest
+    to start + s (wanted − start). It is continuous while s = 1, and while s < 1. Where s = 1 becomes
+    impossible it jumps: s falls by some hundredths, which relieves the last free joints.
 
     Args:
         J: of the task (m, n).
-        wanted: velocities with the desired task velocity (n,) [rad/s].
-        lower, upper: bounds that contain `start` (n,) [rad/s].
-        start: velocities with the task velocity of s = 0 (n,); None for zero.
+        wanted: velocities with the desired task velocity (n,).
+        lower, upper: bounds that contain `start` (n,).
+        start: velocities of s = 0 (n,); None for zero.
         kept: a row (n,) of higher priority, which keeps the rate of `start`, or None.
     """
     begin = np.zeros_like(wanted) if start is None else start
@@ -71,9 +65,7 @@ def saturated(
 
 
 def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array]:
-    """Orthonormal rows A (k, n), and the rates (k,) along them for J y = way and kept · y = 0, without what
-    no joint moves.
-    """
+    """Orthonormal rows A (k, n) and rates (k,) for J y = way and kept · y = 0."""
     unit = None if kept is None or not kept.any() else kept[None, :] / np.linalg.norm(kept)
     left, values, right = np.linalg.svd(
         J if unit is None else J - J.dot(unit.T).dot(unit), full_matrices=False
@@ -84,9 +76,7 @@ def _independent(J: Array, way: Array, kept: Array | None) -> tuple[Array, Array
 
 
 def _solved(cost: Array, slope: Array, A: Array, low: Array, high: Array) -> Array | None:
-    """The x with the least ½ xᵀ cost x + slope · x, bounds low ≤ x ≤ high, and A x = its own, last, bounds;
-    None if infeasible.
-    """
+    """Minimiser of ½ xᵀ cost x + slope · x; bounds of x, then equal ones of A x. None if infeasible."""
     senses = np.zeros(len(low), np.intc)
     senses[len(slope) :] = _EQUALITY
     solver = daqp.Model()

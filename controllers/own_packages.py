@@ -1,13 +1,12 @@
-"""Finds our top-level packages before others of their names, and starts Python processes that do the same.
+"""Finds our packages before others of the same names, also in the Python processes that we start.
 
 Many programs have packages named `app`, `controllers` or `scenes`. A new process must import the same files
-as this one, in any folder, from a wheel, an editable install or a checkout. So it runs this file as a script:
+as this one, so it runs this file as a script, which calls `main()` of the named module:
 
     python -P …/controllers/own_packages.py MODULE ARGUMENTS
 
-`-P` keeps the current folder off the path, where a `random.py` would replace the standard library's. Then it
-calls `main()` of the named module. `lwr_duet` uses the same finder in a notebook. Imports only fast parts of
-the standard library.
+`-P` keeps the current folder off the path, where a `random.py` would replace the standard library's. Imports
+only fast parts of the standard library.
 """
 
 import os
@@ -32,17 +31,13 @@ class OwnPackages:
 
 
 def find_own_packages() -> None:
-    """Find our packages before all others of their names, unless those are loaded. Can be called again."""
+    """Find our packages before others of their names, unless those are loaded. Can be called again."""
     if not any(getattr(finder, "__qualname__", "") == OwnPackages.__qualname__ for finder in sys.meta_path):
         sys.meta_path.insert(0, OwnPackages)
 
 
 def refuse_other_packages() -> None:
-    """Raise an error if another program's module has one of our names.
-
-    Raises:
-        ImportError: one is loaded already.
-    """
+    """Raise ImportError if another program's module has one of our names."""
     for name in PACKAGES:
         loaded = sys.modules.get(name)
         folders = [os.path.realpath(folder) for folder in getattr(loaded, "__path__", ())]
@@ -55,7 +50,7 @@ def refuse_other_packages() -> None:
 
 
 def own_command(module: str, *arguments: str) -> list[str]:
-    """Command that runs `main()` of one of our modules in a new Python process, from any current folder."""
+    """Command that runs `main()` of our module in a new Python process."""
     return [sys.executable, "-P", os.path.join(FOLDER, "controllers", "own_packages.py"), module, *arguments]
 
 

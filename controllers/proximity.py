@@ -1,13 +1,13 @@
 """Closest points of every pair of bodies, the critical pair, and J_d by closed form, eqs (26), (27).
 
-Distances come from one C++ call, `pinocchio.computeDistances`, with one result per pair. (coal's broad phase
-fails for capsules: it returns the pair evaluated last.) With n the unit vector from the first body's closest
-point to the second's and p either of these points,
+With n the unit vector from the first body's closest point to the second's and p either of these points,
 
     ḋ = n · (ẋ_second − ẋ_first) = ±[n; p × n]ᵀ J q̇,
 
-one row over the joints of all arms: eq. (26) for either arm at once. The normal passes through both closest
-points, so either may be p, and their motion over the surfaces does not matter.
+one row over the joints of all arms: eq. (26) for both arms at once. The normal passes through both closest
+points, so their motion over the surfaces does not matter.
+
+coal's broad phase fails for capsules: it returns the pair evaluated last.
 """
 
 import math
@@ -28,10 +28,10 @@ class Proximity(NamedTuple):
 
     Attributes:
         distance: true smallest distance d over all pairs, signed [m].
-        law_distance: distance that the law acts on [m]: d itself (single), or the smooth minimum −ln Σ exp(−β
-            d_i) / β of the N pairs' distances (soft), at most ln(N)/β below d, or of their strictly convex
-            ones (smooth), at most √(ε/2) further below. It is never larger than d.
-        row: J_d (nv,), the gradient of `law_distance` with respect to q of all arms [m/rad].
+        law_distance: distance that the law acts on [m], never larger than d: d itself (single), or the smooth
+            minimum −ln Σ exp(−β d_i) / β of the N pairs' distances (soft), at most ln(N)/β below d, or of
+            their strictly convex ones (smooth), at most √(ε/2) further below.
+        row: J_d (nv,), the gradient of `law_distance` by q of all arms [m/rad].
         pair_row: J_d (nv,) of the closest pair; the same array as `row` under "single".
     """
 
@@ -57,15 +57,13 @@ def pair_row(
     signs: Vector,
     row: Vector,
 ) -> None:
-    """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs
-    (26), (27).
+    """Fill n · (velocity of the second body − of the first) per q̇ (nv,), at p, eqs (26), (27).
 
     Args:
         px, py, pz: p on the line of contact, world [m].
-        nx, ny, nz: n along it, from the first body to the second.
+        nx, ny, nz: n, from the first body to the second.
         jacobian: (6, nv), see `Kinematics`.
-        signs: sign of a joint's column (nv,): −1 if it moves the first body alone, 1 the second, 0 both or
-            none.
+        signs: (nv,): −1 for a joint that moves only the first body, 1 the second, 0 both or none.
     """
     mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
     for j in range(len(row)):
@@ -119,17 +117,16 @@ def convex_proximity(
     rows: Matrix,
     row: Vector,
 ) -> float:
-    """Fill the strictly convex distances (pairs,) [m] and their gradients (pairs, nv) [m/rad]; return and
-    fill `smooth_minimum`.
+    """Return `smooth_minimum` of the strictly convex distances [m]; fill these (pairs,), their gradients
+    `rows` (pairs, nv) and its gradient `row` (nv,) [m/rad].
 
     Args:
         frames: axis and centre of every body (bodies, 6), world [m].
         halves: half lengths of the axes (bodies,) [m].
         pairs: of bodies (pairs, 2).
         reach: sums of their radii (pairs,) [m].
-        beta: β [1/m].
-        epsilon: ε [m²].
-        jacobian, signs: as in `pair_row`, one row of signs per pair.
+        beta, epsilon: β [1/m], ε [m²].
+        jacobian, signs: as in `pair_row`, signs (pairs, nv).
     """
     inside = math.sqrt(0.5 * epsilon)
     for i in range(len(pairs)):
@@ -141,7 +138,7 @@ def convex_proximity(
 
 
 def pair_signs(kinematics: Kinematics, geometry: pin.GeometryModel) -> Array:
-    """Signs for `pair_row` of every pair of a geometry (pairs, nv)."""
+    """Signs for `pair_row` of every pair (pairs, nv)."""
     signs = np.zeros((len(geometry.collisionPairs), kinematics.model.nv))
     for row, pair in zip(signs, geometry.collisionPairs, strict=True):
         for body, sign in ((pair.first, -1.0), (pair.second, 1.0)):
@@ -156,10 +153,9 @@ class ConvexPairs:
     """Strictly convex distances of the pairs of a geometry, and their smooth minimum.
 
     Args:
-        geometry: at least one pair; every body is a capsule or a sphere.
+        geometry: at least one pair, of capsules or spheres.
         data: of the geometry; `fill` reads its placements.
-        signs: see `pair_signs`, of the requested joints (pairs, n).
-        joints: requested columns of q.
+        signs: columns `joints` of `pair_signs` (pairs, n).
     """
 
     def __init__(
@@ -188,7 +184,7 @@ class ConvexPairs:
         self._jacobian, self._signs = kinematics.jacobian[:, joints], signs
 
     def fill(self, beta: float, epsilon: float, row: Array) -> float:
-        """The smooth minimum [m]; fills its gradient (n,) [m/rad], see `convex_proximity`."""
+        """`smooth_minimum` [m]; fills its gradient (n,) [m/rad]."""
         np.concatenate(self._placed, out=self._frames.reshape(-1))
         bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (self._jacobian, self._signs)
         return convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)
@@ -198,8 +194,7 @@ class ProximityDetector:
     """Distances and their gradients for a fixed set of pairs.
 
     Args:
-        kinematics: its `update` must be called before `detect`.
-        geometry: bodies and chosen pairs. Without pairs d = ∞, J_d = 0, pair −1.
+        geometry: bodies and pairs. Without pairs d = ∞, J_d = 0, pair −1.
     """
 
     def __init__(self, kinematics: Kinematics, geometry: pin.GeometryModel) -> None:
@@ -227,11 +222,11 @@ class ProximityDetector:
     def detect(
         self, treatment: Treatment = "single", beta: float = 100.0, epsilon: float = 1e-4
     ) -> Proximity:
-        """Proximity at the configuration of the last `kinematics.update`.
+        """Proximity at the last `kinematics.update`.
 
         Args:
-            beta: β of the smooth minimum [1/m]; unused for "single".
-            epsilon: ε of the strictly convex distance [m²]; only for "smooth".
+            beta: β [1/m]; not for "single".
+            epsilon: ε [m²]; only for "smooth".
         """
         if not self.count:
             return self._nothing
@@ -251,7 +246,7 @@ class ProximityDetector:
         return Proximity(distance, pair, law_distance, row, closest)
 
     def row(self, pair: int) -> Array:
-        """J_d (nv,) of one pair at the last `detect`, a new array."""
+        """J_d (nv,) of one pair at the last `detect`."""
         result, row = self._results[pair], np.empty(self._signs.shape[1])
         px, py, pz = result.getNearestPoint1().tolist()
         nx, ny, nz = result.normal.tolist()
@@ -259,17 +254,17 @@ class ProximityDetector:
         return row
 
     def rows(self) -> Array:
-        """J_d of every pair (pairs, nv) at the last `detect`, a new array."""
+        """J_d of every pair (pairs, nv) at the last `detect`."""
         rows = np.empty(self._signs.shape)
         self._fill_rows(rows)
         return rows
 
     def distances(self) -> Array:
-        """Signed distance of every pair (pairs,) at the last `detect` [m], a copy."""
+        """Signed distance of every pair (pairs,) at the last `detect` [m]."""
         return np.array([result.min_distance for result in self._results])
 
     def witness_points(self, pair: int) -> tuple[Array, Array]:
-        """Closest points (3,) on the pair's first and second body, world [m]."""
+        """Closest points (3,) on the pair's two bodies, world [m]."""
         result = self._results[pair]
         return result.getNearestPoint1(), result.getNearestPoint2()
 

@@ -1,15 +1,11 @@
-"""A stage: a first task, the law that keeps it, and the joints' bounds; and an ordered few of them, of
-which the last one wins.
+"""A stage: a first task, its law and the joints' bounds; and ordered stages, of which the last wins.
 
-Eq. (12) of Petrič & Žlajpah 2011 gives one task priority over another. Applied once more, to what it has
-made itself, it gives a third task priority over both: q̇₁ = law₁(q̇_n), q̇₂ = law₂(q̇₁), … Nothing of
-unlike units is added. Every stage ends within the joints' bounds: the next one starts from a velocity that
-the arm can do, and the last one's promise,
+Eq. (12) of Petrič & Žlajpah 2011, applied again to its own result, gives a third task priority over both: q̇₁
+= law₁(q̇_n), q̇₂ = law₂(q̇₁), … Every stage ends within the joints' bounds, so the last one's promise,
 
     ḣ = λ v − (1 − λ) u − w     with u = −J_a q̇ of the stage before,
 
-holds whatever the stages before it did. What a stage before it has made of its own ḣ changes by J Δq̇ of
-those after it.
+holds whatever the earlier stages did. Their ḣ changes by J Δq̇ of the later stages.
 """
 
 from collections.abc import Sequence
@@ -28,8 +24,8 @@ class RowStage:
     """Keeps a first task of one arm.
 
     Attributes:
-        law: how, in the unit of the task.
-        box: bounds of q̇ of the arm.
+        law: in the unit of the task.
+        box: bounds of q̇.
     """
 
     task: FirstTask
@@ -41,7 +37,7 @@ class RowStage:
 
         Args:
             nominal: q̇_n (n,) [rad/s]; returned itself if nothing changes.
-            margin: of `task`, at the present posture.
+            margin: of `task` now.
         """
         row, u = margin.row, -float(margin.row.dot(nominal))
         c = self.law.correction(margin.value, u, margin.approach)
@@ -54,16 +50,15 @@ class RowStage:
         return bounded_row(self.box.clip(wanted), scaled, float(scaled.dot(wanted)), self.box)
 
     def __call__(self, nominal: Array) -> Array:
-        """q̇ (n,) at the configuration of the last `Kinematics.update`, for q̇_n (n,) [rad/s]."""
+        """q̇ (n,) at the last `Kinematics.update`, for q̇_n (n,) [rad/s]."""
         return self.bounded(nominal, self.task.margin()).velocities
 
 
 def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_sided: bool = False) -> RowStage:
-    """Stage that keeps a first task by the paper's law, eq. (32), with the task's own h_m and v.
+    """Stage with the paper's law, eq. (32), and the task's own h_m and v.
 
     Args:
-        task: of one arm.
-        box: bounds of q̇ of the arm.
+        box: bounds of q̇.
         order: n.
         one_sided: never slow down a value that already rises faster than v.
     """
@@ -73,7 +68,7 @@ def smooth_stage(task: FirstTask, box: VelocityBox, order: float = 6.0, one_side
 
 
 def through_stages(nominal: Array, stages: Sequence[RowStage]) -> Array:
-    """q̇ (n,) after all stages, the last of which has priority, for q̇_n (n,) [rad/s]."""
+    """q̇ (n,) after all stages, the last with priority, for q̇_n (n,) [rad/s]."""
     for stage in stages:
         nominal = stage(nominal)
     return nominal

@@ -18,17 +18,17 @@ PACKAGES: Final = {
     "libstdc++.so.6": "libstdc++6",
     "libz.so.1": "zlib1g",
 }
-"""Library that our packages and those of the extras need → package of Debian and Ubuntu."""
+"""Needed library → package of Debian and Ubuntu."""
 
 # A library with a path is a package's own, which no package of the system has.
 _MISSING: Final = re.compile(r"(?<![\w./+-])([\w.+-]+\.so(?:\.\d+)*): cannot open shared object file")
 
 _INSTALLED: Final = re.compile(r".*(?:site|dist)-packages/(\w+)")
-"""Path of a module → its package; a package may contain a folder of packages."""
+"""Path of a module → its top-level package."""
 
 
 class MissingLibrary(DuetError):
-    """The system lacks a shared library; the message names what needs it and how to install it."""
+    """A shared library of the system is missing; the message names its user and how to install it."""
 
     def __init__(self, message: str, library: str = "") -> None:
         super().__init__(message)
@@ -36,13 +36,12 @@ class MissingLibrary(DuetError):
 
 
 def missing_library(text: str) -> str | None:
-    """Shared library that the system's loader did not find; None if the text is about something else."""
+    """Shared library that the system's loader did not find; None for other errors."""
     found = _MISSING.search(text)
     return found[1] if found else None
 
 
 def remedy(library: str, needed_by: str) -> str:
-    """Sentence on a missing library: what needs it, and how to install it."""
     lack = f"{needed_by} needs the system's library {library}, which is missing"
     if library in PACKAGES:
         return f"{lack}: as root, on Debian or Ubuntu, apt install {PACKAGES[library]}."
@@ -54,11 +53,7 @@ def remedy(library: str, needed_by: str) -> str:
 
 @contextmanager
 def naming_missing_library() -> Iterator[None]:
-    """Raise `MissingLibrary` if an import or a library fails because of a missing one.
-
-    Raises:
-        MissingLibrary: replaces that ImportError or OSError; all others pass.
-    """
+    """Raise `MissingLibrary` instead of an ImportError or OSError that a missing shared library causes."""
     try:
         yield
     except (ImportError, OSError) as error:

@@ -13,15 +13,14 @@ TASK_DIMENSION: Final[dict[HandTask, int]] = {"position": 3, "pose": 6}
 
 
 def position_error(pose: pin.SE3, target_position: Array) -> Array:
-    """e = p_d − p (3,) [m], eq. (8), for a desired position p_d (3,) [m]."""
+    """e = p_d − p (3,) [m], eq. (8)."""
     return target_position - pose.translation
 
 
 def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) -> Array:
     """e = (p_d − p, log₃(R_d Rᵀ)) (6,) [m, rad], eq. (8), world axes, for p_d (3,) [m] and R_d (3, 3).
 
-    Position and orientation are decoupled: the logarithm on SE(3) would let a wrong orientation bend the path
-    of the hand.
+    The logarithm on SE(3) would let a wrong orientation bend the hand's path.
     """
     error = np.empty(6)
     np.subtract(target_position, pose.translation, out=error[:3])
@@ -43,14 +42,14 @@ def fill_place_task(
     J: Matrix,
     dq: Vector,
 ) -> float:
-    """Fill J (3, n) of the hand's place and q̇_n = J^#(ẋ_d + K e) (n,), eqs (2), (7), (8); return |e|² [m²].
+    """Fill J (3, n) of the hand's position and q̇_n = J^#(ẋ_d + K e) (n,), eqs (2), (7), (8); return |e|²
+    [m²].
 
     Args:
-        spatial: of the arm's joints (6, n), world axes and the world's origin, see `Kinematics.jacobian`.
+        spatial: the arm's columns of `Kinematics.jacobian` (6, n).
         hand, place: present and desired position (3,), world [m].
-        velocity: ẋ_d (3,) [m/s].
-        gain: K [1/s].
-        bend: see `quiet_solution` [m/rad²].
+        velocity, gain: ẋ_d (3,) [m/s], K [1/s].
+        bend: see `quiet_solution`.
     """
     task, squared = np.empty(3), 0.0
     for i in range(3):
@@ -70,15 +69,13 @@ def hold(
     free: Array | None = None,
     bend: float = 0.0,
 ) -> Array:
-    """q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
+    """q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7), for J (m, n) and e (m,).
 
     Args:
-        J: of the task (m, n).
-        error: e (m,) of `position_error` or `pose_error`.
         gain: K [1/s].
-        velocity: ẋ_d of the position, its first entries; None at rest.
+        velocity: first entries of ẋ_d; None at rest.
         free: q̇₀ (n,), joint motion in the null space; None for zero.
-        bend: see `quiet_solution` [m/rad²]; 0 for the same damping everywhere.
+        bend: see `quiet_solution` [m/rad²].
     """
     task = gain * error
     if velocity is not None:

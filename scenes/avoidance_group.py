@@ -1,4 +1,4 @@
-"""Avoidance by one row of J_d: of one arm, or of both arms together."""
+"""Avoidance by one row of J_d."""
 
 import numpy as np
 
@@ -17,14 +17,13 @@ class AvoidanceGroup:
     """One or more arms that avoid together.
 
     Args:
-        tasks: of the arms; their columns of q are adjacent.
+        tasks: with adjacent columns of q.
 
     Attributes:
         joints: columns of q.
         nominal: q̇_n (n,), filled before `situation` [rad/s].
         velocities: q̇ (n,), a view of the world's.
-        box: bounds of q̇.
-        stages: keep the arms clear of their surroundings, after the law; each with its columns, from the group's first.
+        stages: avoid the surroundings, after the law; columns count from the group's first.
     """
 
     def __init__(self, world: World, tasks: tuple[ArmTask, ...], all_tasks: tuple[ArmTask, ...]) -> None:
@@ -40,7 +39,7 @@ class AvoidanceGroup:
         self.stages: list[tuple[slice, WorldStage]] = []
 
     def part(self, task: ArmTask) -> Array:
-        """Part of q̇_n of one task (n,), a view."""
+        """A task's part of `nominal`, a view."""
         first = self.joints.start
         return self.nominal[task.joints.start - first : task.joints.stop - first]
 
@@ -52,11 +51,10 @@ class AvoidanceGroup:
         return w
 
     def _approaches(self, rows: Array, adds_w: bool) -> Array:
-        """w (…,) along rows (…, nv) for a law [m/s].
+        """w (…,) along rows (…, nv) [m/s].
 
-        A slave copies this group's velocity of the step before. A law that adds w to its own speed would get
-        that back as −w, and alternate from step to step with the root −λ. It gets only the slave's own
-        motion, if that approaches: w ≤ v is still enough for the promise.
+        A slave copies this group's last velocity. A law that adds w would get it back as −w and alternate
+        with the root −λ, so only the slave's own approach counts; w ≤ v is still enough for the promise.
         """
         w, copied = np.zeros(rows.shape[:-1]), False
         for task, columns, velocities in self._others:
@@ -66,12 +64,7 @@ class AvoidanceGroup:
         return np.maximum(w, 0.0) if copied else w
 
     def situation(self, law: Law, near: Proximity, error: float = 0.0, adds_w: bool = False) -> Situation:
-        """Present situation for a law.
-
-        Args:
-            error: of the measured distances of all pairs [m]; `near` includes it.
-            adds_w: the law adds w to its own speed.
-        """
+        """Situation for a law. `error`: of all measured distances [m]; `near` includes it."""
         w = float(self._approaches(near.row, True)) if adds_w else self.approach(near.row)
         plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, w)
         if not (law.wants_task or law.wants_all_pairs):
@@ -103,17 +96,15 @@ class AvoidanceGroup:
         return J
 
     def bounded(self, row: Array, wanted: Array, treatment: BoundsTreatment) -> Bounded:
-        """Velocity inside the bounds instead of the law's, see `controllers.limits`.
+        """The law's velocity, brought inside the bounds; see `controllers.limits`.
 
         Args:
             row: J_d (n,) [m/rad].
-            wanted: q̇ (n,) by the law [rad/s].
-            treatment: `null_space` keeps the distance rate first, then as much as possible of the change from
-                the task's velocity to the law's.
+            wanted: the law's q̇ (n,) [rad/s].
         """
         if treatment == "scale":
             return shortened_row(wanted, row, self.box)
-        # Nothing is lost by beginning at the clipped velocity: along the row, both ways meet the same bounds in the same order.
+        # Clipping first loses nothing: along the row, both ways meet the same bounds in the same order.
         bounded = bounded_row(self.box.clip(wanted), row, float(row.dot(wanted)), self.box)
         J = self._task_jacobian() if treatment == "null_space" else None
         if J is None:

@@ -1,6 +1,4 @@
-"""A ball in the way (Fig. 1): one arm moves its hand from A to B past an obstacle, and back; with one control
-point the law is smooth.
-"""
+"""A ball in the way (Fig. 1) of a hand that moves from A to B and back."""
 
 from functools import cache
 from typing import Final
@@ -26,37 +24,35 @@ BALL_RADIUS: Final = 0.08
 """[m]"""
 
 POINT_RADIUS: Final = 0.05
-"""Radius of the sphere about a control point [m]."""
+"""Sphere about a control point [m]."""
 
 PATH: Final = np.array([0.0, 0.64, 0.0])
 """From A to B (3,) [m]."""
 
 PATH_TURN: Final = -0.60
-"""Turn of the first joint at the start of the path [rad]."""
+"""Turn of the first joint from its usual start [rad]."""
 
 PATH_CLEARANCE: Final = 0.03
-"""Clearance between the ball and the control point on the undisturbed path [m]."""
+"""Clearance of the control point on the undisturbed path [m]."""
 
 BALL_ROOM: Final = 2.5
-"""The ball stays within this of the world's origin, along each axis [m]."""
+"""Limit of position along each world axis, ± [m]."""
 
 BALL_SPEED: Final = 1.5
-"""Top speed of the ball along each axis [m/s]."""
+"""Limit along each axis [m/s]."""
 
 TRAVEL: Final = 5.0
 """Time from A to B [s]."""
 
 REST: Final = 1.5
-"""Rest at either end [s]."""
+"""[s]"""
 
 SWING: Final = 0.25
-"""Amplitude of the ball when it crosses the path [m]."""
+"""Amplitude [m]."""
 
 
 def path(time: float, home: Array) -> tuple[Array, Array]:
-    """Desired position (3,) [m] and velocity (3,) [m/s] of the hand: a quintic from A, its home (3,), to B, a
-    rest, and back.
-    """
+    """Desired position (3,) [m] and velocity (3,) [m/s] of the hand: quintics from A (home) to B and back."""
     period = TRAVEL + REST
     leg, t = divmod(max(time - REST, 0.0), period)
     share, rate = quintic(min(t / TRAVEL, 1.0))
@@ -66,7 +62,7 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
 
 @cache
 def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
-    """Room of one arm and a ball, built once. The ball moves by three joints of its own."""
+    """Room of one arm and a ball that moves by three joints."""
     made, geometry = robot(robot_name), pin.GeometryModel()
     model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     start = alone_start(robot_name)
@@ -104,7 +100,7 @@ def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Ro
 
 
 def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
-    """Start of the ball (3,): beyond the end of the elbow's path, or below the middle of the hand's."""
+    """Start of the ball (3,) [m]."""
     data = model.createData()
     aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
     q = np.concatenate([start, np.zeros(3)])
@@ -122,7 +118,7 @@ def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoi
 
 
 class BallInTheWay(Scenario):
-    """The visitor carries the ball, or it crosses the path by itself."""
+    """The visitor moves the ball, or it swings by itself."""
 
     def room(self, settings: RunSettings) -> Room:
         return build_ball_room(makes(settings.robot)[0], settings.point)
@@ -144,11 +140,7 @@ class BallInTheWay(Scenario):
 
 
 def ball_swing(middle: Array, seed: int) -> Scripted:
-    """Scripted target that carries the ball across the path and back; `seed` sets the period.
-
-    Args:
-        middle: of its path (3,) [m].
-    """
+    """Target that swings the ball across the path about `middle` (3,) [m]; `seed` sets the period."""
     period = float(np.random.default_rng(seed).uniform(7.0, 11.0))
     return Scripted(
         lambda time: BallTarget(middle + np.array([SWING * np.sin(2.0 * np.pi * time / period), 0.0, 0.0]))
@@ -156,7 +148,7 @@ def ball_swing(middle: Array, seed: int) -> Scripted:
 
 
 class BallTask(ArmTask):
-    """Moves to the visitor's target at no more than a person's speed."""
+    """Moves the ball to its target, at most at a person's speed."""
 
     def __init__(self, world: World) -> None:
         columns = world.room.ball

@@ -1,7 +1,7 @@
-"""Reader of CSV tables of numbers.
+"""CSV tables of numbers.
 
-Values are separated by semicolons, tabs, bars, commas or blanks; decimal signs are points or commas; the text
-is UTF-8 or UTF-16, with any line ends. An unreadable line is refused with its number.
+Separators are semicolons, tabs, bars, commas or blanks, decimal signs points or commas; the text is UTF-8 or
+UTF-16, with any line ends.
 """
 
 import codecs
@@ -15,7 +15,7 @@ from controllers.errors import BadInputFile
 COMMENTS: Final = ("#", "%", "//")
 
 SEPARATORS: Final = (";", "\t", "|", ",")
-"""In the order of the search. The comma is last, as it may be a decimal sign."""
+"""Search order; the comma may be a decimal sign."""
 
 BLANKS: Final = " "
 
@@ -26,20 +26,20 @@ _BYTE_ORDER_MARKS: Final = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
-"""The mark of UTF-32 begins with that of UTF-16, and is tested first."""
+"""The mark of UTF-32 begins with that of UTF-16, so it is tested first."""
 
 _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 _SEPARATOR_LINE: Final = re.compile(r"\"?sep=(.)\"?", re.IGNORECASE)
 _DECIMAL_COMMAS: Final = re.compile(
     r"(?=.*,)[-+\N{MINUS SIGN}]?\d+(,\d+)?(\s+[-+\N{MINUS SIGN}]?\d+(,\d+)?)+"
 )
-"""A line of numbers with decimal commas, separated by blanks."""
+"""Numbers with decimal commas, separated by blanks."""
 _LOOKS_NUMERIC: Final = re.compile(r"[-+\N{MINUS SIGN}]?[\d.,]*\d[\d.,]*(e[-+]?\d+)?", re.IGNORECASE)
 _LONGEST_SHOWN: Final = 40
 
 
 class TextRow(NamedTuple):
-    """A line with values. `number`: of the line, from 1; `cells`: without blanks and quotes around them."""
+    """A line with values. `number`: from 1; `cells`: stripped of blanks and quotes."""
 
     number: int
     cells: tuple[str, ...]
@@ -47,11 +47,11 @@ class TextRow(NamedTuple):
 
 @dataclass(frozen=True)
 class TextTable:
-    """The lines of a file.
+    """Rows of a file.
 
     Attributes:
         separator: one character; `BLANKS` for any number of blanks.
-        comment: number and text of the last comment above the first row, or None.
+        comment: line number and text of the last comment above the first row.
     """
 
     separator: str
@@ -60,13 +60,13 @@ class TextTable:
 
 
 def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
-    """Rows of a text file, without comments, blank lines and lines of separators.
+    """Lines with values of a text file.
 
     Args:
-        remedy: what to give instead of a file that is not text.
+        remedy: end of the error message.
 
     Raises:
-        BadInputFile: it is not text, or a line cannot be read as CSV.
+        BadInputFile: not text, or not CSV.
     """
     lines = _LINE_END.split(_decoded(data, name, remedy))
     separator, rows = "", list[TextRow]()
@@ -100,7 +100,7 @@ def separator_of(line: str) -> str:
 
 
 def cells_of(line: str, separator: str) -> tuple[str, ...]:
-    """Raises csv.Error for a value of more than 131,072 characters."""
+    """Raises csv.Error if a value has more than 131,072 characters."""
     if separator == BLANKS:
         return tuple(cell.strip('"') for cell in line.split())
     return tuple(
@@ -109,18 +109,15 @@ def cells_of(line: str, separator: str) -> tuple[str, ...]:
 
 
 def has_decimal_commas(rows: tuple[TextRow, ...]) -> bool:
-    """True if a number has a comma, which is then the decimal sign of all."""
+    """True if a number has a comma."""
     return any("," in cell and _LOOKS_NUMERIC.fullmatch(cell) for row in rows for cell in row.cells)
 
 
 def number_in_cell(cell: str, decimal_commas: bool, where: str, column: str) -> float:
-    """Number in a cell.
-
-    Args:
-        where: file and line, for messages.
+    """Number in a cell. `where`: file and line, for messages.
 
     Raises:
-        BadInputFile: it is not a number.
+        BadInputFile: not a number.
     """
     text = cell.replace("\N{MINUS SIGN}", "-")
     if not (decimal_commas and "." in text):
@@ -138,7 +135,7 @@ def number_in_cell(cell: str, decimal_commas: bool, where: str, column: str) -> 
 
 
 def _decoded(data: bytes, name: str, remedy: str) -> str:
-    """Text of a file. Bytes that are not UTF-8 become lone surrogates, which a comment may have."""
+    """Bytes that are not UTF-8, as in comments, become lone surrogates."""
     mark, encoding = next((pair for pair in _BYTE_ORDER_MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     body = data[len(mark) :]
     if not mark and len(body) >= 2 and (body[0] == 0) != (body[1] == 0):

@@ -1,6 +1,5 @@
-"""The experiments, each declared once; all lists of experiments are made from these entries.
+"""An experiment is a `Scenario` of `scenes.roles`, its entry here, its texts in `app.text.experiment_texts`.
 
-An experiment is a `Scenario` of `scenes.roles`, its entry here, and its texts in `app.text.experiment_texts`.
 Loads no library.
 """
 
@@ -8,31 +7,32 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 Obstacle = Literal["nothing", "ball", "arm", "task"]
-"""What there is to keep clear of; with "task", a first task that the settings choose, see `scenes.quantities`."""
+"""With "task", the settings choose one of `scenes.quantities`."""
 
 Moved = Literal["arm", "ball", "person"]
-"""What the visitor moves: an arm, the ball, or the figure of the imitated person."""
+"""With "person", the visitor moves the imitated figure."""
 
 Followed = Literal["nothing", "arm", "person"]
-"""Leader of the joints of the arm that plots and numbers show; with "nothing", its task concerns its hand."""
+"""Leader of the plotted arm's joints; with "nothing", its task concerns its hand."""
 
 Series = Literal["usual", "first-tasks", "world"]
-"""Series of random runs: of all experiments but another first task; of that one; and of the first ones again, with arms that glide along
-things and hands that are drawn far away."""
+"""Random runs: of all experiments except another first task; of that one; of the former again, with arms
+that glide along things and distant hand targets.
+"""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment.
+    """Entry of `EXPERIMENTS`.
 
     Attributes:
-        name: on the command line, in links and in files.
+        name: in commands, links and files.
         label: in the picker.
         made_by: its class, "file:Name" in `scenes`.
-        reads: keys of settings that have an effect only in some experiments, including this one.
+        reads: keys of settings that only some experiments use, including this one.
         both_avoid: both arms keep clear in the paper.
         for_two: a second person can hold the arm that keeps its place.
-        maps: distance and error are mapped over n and v, see `scenes.sweep`.
+        maps: has maps over n and v, see `scenes.sweep`.
     """
 
     name: str
@@ -58,7 +58,6 @@ HOLD: Final = "hold"
 MASTER_SLAVE: Final = "master_slave"
 IMITATION: Final = "imitation"
 FIRST_TASK: Final = "first_task"
-"""Those that figures, tests of laws and benchmarks are made of."""
 
 EXPERIMENTS: Final[dict[str, Experiment]] = {
     experiment.name: experiment

@@ -1,4 +1,4 @@
-"""What arms stand on, in sizes: for its picture, and for arms that keep clear of it. World frame: z up, floor at z = 0, metres."""
+"""Floor and supports of the arms. World frame: z up, floor at z = 0, metres."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -9,48 +9,48 @@ from controllers.kinematics import Array
 from scenes.rigs import TABLE_HEIGHT, Rig
 
 PLATE: Final = 0.012
-"""Thickness of a mounting plate; the table's top lies this much lower [m]."""
+"""Thickness of the plate under a base [m]."""
 
 BENCH_TOP: Final = TABLE_HEIGHT - PLATE
-"""Height of the bench [m]."""
+"""Height [m]."""
 
 BENCH_HALF_DEPTH: Final = 0.30
-"""Half of its size along y [m]."""
+"""Half size along y [m]."""
 
 BENCH_OVERHANG: Final = 0.22
-"""From the middle of a base to the end of the bench [m]."""
+"""Bench beyond the middle of a base, along x [m]."""
 
 TORSO_BLOCK: Final = (-0.028, 0.0, 0.875)
-"""Middle of the block behind both flanges of the torso, above the middle of its column [m]."""
+"""Middle of the block behind both flanges, world [m]."""
 
 TORSO_COLUMN: Final = 0.058
-"""Radius of the torso's column, with its collar [m]."""
+"""Radius with the collar [m]."""
 
 TORSO_STUB: Final = 0.0725
-"""Radius of the arms of its block, towards both flanges [m]."""
+"""Radius between block and flanges [m]."""
 
 POST: Final = 0.05
-"""Radius of the column under a base that stands alone [m]."""
+"""Radius of the column under a single base [m]."""
 
 CART_HALF: Final = (0.32, 0.22)
-"""Half of the cart's size along x and y; its base stands in the middle [m]."""
+"""Half sizes along x and y, about the base [m]."""
 
 FLOOR: Final = (0.0, 0.0, -5.0, 20.0, 20.0, 5.0)
-"""Centre and half size of the box that stands for the floor [m]."""
+"""Centre and half size of a box [m]."""
 
 
 FLOOR_BOX: Final = 0
-"""Row of the floor among the boxes of every rig."""
+"""Row of the floor in `Furniture.boxes`."""
 
 
 def bench_half_length(separation: float) -> float:
-    """Return half of the bench's size along x, for bases at x = ± half the separation [m]."""
+    """Half size along x, for bases at x = ± separation / 2 [m]."""
     return separation / 2 + BENCH_OVERHANG
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """A fixed capsule: its ends (3,), world, and radius [m]."""
+    """A fixed capsule: ends (3,), world, and radius [m]."""
 
     start: Array
     end: Array
@@ -61,9 +61,7 @@ class Column:
 class Furniture:
     """What arms of a rig can meet, apart from each other.
 
-    Attributes:
-        boxes: centres and half sizes (k, 6), the floor among them; their edges are along the world's axes [m].
-        columns: fixed capsules.
+    `boxes`: centres and half sizes (k, 6), including the floor, parallel to the world's axes [m].
     """
 
     boxes: Array
@@ -71,7 +69,7 @@ class Furniture:
 
 
 def furniture_of(rig: Rig) -> Furniture:
-    """Return the furniture of a rig. The bench counts as solid down to the floor: nothing goes between its legs."""
+    """The bench is solid down to the floor: arms cannot reach between its legs."""
     if rig.name == "table":
         half = bench_half_length(-2.0 * float(rig.bases[0].translation[0]))
         bench = (0.0, 0.0, BENCH_TOP / 2, half, BENCH_HALF_DEPTH, BENCH_TOP / 2)

@@ -1,6 +1,4 @@
-"""Robots added to the built-in ones at the start of a process, and handed to its children. Imports nothing
-slow.
-"""
+"""Robots added at the start of a process, also in its children. Imports nothing slow."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,10 +12,7 @@ if TYPE_CHECKING:
 
 
 class GivenRobot:
-    """A robot that is a choice of the setting `robot` in the processes that know it.
-
-    It is pickled to other processes, so that they must be able to import its class.
-    """
+    """A choice of the setting `robot`. Child processes unpickle it, so its class must be importable."""
 
     @property
     def key(self) -> str:
@@ -36,18 +31,18 @@ class GivenRobot:
         raise NotImplementedError
 
     def sources(self) -> tuple[Path, ...]:
-        """Python files that its stored data depend on, in addition to those of `scenes`."""
+        """Python files that its stored data depend on, in addition to `scenes`."""
         raise NotImplementedError
 
     def column(self) -> float:
-        """Height of the column under the robot [m]; 0 without a column."""
+        """Height of the column under the robot [m], or 0."""
         raise NotImplementedError
 
     def fitted(self) -> "tuple[Capsule, ...]":
         """Capsules fitted to its shapes; slow.
 
         Raises:
-            BadInputFile: its shapes cannot be read.
+            BadInputFile: unreadable shapes.
         """
         raise NotImplementedError
 
@@ -55,25 +50,23 @@ class GivenRobot:
         """The robot with these capsules.
 
         Raises:
-            BadInputFile: it cannot be read.
+            BadInputFile: unreadable.
         """
         raise NotImplementedError
 
     def shapes(self) -> Iterator[tuple[int, str, Any, Any]]:
-        """All visible parts: joint, name of the material, vertices in the joint's frame (k, 3) [m], faces (l,
-        3).
+        """Visible parts: joint, material, vertices in the joint's frame (k, 3) [m], faces (l, 3).
 
         Raises:
-            BadInputFile: a shape cannot be read.
+            BadInputFile: an unreadable shape.
         """
         raise NotImplementedError
 
     def check_files(self) -> None:
-        """Compare its external files with those that the robot was made from; on another machine they may
-        differ.
+        """Compare its files with those it was made from.
 
         Raises:
-            BadInputFile: one is missing or changed.
+            BadInputFile: a file is missing or changed.
         """
         raise NotImplementedError
 
@@ -82,7 +75,7 @@ GIVEN: Final[dict[str, GivenRobot]] = {}
 
 
 def give(robot: GivenRobot) -> str:
-    """Make a robot a choice of the setting `robot` in this process; return its key."""
+    """Make a robot a choice in this process; return its key."""
     GIVEN[robot.key] = robot
     add_choice("robot", robot.key, robot.label)
     return robot.key
@@ -104,7 +97,7 @@ def take_over(given: GivenAtStart) -> None:
 
 
 RobotReader = Callable[[Path, str], str]
-"""Adds the robot of a file: path, name of the link that is the hand or "" → key."""
+"""Adds the robot of a file: path, name of the hand's link or "" → key."""
 
 _READERS: Final[list[RobotReader]] = []
 
@@ -119,10 +112,10 @@ def reads_robots() -> bool:
 
 
 def robot_from_file(path: Path, hand: str) -> str:
-    """Add the robot of a file; return its key.
+    """Add a robot by a `RobotReader`.
 
     Raises:
-        BadSetting: no part of this program reads robots.
+        BadSetting: no reader.
         BadInputFile: the file cannot be used.
     """
     if not _READERS:

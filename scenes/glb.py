@@ -1,4 +1,4 @@
-"""GLB files from shells: materials with linear colours, and a cache that ignores failures."""
+"""GLB files from meshes, with a cache that ignores failures."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """Look of a surface.
+    """Surface of a mesh.
 
     Attributes:
         colour: sRGB, "#rrggbb".
         roughness: 0 mirror … 1 chalk.
         metallic: 0 paint … 1 bare metal.
-        opacity: below 1 the material is blended.
+        opacity: below 1, blended.
     """
 
     colour: str
@@ -42,9 +42,7 @@ class Material:
     opacity: float = 1.0
 
     def linear(self) -> tuple[float, float, float, float]:
-        """Linear RGBA in 0 … 1: glTF needs light, not sRGB, in which KUKA orange turns yellow (IEC
-        61966-2-1).
-        """
+        """Linear RGBA in 0 … 1 (IEC 61966-2-1), as glTF needs."""
         s = np.array([int(self.colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
         light = np.where(s <= 0.04045, s / 12.92, ((s + 0.055) / 1.055) ** 2.4)
         return float(light[0]), float(light[1]), float(light[2]), self.opacity
@@ -64,11 +62,9 @@ GlbPalette = Mapping[str, Material]
 
 
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
-    """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as
-    float32.
+    """GLB (glTF 2.0) with a node, a mesh and a material for every name; positions and normals as float32.
 
-    trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an
-    index.
+    trimesh's exporter rounds colours to 1/255, visible in dark linear ones, and uses four bytes per index.
     """
     return _pack_glb(meshes, [{"name": name} | palette[name].gltf() for name in meshes])
 
@@ -140,20 +136,18 @@ def _pack_glb(
 UNLIT: Final = "KHR_materials_unlit"
 
 PAINTED_LIGHT: Final = np.array([0.35, -0.45, 0.82])
-"""Direction of the painted light (3,), in the frame of the mesh."""
+"""Direction (3,), in the mesh's frame."""
 
 
 SHEEN: Final = np.array([0.040, 0.044, 0.055])
-"""Reflection of a bright room where a shell faces the light (3,), linear: without it dark parts are black
-holes.
-"""
+"""Reflection of a bright room (3,), linear; otherwise dark parts are black."""
 
 
 def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
-    """One mesh of all meshes, drawn in one call, with materials and light painted on its vertices.
+    """One mesh with materials and light painted on its vertices.
 
-    Without a graphics card every drawn mesh costs as much as thousands of triangles, and lighting a pixel
-    more than filling it.
+    Without a graphics card a drawn mesh costs as much as thousands of triangles, and lighting a pixel more
+    than filling it.
     """
     whole = join(meshes.values())
     colours = np.vstack(
@@ -166,7 +160,7 @@ def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> by
 
 
 def source_key(files: Iterable[str | Path], *more: object) -> str:
-    """Hash of source files, versions of the libraries that shape the bytes, and further arguments."""
+    """Hash of source files, versions of trimesh and numpy, and `more`."""
     digest = hashlib.sha256(f"{importlib.metadata.version('trimesh')} {np.__version__} {more!r}".encode())
     for file in files:
         digest.update(Path(file).read_bytes())
@@ -182,7 +176,7 @@ _STORED_ONLY: Final[ContextVar[bool]] = ContextVar("duet_stored_only", default=F
 
 @contextlib.contextmanager
 def stored_only() -> Iterator[None]:
-    """While open, `cached` raises `NotStored` in this thread instead of building."""
+    """Make `cached` raise `NotStored` in this thread instead of building."""
     token = _STORED_ONLY.set(True)
     try:
         yield
@@ -192,7 +186,7 @@ def stored_only() -> Iterator[None]:
 
 def cached(name: str, key: str, build: Callable[[], tuple[bytes, ...]]) -> tuple[bytes, ...]:
     """Result of `build`, from the user's cache if possible: a ZIP archive with the key as its comment,
-    rebuilt if torn or stale.
+    rebuilt if damaged or stale.
 
     Raises:
         NotStored: see `stored_only`.

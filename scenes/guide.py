@@ -1,4 +1,4 @@
-"""Numbers of a person's hand on an arm, for `scenes.arm_tasks.guided_task` and other tasks."""
+"""A person's hand on an arm."""
 
 import math
 from typing import Final
@@ -17,34 +17,32 @@ from controllers.kinematics import (
 from scenes.targets import LinkTarget
 
 FOLLOW_GAIN: Final = 8.0
-"""Rate at which the hand approaches the person's target [1/s]; also smooths targets that arrive in steps."""
+"""[1/s]; also smooths targets that arrive in steps."""
 
 SMOOTHING_TIME: Final = 0.04
-"""Time constant of the guided arm's joint velocities [s]: the mass of a person's arm."""
+"""Time constant of joint velocities [s]: the mass of a person's arm."""
 
 POSTURE_GAIN: Final = 0.6
-"""Rate of drift back to the usual posture in the null space of the hand [1/s]."""
+"""Rate towards the usual posture in the hand's null space [1/s]."""
 
 GUIDE_DAMPING: Final = 0.03
-"""Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as
-a jump.
-"""
+"""[m/rad]; a singular posture feels stiff and does not jump."""
 
 ELBOW_DAMPING: Final = 0.05
-"""Damping of the elbow's pseudo-inverse [m/rad]."""
+"""[m/rad]"""
 
 SATURATIONS: Final = 4
-"""Largest number of rounds that fix joints at their bounds before the rest is clipped."""
+"""Rounds that fix joints at bounds; then q̇ is clipped."""
 
 
 @loop("void(float64[:, :], float64[:], float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
 def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper: Vector, dq: Vector) -> None:
-    """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,), with joints held at their bounds and the others compensating.
+    """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,); joints at bounds are held, the others compensate.
 
     Args:
         J: (m, n).
         task: ẋ (m,).
-        free: q̇₀ (n,), motion in the null space [rad/s].
+        free: q̇₀ (n,) [rad/s].
         lower, upper: bounds of q̇ (n,) [rad/s].
     """
     m, n = J.shape
@@ -80,9 +78,7 @@ def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper:
 def fill_smoothed(
     wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: Vector
 ) -> float:
-    """Move q̇ (n,) by a share of the difference towards `wanted`, within its bounds; return Σ |q̇_j| times
-    `reach` (n,).
-    """
+    """Move q̇ (n,) by a share of the way to `wanted`, within bounds; return Σ |q̇_j| `reach`_j."""
     speed = 0.0
     for j in range(len(dq)):
         dq[j] = min(max(dq[j] + (wanted[j] - dq[j]) * share, lower[j]), upper[j])
@@ -108,14 +104,13 @@ def fill_followed(
     reach: Vector,
     dq: Vector,
 ) -> float:
-    """Move q̇ (n,) towards that of a hand drawn to a place; return the value of `fill_smoothed`.
+    """`fill_smoothed` towards the q̇ (n,) of a hand that is pulled to a place.
 
     Args:
-        spatial: of the arm's joints (6, n), world axes and origin.
+        spatial: J (6, n), world axes and origin.
         hand, place: present and desired position (3,), world [m].
         posture, positions: usual and present q (n,) [rad].
         top_speed: of the hand [m/s].
-        share, lower, upper, reach: see `fill_smoothed`.
     """
     n = len(dq)
     J, task, free, wanted = np.empty((3, n)), np.empty(3), np.empty(n), np.empty(n)
@@ -140,10 +135,10 @@ def fastest_of(placements: Matrix, ends: Matrix, moving: Indices, J: Matrix, dq:
 
     Args:
         placements: of the ends' joints: rotation by columns, then origin (ends, 12).
-        ends: in the frame of its joint (ends, 3) [m].
-        moving: number of the arm's joints that move it (ends,).
+        ends: in the frame of the joint (ends, 3) [m].
+        moving: number of joints that move each end (ends,).
         J: (6, n), world axes and origin.
-        dq: q̇ (n,) [rad/s].
+        dq: (n,) [rad/s].
     """
     fastest = 0.0
     for k in range(len(ends)):
@@ -173,7 +168,7 @@ def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float)
 
 
 def elbow_motion(kinematics: Kinematics, arm: Arm, place: Array, top_speed: float) -> Array:
-    """q̇₀ (n,) [rad/s] that moves the elbow to the place (3,) [m] where a person pulls it."""
+    """q̇₀ (n,) [rad/s] that moves the elbow to a place (3,) [m]."""
     elbow = kinematics.joint_point(arm.elbow)
     J = kinematics.point_jacobian(arm, arm.elbow, elbow)
     return damped_solution(J, shortened((place - elbow) * FOLLOW_GAIN, top_speed), ELBOW_DAMPING)

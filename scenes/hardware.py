@@ -1,8 +1,6 @@
-"""A real arm: joint sensors with noise and resolution, a distance measured in frames, dead time and lag of a
-command.
+"""A real arm: sensors with noise, resolution and frames; commands with dead time and lag.
 
-Noise depends only on seed and step (or frame), so that a run can be resumed anywhere and measurements can be
-recomputed.
+Noise depends only on seed and step (or frame), so a run can be resumed anywhere.
 """
 
 import math
@@ -22,18 +20,18 @@ JOINTS, DISTANCE = 0, 1
 
 
 def normal(seed: int, stream: int, index: int, count: int) -> Array:
-    """Standard normal numbers (count,), the same for the same seed, stream and index ≥ 0."""
+    """Reproducible standard normal numbers (count,); index ≥ 0."""
     return np.random.Generator(np.random.Philox(key=seed, counter=[0, index, stream, 0])).standard_normal(
         count
     )
 
 
 def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm, ...], step: int) -> Array:
-    """q (nv,) as the joint sensors show it [rad]; entries of other things are exact.
+    """q (nv,) by the joint sensors [rad]; entries of other things are exact.
 
     Args:
         positions: true q (nv,) [rad].
-        step: number of steps made.
+        step: steps made.
     """
     hardware, seen = settings.hardware, positions.copy()
     noise = (
@@ -52,7 +50,7 @@ def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm,
 
 
 class Sensing:
-    """The distance sensor, at the posture of the joint sensors. `error`: of the newest distance [m]."""
+    """Distance sensor at the measured posture. `error`: of the newest distance [m]."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -66,17 +64,16 @@ class Sensing:
     def proximity(self, settings: RunSettings, actual: Proximity, time: float, step: int) -> Proximity:
         """Input of the law, with the true distance, pair and row of the closest pair.
 
-        Between two frames d and J_d of every pair stay those of the frame. A step may be measured several
-        times.
+        Between frames d and J_d of every pair keep their values. A step may be measured several times.
 
         Args:
-            actual: at the true posture; the world is at the posture of the joint sensors.
+            actual: at the true posture; the world is at the measured one.
             time: now [s].
-            step: number of steps made.
+            step: steps made.
         """
         world, law, hardware = self._world, settings.law, settings.hardware
         if hardware.frame_rate > 0.0:
-            # The newest frame; the slack is for times that are sums of many time steps.
+            # The slack is for times that are sums of many time steps.
             frame = int(time * hardware.frame_rate + 1e-6)
             if frame != self._frame:
                 self._frame, self._held = frame, world.positions.copy()
@@ -90,7 +87,7 @@ class Sensing:
         )
 
     def memory(self) -> Memory:
-        """Posture of the last frame, and its number; no posture before the first."""
+        """Posture of the last frame, (0,) before the first, and its number."""
         return self._held.copy(), np.array(self._frame)
 
     def remember(self, memory: Memory) -> None:
@@ -98,14 +95,14 @@ class Sensing:
 
 
 LONGEST: Final = specs(HardwareSettings)["dead"].high
-"""Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds them."""
+"""[s]; commands are kept for this time, as the dead time may change."""
 
 SLACK: Final = 1e-9
-"""Tolerance of a comparison of times, which are sums of many time steps [s]."""
+"""[s]; times are sums of many time steps."""
 
 
 class Actuation:
-    """Commands in transit. `joints`: number of values in a command."""
+    """Commands in transit. `joints`: nv."""
 
     def __init__(self, joints: int) -> None:
         self._joints = joints
@@ -119,15 +116,14 @@ class Actuation:
     def reached(
         self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float
     ) -> Array:
-        """Mean q̇ (nv,) of the step that begins now; call it once per step [rad/s].
+        """Mean q̇ (nv,) of the step that begins now [rad/s]; call it once per step.
 
-        A command acts in the first step that begins at least the dead time after its own. Until the first one
-        arrives the joints keep their velocity. With a lag, the mean and the velocity at the step's end are
-        those of τ q̈ = q̇_cmd − q̇, exact for a command that is constant during the step.
+        A command acts in the first step that begins at least the dead time later. Before the first command
+        arrives, the joints keep their velocity. A lag is τ q̈ = q̇_cmd − q̇, exact for a constant command.
 
         Args:
-            command: present q̇ (nv,) [rad/s].
-            before: mean q̇ (nv,) of the step before [rad/s].
+            command: present q̇_cmd (nv,) [rad/s].
+            before: mean q̇ (nv,) of the last step [rad/s].
             time: now [s].
         """
         if hardware.dead_time > 0.0:
@@ -149,14 +145,12 @@ class Actuation:
         return command - (lag / dt) * math.expm1(-dt / lag) * behind
 
     def stop(self, joints: NDArray[np.bool_]) -> None:
-        """Set the velocity of joints (nv,) that met their stops to 0."""
+        """Stop `joints` (nv,), which met their stops."""
         if len(self._end):
             self._end[joints] = 0.0
 
     def memory(self) -> Memory:
-        """Times (k,) and commands (k, nv) that are kept, and q̇ (nv,) at the end of the step, (0,) without a
-        lag.
-        """
+        """Times (k,) and commands (k, nv), and q̇ (nv,) at the step's end, (0,) without a lag."""
         return np.array(self._times), np.array(self._commands).reshape(-1, self._joints), self._end.copy()
 
     def remember(self, memory: Memory) -> None:
@@ -166,11 +160,10 @@ class Actuation:
 
 
 def before_stops(velocities: Array, positions: Array, lower: Array, upper: Array, dt: float) -> Array:
-    """q̇ (n,) limited by the stops: a joint that lags, or is not where it is measured, may run into one
-    [rad/s].
+    """q̇ (n,) limited by the stops [rad/s]; lag or a sensor error may lead to them.
 
     Args:
-        velocities: q̇ (n,) without stops [rad/s].
+        velocities: (n,) [rad/s].
         positions, lower, upper: q and the stops (n,) [rad].
     """
     return np.clip(

@@ -1,4 +1,4 @@
-"""A run without a page, at full speed, summarised in a few numbers."""
+"""A run without a page, and its summary."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,24 +20,23 @@ from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 FELT: Final = 0.01
-"""Least jump of λ |J_d| that counts as felt [m/rad]; |J_d| is about 1 m/rad, so the law acts from λ = 0.01."""
+"""Smallest jump of λ J_d that counts as felt [m/rad]; |J_d| is about 1 m/rad."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Summary of a run. SI units; joint figures are those of the avoiding arm.
+    """Joint figures are those of the avoiding arm.
 
     Attributes:
         d_min, d_min_pair: smallest distance [m] and its pair of bodies.
-        e2_max, e2_end: squared position error, largest and last [m²].
-        dq_step_max: largest change of one joint's velocity between two steps [rad/s].
-        ddq_max: the same over dt [rad/s²].
-        pair_switches: number of changes of the closest pair, near or far.
-        pair_switches_felt: number of these at which λ J_d jumped by `FELT` or more: only that reaches q̇.
-            While λ ≈ 0 the closest pair does not matter, and a smooth minimum has no such jumps. For other
-            laws λ is what they show instead; a law without one counts 0.
-        out_of_authority_s: time during which the arm could not do what the law asked for [s].
-        step_us_median: median wall time of one step of both arms [µs].
+        e2_max, e2_end: squared error, largest and last [m² or rad²].
+        dq_step_max: largest change of a joint velocity between steps [rad/s].
+        ddq_max: `dq_step_max` / dt [rad/s²].
+        pair_switches: changes of the closest pair.
+        pair_switches_felt: those at which λ J_d jumped by `FELT` or more, which alone reach q̇; 0 for a
+            smooth minimum or a law without λ.
+        out_of_authority_s: time in which the arm could not follow the law [s].
+        step_us_median: median wall time of a step of both arms [µs].
     """
 
     d_min: float
@@ -56,9 +55,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished run. `simulation`: at its end; `table`: every step of it (steps, columns of
-    `scenes.history`).
-    """
+    """A finished run. `simulation`: at its end; `table`: (steps, columns of `scenes.history`)."""
 
     simulation: Simulation
     table: Array
@@ -66,20 +63,20 @@ class Run:
 
 
 def ready(given: GivenAtStart) -> None:
-    """Prepare a new process for runs. `given`: what its parent was given at its start."""
+    """Prepare a new process for runs. `given`: the parent's `given_at_start`."""
     take_over(given)
     load_if_compiled()
 
 
 LONG: Final = 1_000
-"""Steps that take longer in Python than loading machine code."""
+"""Steps from which loading machine code is faster."""
 
 MOST_STEPS: Final = 1_000_000
-"""Longest run; every step is kept, at about 500 bytes each."""
+"""A step takes about 500 bytes."""
 
 
 def check_length(settings: RunSettings, seconds: float) -> None:
-    """Raise `BadSetting` if a run of this length [s] cannot be made."""
+    """Raise `BadSetting` for an impossible length [s]."""
     longest = MOST_STEPS * settings.dt
     if not 0.0 < seconds <= longest:
         larger_dt = " (or a larger dt)" if longest < seconds <= MOST_STEPS * specs()["dt"].high else ""
@@ -99,14 +96,14 @@ def run(
     """Simulate from a fresh start.
 
     Args:
-        seconds: simulated time; rounded to whole steps, at least one.
-        source: of targets; None for the experiment's own, with the settings' seed.
-        start: q (nv,) [rad], None for the room's start posture.
+        seconds: simulated; rounded to whole steps, at least one.
+        source: None for the experiment's own, with the settings' seed.
+        start: q (nv,) [rad]; None for the room's.
         on_progress: called with the number of steps since the last call.
-        law: a custom law; None for the settings' law.
+        law: None for the settings' law.
 
     Raises:
-        BadSetting: the start cannot keep what the settings ask for.
+        BadSetting: the start violates a first task.
     """
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
@@ -134,7 +131,7 @@ def run(
 
 
 def summarise(simulation: Simulation, table: Array, step_us_median: float = float("nan")) -> Summary:
-    """Summary of a history table (rows ≥ 1, columns) of a simulation with its present settings."""
+    """Summary of a history table (rows ≥ 1, columns) made with the simulation's present settings."""
     dt = simulation.settings.dt
     distance = table[:, COLUMN["d"]]
     nearest = int(distance.argmin())
@@ -159,7 +156,6 @@ def summarise(simulation: Simulation, table: Array, step_us_median: float = floa
 
 
 def _felt(simulation: Simulation, table: Array, switches: list[int]) -> int:
-    """Number of changes of the closest pair at which λ J_d jumps by `FELT` or more."""
     if simulation.settings.law.pairs != "single":
         return 0
     world = World(simulation.room, simulation.settings.limit_gain)

@@ -1,4 +1,4 @@
-"""Recorded steps: one row per step in a ring of fixed size."""
+"""Recorded steps in a ring of fixed size."""
 
 import math
 from dataclasses import dataclass
@@ -14,9 +14,8 @@ SCALARS: Final = (
     *("e2_b", "u_b", "w_b", "w_law_b", "authority_b", "joint_b", "lever_b"),
 )
 """Columns before the joints: time [s], true distance [m], λ, squared error of the task [m² or rad²], pull and
-approach [m/s], closest pair (−1 for none), the law's distance [m], approach along the law's row [m/s],
-`Authority`, its joint, and s of `controllers.laws.situation.lever`. Those ending in _b are of the second arm
-that keeps clear, else nan.
+approach [m/s], closest pair or −1, the law's distance [m], approach along the law's row [m/s], `Authority`,
+its joint, and s of `controllers.laws.situation.lever`. _b: of the second arm that keeps clear, else nan.
 """
 
 COLUMN: Final = {name: i for i, name in enumerate(SCALARS)}
@@ -25,7 +24,7 @@ _FIRST: Final = COLUMN["e2_b"]
 
 
 def unit_of(column: str, error_unit: str, unit: str = "m") -> str:
-    """Return the unit of a column, "" for a number without one. `error_unit`: of the squared error; `unit`: of the first task."""
+    """Unit of a column, or "". `error_unit`: of the squared error; `unit`: of the first task."""
     known = {"t": "s", "d": unit, "law_d": unit, "e2": error_unit, "e2_b": error_unit}
     known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), f"{unit}/s")
     if column in known or column in SCALARS:
@@ -38,7 +37,7 @@ def unit_of(column: str, error_unit: str, unit: str = "m") -> str:
 
 @dataclass(frozen=True)
 class ArmSample:
-    """Signals of one arm that keeps clear; names and units as in `SCALARS`."""
+    """Signals of an arm that keeps clear, as in `SCALARS`."""
 
     squared_error: float
     pull: float
@@ -51,8 +50,8 @@ class ArmSample:
 
 @dataclass(frozen=True)
 class Sample(ArmSample):
-    """One step, for the first arm that keeps clear. Positions, velocities and desired positions (nv,) are
-    those of everything that moves, left first; desired is nan if nothing is followed.
+    """One step, for the first arm that keeps clear. Arrays (nv,) include everything that moves, left first;
+    `desired` is nan if nothing is followed.
     """
 
     time: float
@@ -72,21 +71,21 @@ class Sample(ArmSample):
 
 
 _FIRST_ROWS: Final = 256
-"""Initial capacity [steps]; most runs are short, and a visitor's full history would be 8 MB."""
+"""Initial capacity [steps]; a full history has 8 MB."""
 
 
 class History:
-    """The last `capacity` steps of one run. `joints`: nv, joints of all arms."""
+    """The last `capacity` steps of a run. `joints`: nv."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((min(capacity, _FIRST_ROWS), _HEAD + 3 * joints), np.nan)
         self._capacity, self._with_second = capacity, False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
-        """Number of recorded steps; may exceed the kept ones."""
+        """Recorded steps; may exceed the kept ones."""
 
     def begin_with(self, table: Array) -> None:
-        """Replace the history by a table with the same columns (rows ≤ `capacity`, columns)."""
+        """Replace the history by a table (rows ≤ `capacity`, columns)."""
         self.count = len(table)
         if self.count:
             self._rows, self._with_second = table.copy(), True
@@ -102,10 +101,10 @@ class History:
         """Record one step.
 
         Args:
-            scalars: in the order of `SCALARS`, without those of the second arm.
+            scalars: `SCALARS` without those of the second arm.
             positions, velocities: q and q̇ (nv,).
-            desired: q_d (nv,), None if nothing is followed.
-            second: of the second arm that keeps clear, or None.
+            desired: q_d (nv,); None if nothing is followed.
+            second: `SCALARS` of the second arm.
         """
         place = self.count % self._capacity
         if place == len(self._rows):
@@ -126,10 +125,10 @@ class History:
         self.count += 1
 
     def last(self) -> Sample:
-        """The newest step.
+        """Newest step.
 
         Raises:
-            IndexError: nothing is recorded yet.
+            IndexError: nothing is recorded.
         """
         if self.count == 0:
             raise IndexError("the history is empty: no step was made yet")
@@ -148,13 +147,11 @@ class History:
         return Sample(*first, t, d, lam, int(pair), law_d, second, q, dq, desired)
 
     def table(self, newest: int | None = None, but: int = 0) -> Array:
-        """Kept rows, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but`
-        of them.
-        """
+        """Kept rows, oldest first (rows, columns), a copy: at most `newest`, without the last `but`."""
         return self._rows[self._kept(newest, but)]
 
     def column(self, name: str) -> Array:
-        """One of `SCALARS` of the kept rows, oldest first (rows,), a copy."""
+        """One of `SCALARS`, oldest first (rows,), a copy."""
         return self._rows[self._kept(None, 0), COLUMN[name]]
 
     def _kept(self, newest: int | None, but: int) -> NDArray[np.int64]:
@@ -163,13 +160,13 @@ class History:
         return np.arange(self.count - kept, self.count - but) % self._capacity
 
     def positions(self, table: Array) -> Array:
-        """q (rows, nv) of a table."""
+        """q (rows, nv)."""
         return table[:, _HEAD : self._middle]
 
     def velocities(self, table: Array) -> Array:
-        """q̇ (rows, nv) of a table."""
+        """q̇ (rows, nv)."""
         return table[:, self._middle : self._end]
 
     def desired(self, table: Array) -> Array:
-        """q_d (rows, nv) of a table, nan if nothing was followed."""
+        """q_d (rows, nv), nan if nothing was followed."""
         return table[:, self._end :]

@@ -1,6 +1,4 @@
-"""Imitation (Figs 7, 8): a person's two arms drive both robots by four angles per arm, and both keep clear of
-each other.
-"""
+"""Imitation (Figs 7, 8): a person drives both robots by four angles per arm."""
 
 from dataclasses import replace
 from functools import cache
@@ -21,14 +19,12 @@ from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, Target
 
 CAMERA: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, FIELD_OF_VIEW)
-"""Shows the robots with raised arms, and the person with outstretched arms beside them."""
+"""Shows raised arms, and a person with outstretched arms beside them."""
 
 
 @cache
 def build_imitation_room() -> Room:
-    """The torso with two LWRs, elbows at the sides like a person's, built once; no other room or robot fits a
-    person.
-    """
+    """The torso with two LWRs, elbows at the sides; no other room or robot fits a person."""
     room = build_room("torso")
     start = room.start.copy()
     for arm, joints in zip(room.arms, Retargeter(room.rig).joints(REST), strict=True):
@@ -74,7 +70,7 @@ class ImitatedPerson:
         self._time = -1.0
 
     def update(self, target: Target | None, settings: RunSettings, time: float) -> None:
-        """Read the person's angles of this tick; a second call in a tick does nothing."""
+        """Read the person's angles, at most once per tick."""
         if time == self._time:
             return
         self._time = time
@@ -108,7 +104,7 @@ class ImitatedArm(JointFollower):
         self._person, self._side = person, SIDES.index(arm.name)
 
     def begin(self) -> None:
-        """Start here; the person starts at the room's start posture."""
+        """The person starts in the room's posture."""
         super().begin()
         self._person.begin()
 

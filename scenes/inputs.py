@@ -1,4 +1,4 @@
-"""Recorded inputs of every step of a run, compact, to recompute the run exactly or with other settings."""
+"""Inputs of a run's steps, to recompute it exactly or with other settings."""
 
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -18,30 +18,21 @@ from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
 
 KEEP: Final = 600.0
-"""Simulated time that a log keeps [s]."""
+"""Simulated time in a log [s]."""
 
 MOST_BYTES: Final = 16_000_000
-"""Largest size of a log; above it, less time is kept."""
+"""Above this, a log keeps less time [B]."""
 
 CHAPTER: Final = 1.0
 """Simulated time between two snapshots [s]."""
 
 _STRETCH_BYTES: Final = 1_000
-"""Memory of a stretch besides its numbers [B]."""
-
 _CHAPTER_BYTES: Final = 3_000
-"""Memory of a snapshot [B]."""
-
 _OPEN_BYTES: Final = 120
-"""Memory of a target that is not packed yet [B]."""
 
 
 class Stretch(NamedTuple):
-    """A part of a run without a change of settings.
-
-    Attributes:
-        answers: of a custom law; None for the settings' law.
-    """
+    """Steps with the same settings. `answers`: of a custom law; None for the settings' law."""
 
     settings: RunSettings
     targets: PackedTargets
@@ -49,12 +40,12 @@ class Stretch(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """Length [s]."""
+        """[s]"""
         return self.targets.steps * self.settings.dt
 
     @property
     def nbytes(self) -> int:
-        """Approximate memory [B]."""
+        """Approximate size [B]."""
         answers = 0 if self.answers is None else self.answers.rows.nbytes
         return _STRETCH_BYTES + sum(array.nbytes for array in self.targets) + answers
 
@@ -65,11 +56,7 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recorded piece of a run; see `scenes.rerun`. Plain data, so that it can be sent to another process.
-
-    Attributes:
-        stretches: its settings and targets, in order; at least one.
-    """
+    """A recorded piece of a run, see `scenes.rerun`; picklable. `stretches`: at least one."""
 
     snapshot: Snapshot
     stretches: tuple[Stretch, ...]
@@ -80,14 +67,12 @@ class Recorded:
 
     @property
     def law(self) -> LawAnswers | None:
-        """Newest answers of a custom law, which can be replayed but not asked again; None for the settings'
-        law.
-        """
+        """Newest answers of a custom law; None for the settings' law."""
         return self.stretches[-1].answers
 
     @property
     def begin(self) -> float:
-        """Simulated time at the beginning [s]."""
+        """Simulated time [s]."""
         return self.snapshot.time
 
     @property
@@ -96,21 +81,16 @@ class Recorded:
 
     @property
     def seconds(self) -> float:
-        """Length [s]."""
+        """[s]"""
         return sum(stretch.seconds for stretch in self.stretches)
 
     @cached_property
     def nbytes(self) -> int:
-        """Approximate memory [B]."""
+        """Approximate size [B]."""
         return _CHAPTER_BYTES + sum(stretch.nbytes for stretch in self.stretches)
 
     def targets(self, simulation: Simulation | None = None) -> Iterator[Target | None]:
-        """Target of every step.
-
-        Args:
-            simulation: gets the settings of each step before its target is yielded; None to yield targets
-                only.
-        """
+        """Target of every step. `simulation`: gets the settings of each step before its target."""
         for stretch in self.stretches:
             if simulation is not None:
                 simulation.apply(stretch.settings)
@@ -118,11 +98,7 @@ class Recorded:
 
 
 class RecordedPerson:
-    """Repeats recorded targets; a `Person`.
-
-    Args:
-        recorded: at rest after its end.
-    """
+    """A `TargetSource` of recorded targets; the last one remains."""
 
     def __init__(self, recorded: Recorded) -> None:
         self.recorded = recorded
@@ -134,8 +110,8 @@ class RecordedPerson:
         self._steps = np.cumsum(targets.counts, dtype=np.int64)
 
     def target(self, time: float) -> Target | None:
-        """Recorded target at a time since the beginning of the log [s]."""
-        # A time that was added up from steps may lie a few bits before the step that it belongs to.
+        """Target at a time since the beginning [s]."""
+        # A sum of time steps may be slightly before its step.
         return self._different(
             min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1)
         )
@@ -150,7 +126,7 @@ class RecordedPerson:
 
 @dataclass(slots=True)
 class _Wanted:
-    """Equal targets under equal settings in consecutive steps; kind and numbers as in `encoded`."""
+    """Equal targets and settings in consecutive steps; `code` and `numbers` as in `encoded`."""
 
     settings: RunSettings
     code: int
@@ -159,12 +135,7 @@ class _Wanted:
 
 
 class InputsLog:
-    """The last ten minutes of a run's targets and settings, with a snapshot every second.
-
-    Args:
-        keep: least simulated time that is kept [s].
-        most_bytes: memory limit, which overrides `keep`.
-    """
+    """The newest `keep` seconds of a run, fewer above `most_bytes`, with a snapshot every second."""
 
     def __init__(self, keep: float = KEEP, most_bytes: int = MOST_BYTES) -> None:
         self._keep, self._most_bytes = keep, most_bytes
@@ -176,24 +147,24 @@ class InputsLog:
     def forget(self) -> None:
         self._chapters.clear()
         self._expected = self._turn = -1
-        """Number of steps before the next record, and before the next chapter."""
+        """Steps before the next record, and before the next chapter."""
         self._snapshot: Snapshot | None = None
-        """Beginning of the newest, open chapter."""
+        """Beginning of the open chapter."""
         self._wanted: list[_Wanted] = []
         self._answers: list[bytes] = []
-        """Answers of a custom law in the newest chapter, step by step."""
+        """A custom law's answers in the open chapter."""
 
     @property
     def nbytes(self) -> int:
-        """Approximate memory [B]."""
+        """Approximate size [B]."""
         return (
             sum(chapter.nbytes for chapter in self._chapters)
             + (len(self._wanted) + len(self._answers)) * _OPEN_BYTES
         )
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
-        """Record the inputs of the next step, before it; the log restarts after a reset, or with other roles
-        or another room.
+        """Record the inputs of the next step, before it; restart the log after a reset, or with other roles
+        or another custom law.
         """
         if not self._leads_to(simulation):
             self.forget()
@@ -209,19 +180,19 @@ class InputsLog:
         self._expected = simulation.steps + 1
 
     def take_back(self) -> None:
-        """Remove the newest record: its step was not made."""
+        """Remove the newest record, whose step was not made."""
         self._wanted[-1].steps -= 1
         if not self._wanted[-1].steps:
             self._wanted.pop()
         self._expected -= 1
 
     def note_answers(self, simulation: Simulation) -> None:
-        """Record the custom law's answer of the recorded step, after it."""
+        """Record the custom law's answer, after the step."""
         if self._law is not None:
             self._answers.append(np.hstack(simulation.answers).tobytes())
 
     def _leads_to(self, simulation: Simulation) -> bool:
-        """True if the log ends at the simulation's present step."""
+        """True if the log ends at the present step."""
         same_run = simulation.roles is self._roles and law_of_file(simulation) is self._law
         return same_run and simulation.steps == self._expected
 
@@ -256,10 +227,7 @@ class InputsLog:
         return Recorded(self._snapshot, tuple(stretches))
 
     def cut(self, simulation: Simulation) -> tuple[Snapshot, tuple[Recorded, ...]]:
-        """Present state, and the pieces of the run that lead to it; later steps go into a new piece.
-
-        No pieces before the first step, or if the last one was of another experiment.
-        """
+        """Present state, and the pieces that lead to it, if any; later steps start a new piece."""
         if not self._leads_to(simulation):
             return simulation.snapshot(), ()
         if self._wanted:
@@ -267,9 +235,7 @@ class InputsLog:
         return simulation.snapshot(), tuple(self._chapters)
 
     def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
-        """Restore the pieces of `cut` that led a simulation to its present state; none of another kind of
-        law.
-        """
+        """Restore the pieces of `cut`, if they and the simulation both have a custom law, or neither has."""
         self.forget()
         law = law_of_file(simulation)
         if not pieces or (pieces[-1].law is None) != (law is None):
@@ -279,7 +245,7 @@ class InputsLog:
         self._roles, self._law = simulation.roles, law
 
     def window(self, seconds: float = KEEP) -> Recorded | None:
-        """Newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all of it; None if it is empty."""
+        """Newest `seconds` of the run, up to `CHAPTER` longer, or all of it; None if empty."""
         chapters, newest, length = list(self._chapters), list[Recorded](), 0.0
         if self._wanted:
             chapters.append(self._open_chapter())
@@ -297,7 +263,7 @@ class InputsLog:
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
-    """Custom law of a simulation; None for the settings' law."""
+    """Custom law, or None."""
     law = simulation.given_law
     return law if law is not None and isinstance(law, LawOfFile) else None
 

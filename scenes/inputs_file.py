@@ -1,4 +1,4 @@
-"""Recorded inputs as a file: one .npz archive for numpy, checked completely when read."""
+"""Recorded inputs as a file: an .npz archive, checked completely when read."""
 
 import io
 import json
@@ -26,7 +26,7 @@ from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
 
 VERSION: Final = 2
-"""Version of a file with the answers of a custom law; every other file has version 1, for older programs."""
+"""For answers of a custom law; other files have version 1, for older programs."""
 FORMAT: Final = "duet inputs"
 
 LARGEST_FILE: Final = 64_000_000
@@ -47,7 +47,7 @@ _ARRAYS: Final = ("about", "lengths", "codes", "counts", "numbers", "positions",
 
 
 def recorded_bytes(recorded: Recorded, further: Mapping[str, np.ndarray] = {}) -> bytes:
-    """Content of the file; equal inputs give equal bytes. `further`: parts that follow them, by name."""
+    """Content of a file; equal inputs give equal bytes. `further`: more parts, by name."""
     settings = [values(stretch.settings) for stretch in recorded.stretches]
     changes = [{key: b[key] for key in b if a[key] != b[key]} for a, b in pairwise(settings)]
     snapshot = recorded.snapshot
@@ -84,7 +84,7 @@ def recorded_bytes(recorded: Recorded, further: Mapping[str, np.ndarray] = {}) -
 
 
 def read_recorded(path: Path) -> Recorded:
-    """Recorded inputs in a file.
+    """Recorded inputs of a file.
 
     Raises:
         BadInputFile: missing, of another kind, damaged or impossible.
@@ -93,10 +93,10 @@ def read_recorded(path: Path) -> Recorded:
 
 
 def read_person(path: Path, settings: RunSettings) -> TargetSource:
-    """Sources of the inputs in a file: recorded inputs of an earlier run, or a CSV with the header t,x,y,z….
+    """Source of recorded inputs, or of a CSV with the header t,x,y,z….
 
     Raises:
-        BadInputFile: neither, or recorded in a scene where other things are moved.
+        BadInputFile: neither, or recorded in another scene or with other arms.
     """
     data = _content(path)
     if not data.startswith(b"PK"):
@@ -141,13 +141,12 @@ def _content(path: Path) -> bytes:
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:
-    """Recorded inputs in a file's content; see `parts_from`."""
+    """See `parts_from`."""
     return parts_from(data, name)[0]
 
 
 def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]:
-    """Recorded inputs in a file's content, and all its parts by name; those of `further` in `recorded_bytes`
-    are not checked.
+    """Recorded inputs of a file's content, and all its parts by name; `further` parts are not checked.
 
     Raises:
         BadInputFile: see `read_recorded`.
@@ -168,12 +167,12 @@ def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]
             part=f"{missing.args[0]!s:.80}",
         ) from missing
     except Exception as error:
-        # On a damaged archive zipfile and numpy raise nearly every kind there is.
+        # zipfile and numpy raise almost any kind of error for a damaged archive.
         raise BadInputFile("{name}: is not a file of recorded inputs, or is damaged.", name=name) from error
 
 
 class _Damage(Exception):
-    """A damaged file; the message names the damage."""
+    """The message names the damage."""
 
 
 def _check(fine: object, what: str, /, **parts: object) -> None:
@@ -191,7 +190,7 @@ def _too_large(name: str) -> BadInputFile:
 
 def _unpacked(data: bytes) -> dict[str, np.ndarray]:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        # Before anything is unpacked: a small archive may hold a huge one.
+        # Before unpacking: a small archive may have a huge content.
         _check(
             sum(info.file_size for info in archive.infolist()) <= LARGEST_CONTENT,
             "unpacks to more than recorded inputs can be",
@@ -284,7 +283,7 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
 
 
 def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> PackedTargets:
-    """The checked targets. `count`: of different ones; `links`: see `_joint_counts`."""
+    """The checked targets. `count`: of different targets; `links`: see `_joint_counts`."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check(
         (codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64),
@@ -311,7 +310,10 @@ def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> Pac
 
 
 def _check_targets(kind: int, rows: Array, joints: int) -> None:
-    """Check targets of a kind by their numbers (k, width). `joints`: of the arm."""
+    """Check targets of a kind by their numbers (k, width).
+
+    `rows`: targets of a kind (k, width); `joints`: of the arm.
+    """
     if kind == ANGLES or kind > JOINTS:
         _check(kind == ANGLES or kind - JOINTS == joints, "moves joints that the arm does not have")
         _check((np.abs(rows) <= WIDEST).all(), "has an angle beyond two turns")
@@ -341,7 +343,7 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
         type(steps) is int and steps >= 0 and type(time) is float and 0.0 <= time < 1e9,
         "begins at an impossible time",
     )
-    # Only the experiment knows its state and shapes; some have one only after a person was seen.
+    # Only the experiment knows its shapes; some have a state only after a person was seen.
     simulation = Simulation(settings, 1)
     usual = simulation.snapshot().memories
     lengths = about["memories"]
@@ -378,7 +380,7 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
 
 
 def _is_robot(robot: tuple[Array, ...], nv: int) -> bool:
-    """True if these can be commands in transit, the last frame and q̇, see `scenes.hardware`."""
+    """True for plausible states of `Actuation` and `Sensing`."""
     times, commands, held, frame, end = robot
     typed = times.dtype == commands.dtype == held.dtype == end.dtype == np.float64 and frame.dtype == np.int64
     shaped = times.ndim == 1 and commands.shape == (len(times), nv) and frame.shape == ()

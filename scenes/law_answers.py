@@ -1,4 +1,4 @@
-"""Recorded answers of a custom law, step by step, and the law that repeats them."""
+"""Recorded answers of a custom law, and their replay."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -16,9 +16,8 @@ class LawAnswers(NamedTuple):
     """Answers of a custom law; read only.
 
     Attributes:
-        file, sha256: name of the file, and its hash in hexadecimal digits.
-        rows: one per step (steps, 1 + n): λ, and q̇ of every joint that avoids [rad/s]; n by
-            `Simulation.avoiding_joints`.
+        file, sha256: name and hexadecimal hash of the file.
+        rows: λ, and q̇ of the n = `Simulation.avoiding_joints` joints that avoid [rad/s] (steps, 1 + n).
     """
 
     file: str
@@ -27,36 +26,32 @@ class LawAnswers(NamedTuple):
 
 
 class LawOfFile(Law):
-    """A custom law: known by its answers only, not by settings.
-
-    Attributes:
-        file, sha256: as in `LawAnswers`.
-    """
+    """A custom law, known by its answers only."""
 
     file: str
     sha256: str
 
     def activations(self, distances: Array) -> Array:
-        """λ (k,) at distances (k,) for a chart; nan if unknown."""
+        """λ (k,) at distances (k,); nan if unknown."""
         return np.full(len(distances), np.nan)
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """J_d q̇ [m/s] (k,) at distances (k,) for a chart, see `Law.line_rate`; nan if unknown."""
+        """`Law.line_rate` (k,) [m/s] at distances (k,); nan if unknown."""
         del pull, approach, square
         return np.full(len(distances), np.nan)
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """J_d q̇ [m/s] of an arm with one joint that moves the distance, see `Law.line_rate`; nan if unknown."""
+        """See `Law.line_rate` [m/s]; nan if unknown."""
         return float(self.line_rates(np.array([distance]), pull, approach, square)[0])
 
 
 class ReplayedLaw(LawOfFile):
-    """A law that repeats recorded answers, whatever it is asked.
+    """Repeats recorded answers, whatever the situation.
 
     Args:
         answers: of consecutive steps.
-        simulation: its number of steps selects the answers.
-        first: number of steps before the first answer.
+        simulation: its number of steps selects the answer.
+        first: steps before the first answer.
     """
 
     def __init__(self, answers: Sequence[LawAnswers], simulation: Simulation, first: int) -> None:
@@ -67,7 +62,7 @@ class ReplayedLaw(LawOfFile):
         self._left: Array = np.empty(0)
 
     def activation(self, distance: float) -> float:
-        """Recorded λ of this step; then `__call__` gives q̇ of one avoiding group after the other."""
+        """Recorded λ of this step; each `__call__` then gives q̇ of the next avoiding group."""
         del distance
         step = self._simulation.steps
         part = bisect_right(self._starts, step) - 1

@@ -1,19 +1,18 @@
-"""The laws, each declared once; all lists of laws are made from these entries.
+"""A law is a class in `controllers.laws`, its entry here, and its texts in `app.text.law_texts`.
 
-A law is a class in `controllers.laws`, its entry here, and its texts in `app.text.law_texts`. Loads no
-library.
+Loads no library.
 """
 
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 Budget = Literal["share", "switch", "avoidance", "task", "push", "correction"]
-"""How a law combines retreat v and pull u along the line of contact: λ v − (1 − λ) u; one of the two, by a
-switch; v alone; −u alone; −u and a push away; −u, reduced as far as necessary.
+"""Retreat v and pull u along the line of contact give λ v − (1 − λ) u; v or −u by a switch; v; −u; −u and a
+push away; or −u, reduced as far as necessary.
 """
 
 Sees = Literal["nothing", "one row", "all pairs"]
-"""What a law sees: nothing, one distance with its row, or every pair of bodies."""
+"""Pairs whose distance and J_d a law uses."""
 
 
 class Knob(NamedTuple):
@@ -22,7 +21,7 @@ class Knob(NamedTuple):
     Attributes:
         points: values to compare, ascending, SI.
         feed_forward: the law knows the obstacle's speed w.
-        ahead: distance by which d_0 stays above a varied d_m [m]; 0 if d_0 does not follow.
+        ahead: d_0 − d_m while d_m varies [m]; 0 if d_0 does not follow.
     """
 
     key: str
@@ -36,19 +35,19 @@ class Knob(NamedTuple):
 
 @dataclass(frozen=True)
 class LawEntry:
-    """A law.
+    """Entry of `LAWS`.
 
     Attributes:
-        name: on the command line, in links and in files.
+        name: in commands, links and files.
         label: in the picker.
         made_by: its class, "file:Name" in `controllers.laws`.
-        reads: keys of the law's settings that the class takes as arguments of the same names.
-        knobs: of its comparison with others at equal distance; () if its distance cannot be chosen.
+        reads: keys of law settings, also the class's arguments.
+        knobs: for comparisons at equal distance; () if its distance cannot be chosen.
         rests: its resting distance has a closed form in d_m, n and v.
-        promises: the promise of `scenes.promise` is made for it.
-        of_section_iii: it is eq. (12), with the stability of the paper's section III.
-        in_null_space: it divides by what the hand leaves of J_d.
-        in_league: the league plays it; False for a law that can imitate any other.
+        promises: `scenes.promise` holds for it.
+        of_section_iii: eq. (12), with the stability of the paper's section III.
+        in_null_space: it divides by the part of J_d in the hand's null space.
+        in_league: False for a law that can imitate any other.
         offered_first: in the short list of laws.
     """
 
@@ -69,9 +68,7 @@ class LawEntry:
 
     @property
     def settings(self) -> frozenset[str]:
-        """Keys of all law settings that have an effect under it: its own, and those of the distance
-        measurement.
-        """
+        """Keys of its settings, including those of the measured distance."""
         measured = {"nothing": (), "one row": ("pairs", "beta", "eps", "coupled"), "all pairs": ("coupled",)}[
             self.sees
         ]
@@ -79,27 +76,23 @@ class LawEntry:
 
     @property
     def has_barrier(self) -> bool:
-        """True if d falls to d_m at γ (d − d_m) at most."""
+        """True if ḋ ≥ −γ (d − d_m)."""
         return "gamma" in self.reads
 
     @property
     def retreats(self) -> bool:
-        """True if it retreats at v, so that a faster obstacle comes nearer."""
+        """True if it retreats at v; a faster obstacle comes nearer."""
         return "v" in self.reads
 
     @property
     def distance_knob(self) -> Knob | None:
-        """The setting that chooses its distance, or None."""
         return self.knobs[0] if self.knobs else Knob("dm", ()) if "dm" in self.reads else None
 
 
 DEFAULT_LAW: Final = "smooth_priority"
 
 NO_AVOIDANCE: Final = "unprotected"
-"""The law that does nothing."""
-
 BARRIER_LAW: Final = "barrier_qp"
-"""The law that other projects have, too."""
 
 DRAWN_LAW: Final = "drawn_curve"
 

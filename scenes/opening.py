@@ -1,6 +1,4 @@
-"""Opening of the hold experiment on a page with its usual settings: the scripted guided hand shows the arm's
-redundancy.
-"""
+"""Opening of the hold experiment: a scripted guided hand shows the other arm's redundancy."""
 
 from typing import Final, NamedTuple
 
@@ -16,7 +14,7 @@ class Leg(NamedTuple):
     """A move of the guided hand, from rest to rest.
 
     Attributes:
-        place: its end (3,), world [m].
+        place: end (3,), world [m].
         pause: rest after it [s].
     """
 
@@ -30,24 +28,24 @@ ELBOW: Final = (
     Leg((0.203, 0.378, 0.624), 2.0),
     Leg((0.265, 0.399, 0.640), 10.0),
 )
-"""To the silver elbow from below, then slowly on: it swings away in the null space of its hand, which stays
-in its ring. The last two places are beyond the arm's reach: it comes as far as it can.
+"""To the silver elbow from below, then slowly further: it swings away in the null space of its
+hand. The last two places are beyond the guided arm's reach.
 """
 
 PUSH: Final = (Leg((0.60, 0.32, 0.90), 2.5, 1.0),)
-"""To the silver forearm, too fast for the null space alone: the hand has to leave its ring."""
+"""To the silver forearm, too fast for the null space alone: the hand must leave its ring."""
 
 BACK: Final = (Leg((0.729, -0.311, 0.873), 4.0, 1.0),)
-"""Home, so that the silver hand comes back to its ring."""
+"""Home; the silver hand returns to its ring."""
 
 OPENING: Final = (*ELBOW, *PUSH, *BACK)
 
 AS_DESIGNED: Final = ("scene", "rig", "robot", "guided", "task", "start", "seed")
-"""Settings for which the legs were designed: their usual values."""
+"""Settings whose usual values the legs were designed for."""
 
 
 def begins_with_opening(settings: RunSettings) -> bool:
-    """True if the opening fits a run: the usual arms and tasks, and no chosen seed; under any law."""
+    """True for the usual values of `AS_DESIGNED`, under any law."""
     usual = RunSettings()
     return all(getattr(settings, name) == getattr(usual, name) for name in AS_DESIGNED)
 
@@ -56,8 +54,8 @@ class Opening:
     """A `TargetSource`: the opening, then another source.
 
     Args:
-        start: the hand at time 0 (3,) [m].
-        after: continues at the last place, from its own time 0.
+        start: hand at time 0 (3,) [m].
+        after: starts at the last place, with its time 0.
     """
 
     def __init__(self, start: Array, after: TargetSource) -> None:
@@ -67,7 +65,7 @@ class Opening:
             (sum(lasting[: i + 1]), sum(lasting[:i]), leg.seconds, places[i], places[i + 1] - places[i])
             for i, leg in enumerate(OPENING)
         ]
-        """End and begin of each leg, duration of its move [s], place and way of the hand (3,) [m]."""
+        """End, begin and duration of each move [s], start and way of the hand (3,) [m]."""
         self._end = sum(lasting)
         self._after = after
 

@@ -1,4 +1,4 @@
-"""Which links of an arm can meet others of the same arm."""
+"""Self-collision pairs of an arm."""
 
 import pinocchio as pin
 
@@ -7,13 +7,10 @@ from scenes.room import Room
 
 
 def own_pairs(room: Room, arm: Arm, least: float) -> pin.GeometryModel:
-    """Capsules of an arm, paired with each other, except neighbours.
+    """Pairs of an arm's capsules, except neighbours.
 
     Args:
-        room: with the arm.
-        arm: which one.
-        least: pairs that are nearer than this in the room's start posture are left out [m]: such capsules
-            overlap by their shape.
+        least: pairs nearer than this in the room's start posture are left out [m]; they overlap by shape.
     """
     made = room.robots[room.arms.index(arm)]
     geometry = pin.GeometryModel()

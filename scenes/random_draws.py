@@ -1,4 +1,4 @@
-"""Random settings, start postures and ways of a person's hand: the series of runs that `scenes.random_runs` checks."""
+"""Random settings, start postures and hand motions for `scenes.random_runs`."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,22 +19,21 @@ from scenes.world_stages import clearance, kept_clear
 HARDWARE: Final = specs(HardwareSettings)
 
 UNDRAWN: Final = frozenset({*HARDWARE, *LATER})
-"""Settings that are not drawn with the others: a series of a seed stays as it was before the later ones."""
+"""Settings that are not drawn with the others, so that new ones do not change a seed's series."""
 
 REAL_ROBOTS: Final = 0.25
-"""Share of the runs with robots that are not ideal; the bounds hold for them, the promise is not made."""
+"""Share of runs with robots that are not ideal, for which there is no promise."""
 
 TRIES: Final = 12
-"""Postures of which one becomes the start."""
+"""Random postures from which a start is chosen."""
 
 FAR: Final = ((-0.9, -0.7, 0.0), (0.9, 0.7, 1.5))
-"""Corners of the box of places to which a hand is drawn [m]."""
+"""Corners of the box of a hand's random places [m]."""
 
 PLACES: Final = 4
-"""Number of these places."""
 
 PAUSE: Final = 1.5
-"""Longest time from one of them to the next [s]."""
+"""Longest time between two places [s]."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +41,8 @@ class RandomRun:
     """One run.
 
     Attributes:
-        start: q (nv,) [rad, m], None for the settings' own.
-        hand: where a person wants the hand, None for the autopilot.
+        start: q (nv,) [rad, m]; None for the start of the settings.
+        hand: its path; None for the autopilot.
     """
 
     settings: RunSettings
@@ -52,7 +51,7 @@ class RandomRun:
 
 
 def random_run(seed: int, index: int, series: Series = "usual") -> RandomRun:
-    """Run `index` of a series of a seed, always the same."""
+    """Run `index` of a seed's series; equal arguments give equal runs."""
     dice = np.random.default_rng([seed, index])
     if series == "first-tasks":
         return _first_task_run(dice)
@@ -69,7 +68,6 @@ def random_run(seed: int, index: int, series: Series = "usual") -> RandomRun:
 
 
 def _first_task_run(dice: np.random.Generator) -> RandomRun:
-    """A run of another first task, from a start posture that keeps it."""
     settings = changed(RunSettings(), "scene", FIRST_TASK)
     for key, spec in specs().items():
         if key != "scene" and key not in HARDWARE:
@@ -105,12 +103,10 @@ def _perhaps_real(dice: np.random.Generator, settings: RunSettings) -> RunSettin
 
 
 def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> object:
-    """Value of a setting: half of the laws are the one with the promise, half of the numbers are the
-    defaults.
-    """
+    """Random value of a setting; the law and the numbers keep their defaults with probability 1/2."""
     usual = bool(dice.random() < 0.5)
     if key == "scene":
-        # Another first task has a series of its own.
+        # Other first tasks have their own series.
         return str(
             dice.choice([name for name, experiment in EXPERIMENTS.items() if experiment.obstacle != "task"])
         )
@@ -129,9 +125,7 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
 
 
 def _start(dice: np.random.Generator, room: Room) -> Array | None:
-    """The room's own start posture (None), a random one, or the one of twelve random ones with the nearest
-    bodies.
-    """
+    """The room's own start (None), a random posture, or that of `TRIES` with the nearest bodies."""
     tries = (0, 1, TRIES, TRIES)[dice.integers(4)]
     if not tries:
         return None
@@ -147,10 +141,10 @@ def _start(dice: np.random.Generator, room: Room) -> Array | None:
 def _edge_start(
     dice: np.random.Generator, settings: RunSettings, margin: Callable[[World], float]
 ) -> Array | None:
-    """The one of twelve random postures with the smallest margin above 0 that the experiment accepts; None without one.
+    """Of `TRIES` random postures the accepted one with the smallest margin above 0; None without one.
 
     Args:
-        margin: of a room in its present state, after `detect`.
+        margin: of a world after `detect`.
     """
     room = room_of(settings)
     world, scenario = World(room, settings.limit_gain), scenario_of(settings)
@@ -166,7 +160,6 @@ def _edge_start(
 
 
 def _postures(dice: np.random.Generator, room: Room, count: int) -> Array:
-    """Random q (count, nv) in whole milliradians and millimetres."""
     return dice.uniform(*random_bounds(room), (count, room.model.nv)).round(3)
 
 
@@ -175,7 +168,6 @@ def _inside_stops(room: Room, posture: Array) -> Array:
 
 
 def _far_hand(dice: np.random.Generator) -> Recording:
-    """A hand that goes to some places anywhere within reach and beyond."""
     pauses = dice.uniform(0.1, PAUSE, PLACES - 1)
     times = np.concatenate([[0.0], np.cumsum(pauses)]).round(3)
     return Recording(times, dice.uniform(*FAR, (PLACES, 3)).round(3))

@@ -1,4 +1,4 @@
-"""Bases, start postures and camera of the two arms."""
+"""Bases, start postures and camera of the arms."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,7 +11,7 @@ from controllers.kinematics import Array
 from scenes.setting_spec import add_choice
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
-"""Turns a posture of one arm into the mirrored posture of the other, for mirrored bases."""
+"""Turns a posture of one arm into the mirrored one of the other."""
 
 
 @dataclass(frozen=True)
@@ -19,10 +19,10 @@ class Camera:
     """A view, described by what it must show.
 
     Attributes:
-        centre: middle of the view (3,), world [m].
+        centre: (3,), world [m].
         toward: from there to the eye (3,), any length.
-        width, height: of the view at the centre [m].
-        fov: vertical angle of view [rad].
+        width, height: at the centre [m].
+        fov: vertical [rad].
     """
 
     centre: tuple[float, float, float]
@@ -34,11 +34,11 @@ class Camera:
 
 @dataclass(frozen=True)
 class Rig:
-    """Bases and start postures: left and right arm, or a single one.
+    """Bases and start postures of two arms, left first, or of one.
 
     Attributes:
         bases: poses in the world.
-        starts: postures (7,) [rad]; () if unknown.
+        starts: (7,) [rad]; () if unknown.
     """
 
     name: str
@@ -71,7 +71,7 @@ _TORSO: Final = Rig(
 
 
 TABLE_HEIGHT: Final = 0.75
-"""World z of the mounting face under both arms of the table [m]."""
+"""World z of the bases on the table [m]."""
 
 TABLE_SEPARATION: Final = 1.1
 """Distance between the bases on the table [m]."""
@@ -89,13 +89,11 @@ _TABLE: Final = Rig(
 )
 
 TABLE_REACH: Final = 0.5
-"""Reach from shoulder to hand [m] below which two arms on the table are closer, in proportion, so that they
-start clear of each other, meet, and can still give way.
-"""
+"""Arms of a shorter reach [m] get closer bases on the table, so that they can meet."""
 
 
 def for_reach(rig: Rig, reach: float) -> Rig:
-    """The rig; for short arms the table with closer bases. `reach`: mean of both arms [m]."""
+    """The rig; for short arms on the table with closer bases. `reach`: mean of both arms [m]."""
     if rig is not _TABLE or reach >= TABLE_REACH:
         return rig
     share, camera = reach / TABLE_REACH, rig.camera
@@ -116,7 +114,7 @@ RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
 
 
 def rig_named(name: str) -> Rig:
-    """A rig by its name, or one with given bases, "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
+    """Rig of a name, or with bases "x,y,z,yaw:x,y,z,yaw" [m, degrees]."""
     if name in RIGS:
         return RIGS[name]
     (left, left_yaw), (right, right_yaw) = (
@@ -141,10 +139,10 @@ def rig_named(name: str) -> Rig:
 
 
 def place_bases(left: str, right: str) -> str:
-    """Make two bases a choice of the setting `rig` in this process; return its name.
+    """Add bases to the choices of `rig` in this process; return their name.
 
     Args:
-        left, right: x,y,z,yaw [m, degrees], or "" for its place on the table.
+        left, right: x,y,z,yaw [m, degrees]; "" for the place on the table.
 
     Raises:
         BadSetting: not four numbers, or out of the room.
@@ -176,20 +174,20 @@ def place_bases(left: str, right: str) -> str:
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
-# From the front and from the side at once: the way from A to B runs across the view, and the arm does not hide it.
+# From the front and the side: the way from A to B crosses the view, and the arm does not hide it.
 _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
 ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
-"""Base of a single arm, whatever the rig of two: upright at the end of the table."""
+"""A single arm, upright at the end of the table."""
 
 CART: Final = replace(
     ALONE, name="cart", camera=replace(_alone_camera, centre=(-0.15, 0.0, 0.88), height=2.15)
 )
-"""The same place, on a cart instead of the bench; its view reaches down to the cart's foot."""
+"""A single arm on a cart, shown down to its foot."""
 
-# Along a wall across the arm's way, a little from the arm's side: the wall hides nothing, and shows the face that the arm meets.
+# Along the wall, a little from the arm's side: the wall hides nothing and shows the face that the arm meets.
 _ALONG_WALL: Final = (-0.75, -2.65, 0.6)
 
 
 def beside_wall(rig: Rig) -> Rig:
-    """The rig of a single arm, seen from where a wall in front of it does not hide the arm."""
+    """Rig of a single arm with a view past a wall."""
     return replace(rig, camera=replace(rig.camera, toward=_ALONG_WALL))

@@ -1,4 +1,4 @@
-"""Parts of an experiment, and its roles: which task moves which arm, and which arms avoid."""
+"""Which task moves which arm in an experiment, and which arms avoid."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,15 +18,15 @@ from scenes.targets import Target
 
 @dataclass(frozen=True)
 class Roles:
-    """The roles of an experiment.
+    """Tasks and arms of an experiment.
 
     Attributes:
-        tasks: all tasks, in the order of evaluation; together they move every column of q once.
-        guided: the arm that the person moves; the only one in a room with one arm.
-        avoiding: the arm that the plots and numbers show.
+        tasks: in the order of evaluation; together they move every column of q once.
+        guided: the arm that the person moves, or the only one.
+        avoiding: the arm that plots and numbers show.
         task: of that arm.
-        held: task of the guided arm; None in a room with one arm.
-        paper: the tasks that avoid in the paper's experiment, in the order of their columns in the history.
+        held: of the guided arm; None with one arm.
+        paper: tasks that avoid in the paper's experiment, in the order of their history columns.
     """
 
     tasks: tuple[ArmTask, ...]
@@ -44,7 +44,7 @@ class Roles:
 
 class TargetSource(Protocol):
     def target(self, time: float) -> Target | None:
-        """Target at a time [s], or None for no change."""
+        """Target at a time [s]; None for no change."""
         ...
 
 
@@ -76,21 +76,19 @@ class Scenario:
         return NO_TARGETS
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
-        """Source for the start of a page without other requests; None if the experiment has no opening."""
+        """Source for a page that starts without other requests, or None."""
         return None
 
     def stages(self, world: World, settings: RunSettings) -> tuple[RowStage, ...]:
-        """Further first tasks of the arm that avoids, each with priority over the law and over those before it."""
+        """Further first tasks of the avoiding arm; each overrides the law and those before it."""
         return ()
 
     def problem(self, world: World, settings: RunSettings) -> BadSetting | None:
-        """Reason for which the settings cannot be kept from the start on, with its remedy; None if they can."""
+        """Reason why the start cannot keep the settings, with its remedy, or None."""
         return None
 
     def way(self, settings: RunSettings, home: Array) -> Array:
-        """Points (k, 3) of the path that the task prescribes to the hand [m]; (0, 3) without one. `home`: its
-        beginning.
-        """
+        """Prescribed path (k, 3) of the hand from `home` (3,) [m]; (0, 3) without one."""
         return np.zeros((0, 3))
 
 
@@ -100,7 +98,7 @@ def scenario_of(settings: RunSettings) -> Scenario:
 
 
 def room_of(settings: RunSettings) -> Room:
-    """Room of the settings' experiment.
+    """Room of an experiment.
 
     Raises:
         MissingPackage: a robot comes from a package that is not installed.

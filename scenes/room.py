@@ -1,6 +1,4 @@
-"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies and pairs; and their
-present state.
-"""
+"""Model of everything that moves in a room, and its state."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -27,27 +25,24 @@ from scenes.settings import ArmName, ControlPoint, RunSettings
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
 
 CLEAR: Final = 0.25
-"""Sufficient distance between two arms at the start [m]."""
+"""Sufficient distance of two arms at the start [m]."""
 
 LEAST_CLEAR: Final = 0.18
-"""Distance between two arms at the start below which they do not fit the rig [m]."""
+"""Smallest distance of two arms at the start that fits the rig [m]."""
 
 
 @dataclass(frozen=True)
 class Room:
-    """The constant parts of a place; shared by all users, so never write to it.
+    """Constant parts of a place, shared by all users: never write to it.
 
     Attributes:
-        model: all arms, left first (14 joints for two LWRs), then the ball's three translations if there is
-            one.
-        geometry: their capsules, named "left hand" …, and the pairs.
-        robots: the make of each arm.
+        model: all arms, left first (14 joints for two LWRs), then the ball's three translations or the wall.
+        geometry: capsules, named "left hand" …, and their pairs.
         arms: left and right, or a single one.
         start: q (nv,) [rad, m].
-        ball: columns of the ball in q, or None.
+        ball, wall: columns in q, or None.
         point: part that keeps clear of the ball.
-        wall: columns of the wall in q, None in a room without one.
-        watch: makes what the laws act on in place of the distances of the bodies; None for these.
+        watch: makes the detector of other first tasks; None for the distances of the bodies.
     """
 
     rig: Rig
@@ -63,7 +58,7 @@ class Room:
 
     @property
     def meets_bodies(self) -> bool:
-        """True if the laws act on distances of bodies, which can be drawn."""
+        """True if the laws act on distances of bodies."""
         return self.watch is None
 
     @property
@@ -77,11 +72,11 @@ class Room:
         return (*arms, *ball, *wall)
 
     def arm(self, side: ArmName) -> Arm:
-        """Arm of a side; a single arm for either side."""
+        """Arm of a side, or the only arm."""
         return self.arms[min(SIDES.index(side), len(self.arms) - 1)]
 
     def other(self, side: ArmName) -> Arm:
-        """Arm opposite a side; a single arm for either side."""
+        """Arm opposite a side, or the only arm."""
         return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
 
     def bend(self, arm: Arm) -> float:
@@ -90,7 +85,7 @@ class Room:
         return largest_bend(arm_reach(made), made.model.nv)
 
     def task(self, settings: RunSettings) -> HandTask:
-        """Task of a hand: with fewer than six joints only its position, whatever the settings ask for."""
+        """Task of a hand: only its position if an arm has fewer than six joints."""
         return settings.task if self._hands_turn else "position"
 
     @cached_property
@@ -99,7 +94,7 @@ class Room:
 
 
 class World:
-    """Positions and velocities of everything that moves, and all that is computed from them.
+    """Everything that moves, and what is computed from it.
 
     Args:
         limit_gain: gain near a joint's stop [1/s].
@@ -127,9 +122,7 @@ class World:
 
 
 def random_bounds(room: Room) -> tuple[Array, Array]:
-    """Bounds of a random start posture (nv,) [rad, m]: those of the joints, and ball and wall near their own
-    places.
-    """
+    """Bounds of a random start (nv,) [rad, m]; ball and wall stay near their places."""
     low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
     if room.ball is not None:
         low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
@@ -141,7 +134,7 @@ def random_bounds(room: Room) -> tuple[Array, Array]:
 
 @cache
 def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
-    """Room of a rig with two arms, of one make or of two, built once."""
+    """Room of a rig with two arms, cached."""
     made = tuple(map(robot, makes(robot_name)))
     rig = for_reach(rig_named(rig_name), sum(map(arm_reach, made)) / len(made))
     model, geometry = pin.Model(), pin.GeometryModel()
@@ -155,11 +148,7 @@ def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
 
 
 def _start_of_two(room: Room) -> Array:
-    """q (nv,) [rad] in which both arms start: the known postures, or those found with the largest clearance.
-
-    Raises:
-        BadSetting: no two postures are clear of each other.
-    """
+    """Known start q (nv,) [rad] of both arms, or the best found; BadSetting if none is clear."""
     left, right = (
         found_postures(made, base, other, side, room.rig.name)
         for made, base, other, side in zip(
@@ -195,7 +184,7 @@ def _start_of_two(room: Room) -> Array:
 def with_arm(
     model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3
 ) -> tuple[pin.Model, Arm]:
-    """The model with one more arm, and the arm; its capsules are added to the geometry."""
+    """The model with one more arm, and the arm; adds its capsules to `geometry`."""
     first, offset = model.nv, model.njoints - 1
     model = pin.appendModel(model, _renamed(made.model, name), 0, base)
     for capsule in made.capsules:
@@ -233,11 +222,10 @@ def _renamed(model: pin.Model, side: str) -> pin.Model:
 def pair_bodies(
     model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False
 ) -> None:
-    """Pair the bodies of two name prefixes, except at a constant distance, J_d ≡ 0.
+    """Pair the bodies of two name prefixes, except those at a constant distance, J_d ≡ 0.
 
-    Such are fixed bodies with each other, and with the part of a link that its joints do not move, such as an
-    upper arm at its shoulder: for such a pair the link begins where it moves. `movable` leaves out the fixed
-    bodies of the first prefix.
+    Two fixed bodies are not paired; at a fixed body a link begins where it moves. `movable` leaves out the
+    fixed bodies of the first prefix.
     """
     left = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(first)]
     right = [i for i, body in enumerate(geometry.geometryObjects) if body.name.startswith(second)]
@@ -258,8 +246,8 @@ def pair_bodies(
 
 
 def _moving_part(model: pin.Model, geometry: pin.GeometryModel, body: int) -> int | None:
-    """Index of a body that covers the part of a capsule that its joints move by at least `AUTHORITY`; added
-    to the geometry unless it is the whole capsule. None without such a part.
+    """Body of the part of a capsule that moves by at least `AUTHORITY`, added unless it is the whole capsule;
+    None without such a part.
     """
     capsule = geometry.geometryObjects[body]
     data, random = model.createData(), np.random.default_rng(1)

@@ -1,7 +1,6 @@
-"""Visible stands of the arms: a torso and a workbench, generated as GLB files; not obstacles.
+"""Visible stands of the arms, generated as GLB files; not obstacles.
 
-World frame: z up, floor at z = 0, metres. Neutral greys, so that orange arms stand out in light and dark
-mode.
+World frame: z up, floor at z = 0, metres. Greys, so that orange arms stand out.
 """
 
 from __future__ import annotations
@@ -39,10 +38,9 @@ MATERIALS: Final[Mapping[str, Material]] = {
 COARSE_SHARE: Final = 0.12
 
 FEW: Final = 28
-"""Sections of revolved parts of the coarse torso: thinned out like the rest it would be ragged."""
 
 BOARDS: Final = ("light", "dark")
-"""Boards and bars of the bench: they have few triangles already, and fewer would deform them."""
+"""Fewer triangles would deform these boards and bars."""
 
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
@@ -57,7 +55,6 @@ def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Tri
 
 
 def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.Trimesh:
-    """One soft casting behind both flanges and down to the column, skinned from its heart (3,)."""
 
     def form(p: Array) -> Array:
         body = smooth_max(
@@ -80,10 +77,10 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
 
 @functools.cache
 def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m]. Shared: do not change them.
+    """Material → mesh in the world frame [m]. Shared: do not change them.
 
     Args:
-        coarse: few triangles, for a browser without a graphics card.
+        coarse: few triangles, see `scenes.lwr.shells`.
     """
 
     def turned(
@@ -117,7 +114,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
 
 @functools.cache
 def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m], with one or two plates; `coarse` as above."""
+    """As `torso_meshes`. `separation`: of the bases [m]."""
     half_x, half_y, corner, top = bench_half_length(separation), BENCH_HALF_DEPTH, 0.045, BENCH_TOP
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
     apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
@@ -159,9 +156,7 @@ def torso_glb(coarse: bool) -> bytes:
 
 @functools.cache
 def table_glb(separation: float, coarse: bool, plates: int = 2) -> bytes:
-    """Bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` =
-    1) only for the left one.
-    """
+    """Bench for bases at x = ± half the separation [m], facing each other; `plates` = 1: only the left."""
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
     return glb.cached(
         name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates, coarse), coarse),)
@@ -184,7 +179,7 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> by
 
 @functools.cache
 def cart_glb(place: tuple[float, float], coarse: bool) -> bytes:
-    """A cart on four wheels, with a plate for a base in its middle [m]; `coarse` as above."""
+    """A cart with a plate for a base at `place` (x, y) [m]."""
     half_x, half_y, corner, top = *CART_HALF, 0.04, BENCH_TOP
     body = rounded([(0, 0.09), (corner, 0.09), (corner, 0.40), (0, 0.40)], 0.006, 3)
     column = rounded([(0.13, 0.395), (0.11, top), (0.0, top)], 0.01, 3)

@@ -1,4 +1,4 @@
-"""A short run as text for a link: its settings and all targets, bit for bit, from its room's own start."""
+"""A short run as text for a link: settings and targets, bit for bit, from the room's own start."""
 
 import base64
 import json
@@ -17,13 +17,13 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget, LinkTarget, Target
 
 LONGEST_TEXT: Final = 3000
-"""Longest text [characters]: many programs cut off a longer link."""
+"""Longest text [characters]; many programs cut off longer links."""
 
 LONGEST: Final = 60.0
 """Longest run in a text [s]."""
 
 GRID: Final = 2.0**-13
-"""Grid of positions for a text [m]: multiples of 0.12 mm, so that most bits of the numbers are 0."""
+"""Grid of positions [m], 0.12 mm, so that most bits of the numbers are 0."""
 
 MOST_BYTES: Final = 200_000
 
@@ -33,14 +33,14 @@ _MOST: Final = 0xFFFF
 
 
 def on_grid(target: Target | None) -> Target | None:
-    """Target with the position of the hand, or of a point of a link, on the grid."""
+    """Target with a hand or link position on the grid."""
     if isinstance(target, HandTarget | LinkTarget):
         return target._replace(position=np.round(target.position / GRID) * GRID)
     return target
 
 
 def run_text(recorded: Recorded) -> str:
-    """Raises BadSetting if a run is too long, did not begin at the room's own start, or has several settings."""
+    """Raises BadSetting if the run is too long, has several settings or another start."""
     settings, usual = recorded.settings, values(RunSettings())
     alike = len(recorded.stretches) == 1 and recorded.law is None and recorded.begin == 0.0
     if not alike or recorded_bytes(recorded) != recorded_bytes(
@@ -64,7 +64,7 @@ def run_text(recorded: Recorded) -> str:
 
 
 def run_of_text(text: str) -> Recorded:
-    """Raises BadInputFile if a text is too long, damaged or impossible."""
+    """Raises BadInputFile if the text is too long, damaged or impossible."""
     if len(text) > LONGEST_TEXT:
         raise BadInputFile(
             "push: is longer than {most} characters, and no link to a push is.", most=LONGEST_TEXT

@@ -1,7 +1,4 @@
-"""Declaration of a setting: once for the command line, the page, links and exports.
-
-Also values of `robot` and `rig` given on the command line: pairs of makes, files, bases.
-"""
+"""Declarations of settings for the command line, the page, links and exports."""
 
 import difflib
 import math
@@ -21,17 +18,13 @@ SPEC: Final = "spec"
 
 @dataclass(frozen=True)
 class Tab:
-    """A part of a tab of the page; declares its settings in their order.
-
-    Attributes:
-        place: of the part in its tab.
-    """
+    """A part of a tab of the page; `place` orders the parts."""
 
     name: str
     place: int = 0
 
     def number(self, default: T, key: str, label: str, text: str, *scale: Any, words: str = "") -> T:
-        """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
+        """Declare a number; `scale`: `unit` … `page_scale` of `Spec`."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, *scale, words=words)})
 
     def flag(self, key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
@@ -43,10 +36,10 @@ class Tab:
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words, read=read)})
 
     def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
-        """Declare a setting with choices.
+        """Declare choices.
 
         Args:
-            kind: their Literal; or, without `labels`, a function as `Spec.options`.
+            kind: their Literal; without `labels` a function as `Spec.options`.
 
         Raises:
             ValueError: the numbers of labels and choices differ.
@@ -60,15 +53,14 @@ class Spec:
     """Declaration of one setting.
 
     Attributes:
-        tab: place of its control on the page.
-        key: short name on the command line (`--dm`) and in a link (`?dm=`).
-        label: short name, such as "d_m" or "law".
+        key: on the command line (`--dm`) and in a link (`?dm=`).
+        label: such as "d_m" or "law".
         unit: SI unit; "" for a pure number.
-        low, high: range of a number.
+        low, high: range of a number [SI].
         step: of its slider, in page units.
-        page_unit, page_scale: unit on the page, and page value = scale · SI value.
+        page_unit, page_scale: page value = scale · SI value.
         words: meaning of a symbol in `label`; "" if the label is a word.
-        options: returns the choices in their order, value → label; None for a number or a flag.
+        options: returns value → label of the choices, in order.
         read: returns the normal form of a text, or raises `BadSetting`; None if the value is not a text.
     """
 
@@ -95,9 +87,7 @@ class Spec:
         return tuple(self.options())
 
     def title(self, say: Callable[[str], str] = str) -> str:
-        """Label in front of the control, words first: "critical distance d_m [mm]". `say`: translates words
-        and label.
-        """
+        """Label such as "critical distance d_m [mm]". `say`: translation."""
         unit = f"[{self.page_unit}]" if self.page_unit else ""
         return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
 
@@ -105,13 +95,13 @@ class Spec:
 def checked(
     spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None
 ) -> Any:
-    """An external value as a value of the field; the present value gives the type.
+    """Checked value of a field; the present value gives the type.
 
     Args:
         remedy_of: remedy for an impossible choice, or None.
 
     Raises:
-        BadSetting: it is not a value of the field.
+        BadSetting: not a value of the field.
     """
     if spec.choices:
         if isinstance(value, str) and value in spec.choices:
@@ -157,7 +147,7 @@ NEAREST: Final = 3
 
 
 def nearest_names(name: str, known: Collection[str]) -> tuple[str, ...]:
-    """Names most similar to an unknown one, the nearest first; () if none is similar."""
+    """Known names similar to `name`, the nearest first; may be ()."""
     lower = {one.lower(): one for one in known}
     return tuple(lower[found] for found in difflib.get_close_matches(name[:80].lower(), lower, NEAREST, 0.5))
 
@@ -197,31 +187,29 @@ def _shown(value: object) -> str:
 
 
 PAIR: Final = "_"
-"""Separator of the names of two makes, left first, in one value of `robot`."""
+"""Separator of two makes, left first."""
 
 FILE_NAME: Final = re.compile(r"([a-z0-9-]{1,24})-([0-9a-f]{12})")
-"""Name of a robot from a file: file name and first digits of its content's hash."""
+"""Robot from a file: file name and first digits of its content's hash."""
 
 _NUMBERS: Final = r"-?[0-9.]{1,8}(?:,-?[0-9.]{1,8}){3}"
 BASES_NAME: Final = re.compile(rf"{_NUMBERS}:{_NUMBERS}")
-"""Name of a rig with given bases: x,y,z,yaw of left and right [m, degrees]."""
+"""Rig with given bases: x,y,z,yaw of left and right [m, degrees]."""
 
 _ADDED: Final[dict[str, dict[str, str]]] = {}
-"""Key → value → label of choices added at the start of this process."""
 
 
 _OFFERED: Final[dict[str, dict[str, str]]] = {}
-"""Key → value → label of choices that other parts of the program add in every process."""
 
 
 def offer_choices(choices: Mapping[str, Mapping[str, str]]) -> None:
-    """Add choices after those of the declaration. `choices`: key of a setting → value → label."""
+    """Add choices (key → value → label) after the declared ones."""
     for key, labels in choices.items():
         _OFFERED.setdefault(key, {}).update(labels)
 
 
 def add_choice(key: str, value: str, label: str) -> None:
-    """Add a value to a setting in this process; only the command line may do so, never a visitor."""
+    """Add a choice in this process; only for the command line, never for a visitor."""
     _ADDED.setdefault(key, {})[value] = label
 
 
@@ -235,7 +223,7 @@ def makes(robot: str) -> tuple[str, str]:
 
 
 def with_added(spec: Spec) -> Spec:
-    """The spec with the choices of this process: offered ones, pairs of different makes, and added ones."""
+    """The spec with all choices of this process, including pairs of makes."""
     added = _OFFERED.get(spec.key, {}) | _ADDED.get(spec.key, {})
     if not added and spec.key != "robot":
         return spec
@@ -246,7 +234,7 @@ def with_added(spec: Spec) -> Spec:
 
 
 def start_remedy(value: str) -> LazyText | None:
-    """How to start Duet so that a value of another start is possible here; None if it never is."""
+    """Start options that would make a value possible, or None."""
     for make in makes(value):
         if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
             return LazyText(

@@ -1,6 +1,4 @@
-"""Experiment, law and a fixed time step: targets → joint velocities → joint positions, one tick at a time,
-always the same bits.
-"""
+"""One experiment in fixed time steps: targets → joint velocities → joint positions, always the same bits."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -39,10 +37,10 @@ HISTORY: Final = 16_000
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The full state between two steps; `Simulation.resume` continues from it, bit for bit.
+    """Full state between two steps; `Simulation.resume` continues from it, bit for bit.
 
     Attributes:
-        steps, time: number of steps made, and simulated time [s].
+        time: simulated [s].
         positions, velocities: (nv,).
         robot: commands in transit, and the last frame of the distance sensor; () for an ideal robot.
     """
@@ -67,14 +65,12 @@ class Simulation:
         self.settings = settings
         self._capacity = capacity
         self.near: Proximity | None = None
-        """Input of the newest decision; None if unknown, or if the settings have changed."""
+        """Input of the newest decision; None after a change of settings."""
         self.law: Law = settings.law.made()
         self.given_law: Law | None = None
         self._hardware: HardwareSettings | None = None
         self.answers: tuple[float | Array, ...] = ()
-        """Answers of the law in the newest step: λ, and q̇ of each group of joints that avoids, perhaps a
-        view [rad/s].
-        """
+        """Answers of the law in the newest step: λ, and q̇ of each avoiding group, perhaps a view [rad/s]."""
         self._enter(room_of(settings))
         self.reset()
 
@@ -94,13 +90,12 @@ class Simulation:
         self.roles = scenario_of(self.settings).roles(self.world, self.settings)
         self.guided: Arm = self.roles.guided
         self.avoiding: Arm = self.roles.avoiding
-        """The arm of the shown task: the one that keeps its place and keeps clear, or the slave."""
+        """Arm of the shown task: the one that keeps its place and avoids, or the slave."""
         self._followers = [task for task in self.roles.tasks if task.desired is not None]
         self._desired[:] = np.nan
         self._form()
 
     def _form(self) -> None:
-        """Form the groups that avoid: each task by a row of its own, or all by one row."""
         tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
         groups = [avoiding] if self.settings.one_row else [(task,) for task in avoiding]
         self._groups = [AvoidanceGroup(self.world, group, tasks) for group in groups]
@@ -111,7 +106,6 @@ class Simulation:
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
         self._further = scenario_of(self.settings).stages(self.world, self.settings)
         self.stages = stages = WorldStages(self.world) if self.settings.world else None
-        """Keep the arms clear of their surroundings; None if that is off."""
         self._gliding = [
             (stage, wanted[part])
             for task, wanted in self._by_person
@@ -120,10 +114,12 @@ class Simulation:
         for group in self._groups:
             group.stages = stages.inside(group.joints) if stages else []
         self.bound_bites = False
-        """True if a law's velocity was outside its arm's bounds in the last step."""
+        """True if a law's velocity was out of bounds in the last step."""
 
     def apply(self, settings: RunSettings) -> None:
-        """Change the settings from the next step on. The arms stay in place unless the room changes."""
+        """Change the settings from the next step on; arms stay in place unless the room, experiment or start
+        changes.
+        """
         before = self.settings
         self.settings, self.near = settings, None
         if self.given_law is None:
@@ -152,7 +148,7 @@ class Simulation:
             self._further, self.start_problem = scenario_of(settings).stages(self.world, settings), None
 
     def reset(self, positions: Array | None = None) -> None:
-        """Restart at time 0, at rest, in the settings' start posture or at q (nv,) [rad]. The settings stay."""
+        """Restart at time 0, at rest, in the settings' start posture or at q (nv,) [rad]."""
         self.positions[:] = start_of(self.settings, self.room) if positions is None else positions
         self.steps = 0
         self.time = 0.0
@@ -169,21 +165,21 @@ class Simulation:
         for task in self.roles.tasks:
             task.begin()
         self.start_problem: BadSetting | None = scenario_of(self.settings).problem(self.world, self.settings)
-        """Reason for which the start cannot keep what the settings ask for, with its remedy; None if it can."""
+        """See `Scenario.problem`."""
 
     def use(self, law: Law | None) -> None:
-        """Use a given law instead of the settings' law; None for the settings' law."""
+        """Use a given law; None for the settings' law."""
         self.given_law = law
         self.law = self.settings.law.made() if law is None else law
 
     @property
     def keeper(self) -> HoldTask | None:
-        """Task of the avoiding hand, which has a position; None if it follows joints."""
+        """Task of the avoiding hand; None if the arm follows joints."""
         return self.roles.task if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def way(self) -> Array:
-        """Points (k, 3) of the avoiding hand's prescribed path, world [m]; (0, 3) without one."""
+        """Path of the avoiding hand, see `Scenario.way`."""
         return (
             np.zeros((0, 3))
             if self.keeper is None
@@ -200,11 +196,11 @@ class Simulation:
 
     @property
     def avoiding_joints(self) -> int:
-        """Number of joints that avoid: the length of q̇ from the law in each step."""
+        """Length of the law's q̇ in each step."""
         return sum(len(group.nominal) for group in self._groups)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
-        """Label of the joint that costs authority, as recorded for the first or second arm that avoids."""
+        """Label of the joint that costs authority."""
         column = joint + self._groups[int(second and len(self._groups) > 1)].joints.start
         arm = next(arm for arm in self.room.arms if arm.joints.start <= column < arm.joints.stop)
         return arm.labels[column - arm.joints.start]
@@ -213,7 +209,7 @@ class Simulation:
         """Advance by dt. `target`: None for no change.
 
         Raises:
-            Unanswered: the law has not answered. Nothing has changed, so the step can be repeated.
+            Unanswered: the law has not answered; nothing has changed, and the step can be repeated.
         """
         if self.given_law is None:
             self._advance(target)
@@ -247,7 +243,7 @@ class Simulation:
             scalars, second = self._decide(near)
             self.near = near
         if hardware is not self._hardware:
-            # Only settings that are in force in a step count: those are kept with the inputs, and the run comes out the same again.
+            # Only settings in force in a step count, as they are recorded with the inputs: a rerun is equal.
             self._hardware = hardware
             if hardware == IDEAL:
                 self._actuation.clear()
@@ -269,22 +265,19 @@ class Simulation:
         self.time += settings.dt
 
     def _glide(self) -> None:
-        """Keep the arms that a person moves clear of their surroundings."""
         for stage, velocities in self._gliding:
             stage.keep(velocities)
 
     def _decide(
         self, near: Proximity, error: float = 0.0
     ) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
-        """Command the arms that avoid; return the columns of the history. `error`: of all measured distances
-        [m].
-        """
+        """Command the avoiding arms; return the history's columns. `error`: of all distances [m]."""
         lam = self.law.activation(near.law_distance)
         self.answers, self.bound_bites = (lam,), False
         first, second = self._groups[0], None
         velocities, u, w, w_law, authority, joint, s = self._kept_clear(first, near, lam, error)
         if len(self._groups) > 1:
-            # What either arm sees of the other's velocity is that of the tick before, so that the order does not matter.
+            # Each arm sees the other's velocity of the last step, so that the order does not matter.
             other = self._groups[1]
             other.velocities[:], *columns = self._kept_clear(other, near, lam, error)
             second = (other.tasks[0].squared_error, *columns)
@@ -308,9 +301,7 @@ class Simulation:
     def _kept_clear(
         self, group: AvoidanceGroup, near: Proximity, lam: float, error: float
     ) -> tuple[Array, float, float, float, int, int, float]:
-        """q̇ (n,) of arms that keep clear together [rad/s]; then u, w, w along the law's row, authority,
-        joint and lever.
-        """
+        """q̇ (n,) of a group [rad/s]; then u, w, w along the law's row, authority, joint and lever."""
         situation = group.situation(self.law, near, error, self.settings.law.knows_w)
         row, w_law = situation.row, group.approach(near.row)
         w = w_law if near.row is near.pair_row else group.approach(near.pair_row)
@@ -329,7 +320,7 @@ class Simulation:
         return velocities, situation.pull, w, w_law, int(authority), joint, s
 
     def _decide_by_sensors(self, target: Target | None) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
-        """`_decide` with sensors: a person's arm uses the true state, the arms that avoid the measured one."""
+        """`_decide` with the measured state for the controller; the person uses the true one."""
         settings, world, actual = self.settings, self.world, self.positions.copy()
         try:
             world.update()
@@ -345,15 +336,12 @@ class Simulation:
             return self._decide(seen, self._sensing.error)
         finally:
             self.positions[:] = actual
-            # What is drawn and measured after a step is the true posture.
+            # The true posture is drawn and measured after a step.
             world.update()
             self.detector.detect()
 
     def _actuate(self, before: Array) -> None:
-        """Replace the commanded velocities of the arms that avoid by the reached ones.
-
-        Commands keep the bounds of the measured joints; here the true ones do.
-        """
+        """Replace commanded velocities by the reached ones, within the true bounds."""
         dt, model = self.settings.dt, self.room.model
         reached = self._actuation.reached(self.settings.hardware, self.velocities, before, self.time, dt)
         stopped = np.zeros(len(reached), bool)
@@ -365,7 +353,6 @@ class Simulation:
         self._actuation.stop(stopped)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
-        """Velocities within the bounds nearest to the law's; s is the lever."""
         if group.box.contains(wanted):
             bounded = Bounded(wanted)
         else:
@@ -393,9 +380,8 @@ class Simulation:
         )
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of the same experiment, with the present settings and a new history.
-
-        Scene, rig, robot, guided arm, path and control point must be as in the snapshot.
+        """Continue from a snapshot with the same scene, rig, robot, guided arm, path and control point, under
+        the present settings.
         """
         self.reset(snapshot.positions)
         self.steps, self.time = snapshot.steps, snapshot.time

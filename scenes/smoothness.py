@@ -1,7 +1,5 @@
-"""Smoothness of a law: the same inputs at dt, dt/2, dt/4, dt/8. A smooth motion's largest step of q̇ halves
-each time, a jump stays.
-
-Also the steps around an instant, beside the same inputs in finer steps.
+"""Smoothness of a law: from dt to dt/2, dt/4, dt/8 a smooth motion's largest step of q̇ halves each time, a
+jump stays.
 """
 
 from dataclasses import dataclass
@@ -19,33 +17,32 @@ from scenes.simulation import Simulation
 SUBSTEPS: Final = (1, 2, 4, 8)
 
 SMOOTH: Final = 0.65
-"""q̇ is smooth if halving dt leaves at most this share of the largest step, the last time and on average."""
+"""q̇ is smooth if the last halving of dt, and all on average, leave at most this share of the largest step.
+"""
 
 JUMP: Final = 0.85
-"""q̇ jumps if the last halving leaves at least this share: 1/2 for a bounded derivative of q̇, 1 at a jump.
-45 runs of all laws and scenes gave 0.48 … 0.50 or 0.98 … 1.02; a jump smaller than the smooth motion of a
-step, or many small ones, are between.
+"""q̇ jumps if the last halving leaves at least this share: 1/2 for a bounded derivative, 1 at a jump. 45 runs
+of all laws and scenes gave 0.48 … 0.50 or 0.98 … 1.02; small or many jumps are between.
 """
 
 STILL: Final = 1e-9
-"""A largest step below this is rounding [rad/s]."""
+"""A smaller largest step is rounding [rad/s]."""
 
 ECHO: Final = 20
-"""Ignored steps after a jump of the inputs: an arm that follows another one jumps one step later, and so on."""
+"""Ignored steps after a jump of the inputs, which followers repeat a step later."""
 
 StepTrend = Literal["measuring", "still", "smooth", "jump", "between"]
 
 
 @dataclass(frozen=True)
 class StepStudy:
-    """The largest step of q̇ against the time step.
+    """Largest step of q̇ against the time step.
 
     Attributes:
-        settings: in force all the time.
         seconds: length of the recomputed run [s].
         dts: time steps [s].
-        largest: for each, the largest change between two steps of the velocity of any joint that keeps clear
-            [rad/s]; None while it is being computed.
+        largest: largest change of an avoiding joint's velocity in a step, for each dt [rad/s]; None if not
+            yet computed.
     """
 
     settings: RunSettings
@@ -68,7 +65,6 @@ class StepStudy:
 
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
-    """Study of a recorded piece of a run with some settings, without results."""
     dt = recorded.stretches[-1].settings.dt
     return StepStudy(
         settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS)
@@ -76,13 +72,12 @@ def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
 
 
 def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int) -> float:
-    """Largest change of a joint's velocity between two steps [rad/s], see `StepStudy`.
+    """Largest change of an avoiding joint's velocity in a step [rad/s].
 
-    Steps right after the beginning, or after another kind of target (the user grasped something), are left
-    out: a jump is expected there.
+    Steps after the beginning, or after another kind of target, are left out: jumps are expected there.
 
     Args:
-        settings: in force all the time; the time step is that of the recorded run.
+        settings: in force all the time, except those in `FIXED`.
 
     Raises:
         Stopped: see `scenes.rerun.rerun`.
@@ -108,13 +103,11 @@ FINER: Final = 2
 
 
 def time_of_largest_jump(times: Array, velocities: Array, dt: float) -> float:
-    """Time of the largest change of any joint's velocity between two steps [s]: that of the later step.
-
-    Steps right after the beginning of a run are left out: a jump is expected there.
+    """Time after the step with the largest change of a joint's velocity [s]; the first steps do not count.
 
     Args:
         times: (steps,) at least one [s].
-        velocities: q̇ of the avoiding arm (steps, joints).
+        velocities: q̇ (steps, joints).
     """
     steps = np.abs(np.diff(velocities, axis=0)).max(axis=1, initial=0.0)
     steps[times[1:] < ECHO * dt] = 0.0
@@ -132,8 +125,7 @@ def avoiding_rates(simulation: Simulation, table: Array) -> Array:
 
 
 def finer_rows(recorded: Recorded, time: float, dt: float) -> Array:
-    """Steps around an instant [s] of a recorded piece, recomputed in finer steps (rows, columns of
-    `scenes.history`).
+    """Steps around an instant [s], recomputed in finer steps (rows, columns of `scenes.history`).
 
     Args:
         dt: of the original steps [s].

@@ -1,6 +1,4 @@
-"""One arm alone (eqs 1–8): a hand that keeps its position or draws a circle, a free elbow, and the null-space
-motions one by one.
-"""
+"""One arm alone (eqs 1–8): a hand that stays or draws a circle, and null-space motions."""
 
 from collections.abc import Callable
 from functools import cache
@@ -32,9 +30,7 @@ ALONE_NAME: Final = "arm"
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
-    """Desired position (3,) [m] and velocity (3,) [m/s] of the hand on an upright circle that begins at home
-    (3,).
-    """
+    """Position (3,) [m] and velocity (3,) [m/s] on an upright circle from home (3,)."""
     phase, rate = 2.0 * np.pi * time / LAP, 2.0 * np.pi / LAP
     s, c = np.sin(phase), np.cos(phase)
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
@@ -48,14 +44,14 @@ def build_alone(robot_name: str = "lwr") -> Room:
 
 
 def alone_start(robot_name: str) -> Array:
-    """q (n,) [rad] in which a single arm of a make starts."""
+    """Start q (n,) [rad] of a single arm."""
     if robot_name == "lwr":
         return ALONE.starts[0].copy()
     return found_postures(robot(robot_name), ALONE.bases[0], ALONE.bases[0], "left", "table")[0]
 
 
 class Solo(Scenario):
-    """No obstacle is near, so that no law changes the task."""
+    """No obstacle is near, so no law changes the task."""
 
     def room(self, settings: RunSettings) -> Room:
         return build_alone(makes(settings.robot)[0])
@@ -75,11 +71,10 @@ class Solo(Scenario):
 
 
 def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
-    """Target that turns the elbow by an angle [rad] about the line from shoulder to wrist, with the hand at
-    rest.
+    """Target that turns the elbow by an angle [rad] about the line from shoulder to wrist.
 
     Args:
-        kinematics: at the posture of angle 0.
+        kinematics: at angle 0.
     """
     pose = kinematics.hand_pose(arm)
     hand, rotation = pose.translation.copy(), pose.rotation.copy()
@@ -89,11 +84,7 @@ def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
 
 
 def elbow_sway(world: World, seed: int) -> Scripted:
-    """Scripted target that swings the elbow to and fro with the hand at rest.
-
-    Args:
-        world: a room with one arm in its present state.
-    """
+    """Target that swings the elbow, with the hand at rest."""
     turned, random = swing(world.kinematics, world.room.arms[0]), np.random.default_rng(seed)
     period, angle = float(random.uniform(6.0, 9.0)), float(random.uniform(0.5, 0.8))
     return Scripted(lambda time: turned(angle * np.sin(2.0 * np.pi * time / period)))
@@ -103,27 +94,27 @@ MOTIONS: Final = 4
 """7 joints less 3 coordinates of the hand."""
 
 STEP: Final = 0.01
-"""Length of a step along a motion [rad]; the hand is put back after each."""
+"""Length of a step [rad]; the hand is put back after each."""
 
 PUT_BACK: Final = 1e-3
-"""Damping with which the hand is put back [m/rad], to avoid a leap near a singular posture."""
+"""Damping of this correction [m/rad], against a leap near a singular posture."""
 
 
 def has_null_motions(arm: Arm) -> bool:
-    """True if an arm has four of them: the elbow's, and one for each axis about which the hand turns."""
+    """True if the arm has four null-space motions: the elbow's, and three rotations of the hand."""
     return arm.joints.stop - arm.joints.start == MOTIONS + 3
 
 
 class NullMotions:
     """Moves an arm of seven joints along its four null-space motions.
 
-    The basis is carried along from step to step, so that going back along a motion undoes it.
+    The basis is carried from step to step, so that going back undoes a motion.
 
     Args:
-        positions: q (nv,) at the beginning [rad].
+        positions: initial q (nv,) [rad].
 
     Attributes:
-        gone: distance along each motion (4,) [rad]; length of the path in joint space.
+        gone: path length along each motion (4,) [rad].
     """
 
     def __init__(self, room: Room, arm: Arm, positions: Array) -> None:
@@ -144,15 +135,15 @@ class NullMotions:
         return self._positions[self._arm.joints].copy()
 
     def go(self, motion: int, way: float) -> Array:
-        """Move along a motion, from 0, to a distance from the beginning [rad], or to a joint's limit; return
-        q of the arm (7,) [rad].
+        """Move along a motion (0 … 3) to a distance from the beginning [rad], or to a joint's limit; return q
+        (7,) [rad].
         """
         while abs(left := way - self.gone[motion]) > 1e-9 and self._step(motion, min(max(left, -STEP), STEP)):
             pass
         return self.joints
 
     def _step(self, motion: int, way: float) -> bool:
-        """Make a step; False, without a step, if a joint would pass its limit."""
+        """False, without a step, if a joint would pass its limit."""
         kinematics, arm, before = self._kinematics, self._arm, self.joints
         self._put(before + self.basis[:, motion] * way)
         error = self._hand - kinematics.hand_pose(arm).translation

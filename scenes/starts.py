@@ -1,4 +1,4 @@
-"""Start postures besides the room's own: built in, or from a file."""
+"""Further start postures: built in, or from a file."""
 
 import math
 from pathlib import Path
@@ -16,17 +16,16 @@ from scenes.settings import RunSettings
 BETWEEN: Final = np.array(
     [0.90, 1.48, -1.67, -1.26, 0.07, -1.01, -0.22, -0.70, 1.11, 1.18, -1.88, 0.65, -0.42, -0.35],
 )
-"""Posture of two LWRs on the torso (14,) [rad]: if the guided arm keeps clear and the autopilot of seed 396
-moves it at v = 0.05 m/s, it slides along the tie of two pairs and, with the closest pair, loses 121 mm of 150
-mm against an obstacle at rest, with full authority. Found by a search over random postures, rounded to 0.01
-rad.
+"""Posture of two LWRs on the torso (14,) [rad] for a tie of two pairs.
+
+If the guided arm avoids and the autopilot of seed 396 moves it at v = 0.05 m/s, it slides along the tie and,
+with the closest pair, loses 121 mm of 150 mm against an obstacle at rest, with full authority. Found by
+random search.
 """
 
 
 def start_of(settings: RunSettings, room: Room) -> Array:
-    """q (nv,) [rad, m] in which a run begins: the room's own, unless the settings name another that fits the
-    room.
-    """
+    """Start q (nv,) [rad, m]: the room's, or a fitting one of the settings."""
     return BETWEEN if settings.start == "between" and settings.fits_between else room.start
 
 
@@ -34,11 +33,12 @@ MOST_BYTES: Final = 100_000
 
 
 def read_start(path: Path, room: Room) -> Array:
-    """q (nv,) [rad, m] of a file: numbers in one line or column, or one row below a header with the columns
-    of q, in any form that `scenes.csv_reading` knows.
+    """q (nv,) [rad, m] of a file in any form of `scenes.csv_reading`.
+
+    One line or column of numbers, or a row below a header with the columns of q.
 
     Raises:
-        BadInputFile: no such file, not such a file, or a posture that the room's joints cannot have.
+        BadInputFile: no such file, not such a file, or outside the joints' limits.
     """
     table = read_text_table(input_content(path, MOST_BYTES), str(path), "give joint angles in radians")
     names = [column.format("q") for column in room.columns]
@@ -67,7 +67,6 @@ def read_start(path: Path, room: Room) -> Array:
 
 
 def _without_empty_end(cells: tuple[str, ...]) -> list[str]:
-    """Cells of a line without empty ones at its end, from a final separator."""
     kept = list(cells)
     while kept and not kept[-1]:
         kept.pop()
@@ -75,7 +74,6 @@ def _without_empty_end(cells: tuple[str, ...]) -> list[str]:
 
 
 def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
-    """Cells of a header's only row, in the order of the names; other columns are left out."""
     header, *rows = lines
     if missing := [name for name in names if name not in header]:
         raise BadInputFile(

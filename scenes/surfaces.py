@@ -1,4 +1,4 @@
-"""Smooth surfaces with true normals: revolved profiles, and skins of implicit forms. Lengths in metres."""
+"""Smooth surfaces with true normals: revolved profiles and skins of implicit forms [m]."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Form = Callable[[Array], Array]
-"""Signed function of points (…, 3): negative inside, metre-like near its zero level; (…,)."""
+"""Signed function of points (…, 3): negative inside, near its zero level like a distance [m]; (…,)."""
 
 CREASE: Final = float(np.radians(32))
-"""Turn of a profile from which an edge stays sharp [rad]."""
+"""Smallest turn of a profile that stays a sharp edge [rad]."""
 
 NORMAL_STEP: Final = 2e-4
-"""Half step of the central differences behind the normals of a skin [m]."""
+"""Half step of the differences for a skin's normals [m]."""
 
 
 def mesh(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
-    """A mesh that keeps exactly these vertices (n, 3), faces (m, 3) and unit normals (n, 3)."""
+    """Mesh with exactly these vertices (n, 3), faces (m, 3) and unit normals (n, 3)."""
     # Slow to import, and not needed while the cache has every mesh.
     import trimesh
 
@@ -31,9 +31,7 @@ def mesh(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.T
 
 
 def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
-    """Faces (m, 3) of a row-major grid of vertices; counter-clockwise seen with rows going up and columns to
-    the right.
-    """
+    """Faces (m, 3) of a row-major grid, counter-clockwise with rows going up and columns to the right."""
     row, column = np.meshgrid(
         np.arange(rows - 1), np.arange(columns if closed else columns - 1), indexing="ij"
     )
@@ -44,15 +42,10 @@ def _strip(rows: int, columns: int, closed: bool) -> NDArray[np.int64]:
 
 
 def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh.Trimesh:
-    """A mesh in which equal vertices with equal normals are one, without degenerate faces.
+    """As `mesh`, without degenerate faces; equal vertices with equal normals are one.
 
-    viser 1.1.1 replaces the normals of a GLB by its own from the faces that share a vertex: two copies of a
-    vertex show as a crease, one vertex as a smooth surface.
-
-    Args:
-        vertices: (k, 3) [m].
-        faces: (l, 3), indices of `vertices`.
-        normals: (k, 3), unit.
+    viser 1.1.1 recomputes the normals of a GLB from faces that share a vertex: two copies of a vertex show as
+    a crease.
     """
     same = np.round(np.hstack([vertices * 1e6, normals * 1e3])).astype(np.int64)
     _, first, inverse = np.unique(same, axis=0, return_index=True, return_inverse=True)
@@ -64,9 +57,7 @@ def welded(vertices: Array, faces: NDArray[np.int64], normals: Array) -> trimesh
 
 
 def rounded(points: ArrayLike, radius: float, steps: int = 4) -> Array:
-    """A polyline (n, 2) with inner corners replaced by arcs of this radius, or as large as the sides allow;
-    (m, 2).
-    """
+    """Polyline (m, 2) from `points` (n, 2) with inner corners of this radius, or the largest possible."""
     corner = np.asarray(points, float)
     out = [corner[0]]
     for before, here, after in zip(corner, corner[1:], corner[2:], strict=False):
@@ -95,8 +86,7 @@ def revolve(
 
     Args:
         sections: around the axis; a multiple of 4 when stretched.
-        stretch: pull the four quarters apart by ± this in x and y [m]: a disc becomes a slab with round
-            corners.
+        stretch: ± shift of the four quarters in x and y [m]: a disc becomes a slab.
     """
     line = np.asarray(profile, float)
     line = line[np.r_[True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-9]]
@@ -148,7 +138,6 @@ def _lid(height: float, half: tuple[float, float], up: float) -> trimesh.Trimesh
 
 
 def _first_way_out(form: Form, origins: Array, directions: Array, reach: float) -> Array:
-    """Points (…, 3) where rays leave a form, by bisection."""
     near, far = np.zeros(directions.shape[:-1]), np.full(directions.shape[:-1], reach)
     for _ in range(24):
         middle = (near + far) / 2
@@ -158,13 +147,12 @@ def _first_way_out(form: Form, origins: Array, directions: Array, reach: float) 
 
 
 def _fan(angle: Array, lift: Array) -> Array:
-    """Directions (rows, columns, 3) at angles (rows, columns) from the +x axis, lifted (rows,) from the horizontal."""
+    """Directions (rows, columns, 3) at angles (rows, columns) from +x, lifted (rows,) from the horizontal."""
     flat = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], -1)
     return np.cos(lift)[:, None, None] * flat + np.sin(lift)[:, None, None] * np.array([0.0, 0, 1])
 
 
 def _crowded(form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float) -> Array:
-    """Angles (rows, columns) of the rays of every ring: by length of the outline, denser where it turns."""
     fine = first + np.linspace(0, 2 * np.pi, 361)
     outline = _first_way_out(
         form, spine[:, None], _fan(np.broadcast_to(fine, (len(spine), 361)), lift), reach
@@ -188,22 +176,17 @@ def _crowded(form: Form, spine: Array, lift: Array, columns: int, reach: float, 
 def skin(
     form: Form, spine: Array, lift: Array, columns: int, reach: float, first: float = np.pi / 2, dome: int = 0
 ) -> trimesh.Trimesh:
-    """Skin a form from inside: a ring of rays from every point of a curve, to the first way out.
-
-    The rays of a ring are denser where the outline turns, so that rounded edges run along the columns of the
-    mesh.
+    """Skin a form from inside: a ring of rays from every point of a curve to the surface.
 
     Args:
         form: negative on the spine, positive at `reach` along every ray.
-        spine: start of the rays of every ring (rows, 3) [m].
-        lift: angle of every ring of rays from the horizontal (rows,), growing [rad].
-        columns: rays of a ring, an even number.
+        spine: origins of the rings (rows, 3) [m].
+        lift: angles of the rings from the horizontal (rows,), growing [rad].
+        columns: rays of a ring, an even number, denser where the outline turns.
         reach: length of the rays [m].
-        first: angle of the first column, on a plane of symmetry of the form: the crowding is made symmetric
-            about it [rad].
-        dome: close the last ring, a horizontal one, with this number of strips: its first half (from `first`
-            = the +y axis) turned about the y axis until it lies on its second half. An edge about the y axis
-            then runs on along one column, without a pole.
+        first: angle of the first column, on a plane of symmetry of the form [rad].
+        dome: strips that close the last, horizontal ring: its half from `first` = the +y axis, turned about y
+            onto the other half; no pole.
     """
     angle = _crowded(form, spine, lift, columns, reach, first)
     vertices = _first_way_out(form, spine[:, None], _fan(angle, lift), reach).reshape(-1, 3)
@@ -242,7 +225,7 @@ def moved(
     rotation: ArrayLike = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     shift: Sequence[float] = (0, 0, 0),
 ) -> trimesh.Trimesh:
-    """The mesh rotated by a matrix (3, 3), then shifted (3,)."""
+    """Mesh rotated by a matrix (3, 3), then shifted (3,)."""
     R = np.asarray(rotation, float)
     return mesh(
         part.vertices @ R.T + np.asarray(shift, float), np.array(part.faces), part.vertex_normals @ R.T
@@ -250,26 +233,24 @@ def moved(
 
 
 def smooth_max(a: Array, b: Array, width: float) -> Array:
-    """max(a, b) with an edge rounded over a width [m]: what is inside both forms, never more. a, b: of one shape [m]."""
+    """max(a, b) with an edge rounded over a width [m], never less. a, b: of one shape [m]."""
     return np.maximum(a, b) + np.maximum(width - np.abs(a - b), 0) ** 2 / (4 * width)
 
 
 def smooth_min(a: Array, b: Array, width: float) -> Array:
-    """min(a, b) with a corner filled over a width [m]: what is inside either form, and a fillet. a, b: of one shape [m]."""
+    """min(a, b) with a fillet over a width [m], never more. a, b: of one shape [m]."""
     return -smooth_max(-a, -b, width)
 
 
 def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
-    """The mesh with its surface moved out along the normals [m]; shrunk if negative."""
+    """The mesh moved out along its normals [m]; in if negative."""
     return mesh(part.vertices + by * part.vertex_normals, np.array(part.faces), np.array(part.vertex_normals))
 
 
 def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
-    """A mesh with a share of the triangles, at least 64, kept where the shape needs them (quadric error
-    metric).
+    """Mesh with a share of the triangles, at least 64, by the quadric error metric.
 
-    Every vertex is one of the original's: what was inside a capsule stays inside, and light falls on it as on
-    the original.
+    All vertices are original, so it stays inside its capsule and keeps its shading.
     """
     import fast_simplification
     import trimesh

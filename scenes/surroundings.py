@@ -1,4 +1,4 @@
-"""What an arm can meet apart from the other arm: table, stand, floor and itself, as one first task."""
+"""Table, stand, floor and an arm's own links as one first task."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -15,13 +15,13 @@ from scenes.own_pairs import own_pairs
 from scenes.room import Room, World
 
 MARGIN: Final = 0.03
-"""h_m: an arm glides along things at about this distance [m]."""
+"""h_m: distance at which an arm glides along things [m]."""
 
 RETREAT: Final = 0.05
-"""v: how fast it leaves what it touches [m/s]."""
+"""v: speed of retreat from a touched thing [m/s]."""
 
 TOUCHING: Final = 2.0 * MARGIN
-"""What is nearer than this in the start posture is left out [m]: such things belong together, as a pedestal and its table."""
+"""Things nearer at the start belong together and are left out, as a pedestal and its table [m]."""
 
 
 def surroundings(
@@ -30,8 +30,6 @@ def surroundings(
     """Distance of an arm from furniture, floor and its own links; None if it can meet nothing.
 
     Args:
-        world: with the arm.
-        arm: which one.
         critical_value: h_m [m].
         nominal_rate: v [m/s].
     """
@@ -59,7 +57,7 @@ class _Ball:
 
 
 def ball_surroundings(world: World) -> Surroundings | None:
-    """Distance of the ball from pedestals, stand and furniture; None if the room has no ball, or it begins at one of them."""
+    """Distance of the ball to pedestals, stand and furniture; None without a ball or if it starts at one."""
     room, ball_columns = world.room, world.room.ball
     if ball_columns is None:
         return None
@@ -93,7 +91,7 @@ def _start_of(room: Room) -> Kinematics:
 
 
 def _add_columns(room: Room, geometry: pin.GeometryModel, columns: tuple[Column, ...]) -> None:
-    """Pair every moving capsule of a geometry with every column that it does not touch in the start posture."""
+    """Pair moving capsules with columns that they do not touch in the start posture."""
     links = [i for i, body in enumerate(geometry.geometryObjects) if body.parentJoint]
     added: list[tuple[int, int]] = []
     for number, column in enumerate(columns):
@@ -122,5 +120,4 @@ def _capsule(body: pin.GeometryObject) -> LinkCapsule:
 
 
 def _starts_clear(room: Room, arm: Arm, link: LinkCapsule, boxes: Array) -> bool:
-    """True if a link touches no box in the start posture."""
     return LinksOverBoxes(_start_of(room), arm, (link,), boxes).margin().value >= TOUCHING

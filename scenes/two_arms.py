@@ -1,5 +1,5 @@
-"""Two arms, one moved at random by a person: the other keeps its hand in place (Fig. 5), or follows it joint
-by joint (Fig. 6).
+"""Two arms, one moved by a person: the other keeps its hand in place (Fig. 5), or follows joint by joint
+(Fig. 6).
 """
 
 from typing import Final
@@ -34,9 +34,7 @@ class Hold(Scenario):
         return Autopilot(world.room, settings.guided, settings.seed, start)
 
     def opening(self, world: World, settings: RunSettings) -> TargetSource | None:
-        """The scripted approach to the elbow and the push after it, then the autopilot; None for other arms
-        and tasks.
-        """
+        """Scripted push, then the autopilot; None for other arms and tasks."""
         if not begins_with_opening(settings):
             return None
         start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
@@ -46,7 +44,7 @@ class Hold(Scenario):
 
 
 class MasterSlave(Hold):
-    """The other arm follows the joints of the first, and they keep clear of each other."""
+    """The other arm follows the joints of the first; both avoid."""
 
     def roles(self, world: World, settings: RunSettings) -> Roles:
         room = world.room
@@ -60,11 +58,10 @@ class MasterSlave(Hold):
 
 
 def mirror_signs(axes: Array) -> Array:
-    """(n,) +1 for every joint that keeps its sign in a mirror between left and right, −1 for the others.
+    """(n,) +1 for every joint that keeps its sign in a mirror between left and right, else −1.
 
     Args:
-        axes: (3, n) of the joints at q = 0 in the base's frame, with y to the left. A mirror reverses a
-            rotation about an axis in its plane.
+        axes: (3, n) at q = 0, base frame, y to the left; a mirror reverses rotations about axes in its plane.
     """
     return np.where(abs(axes[1]) < 0.5, -1.0, 1.0)
 
@@ -77,11 +74,11 @@ PAUSE_RANGE: Final = (0.4, 1.2)
 
 
 class Autopilot:
-    """Desired position of the guided hand as a pure function of time and seed: quintics from rest to rest,
-    alternately to a random place on the other arm, as at the start, and to one near home.
+    """Position of the guided hand as a pure function of time and seed: quintics from rest to rest, by turns
+    to a random place on the other arm and near home.
 
     Args:
-        start: the hand at time 0 (3,) [m]; None for its place in the rig's start posture.
+        start: the hand at time 0 (3,) [m]; None for the room's start.
     """
 
     def __init__(self, room: Room, guided: ArmName, seed: int, start: Array | None = None) -> None:
@@ -94,7 +91,7 @@ class Autopilot:
         self._home = kinematics.hand_pose(room.arm(guided)).translation.copy()
         self._random = np.random.default_rng(seed)
         self._begin = self._home if start is None else np.array(start, float)
-        # Knots of the way so far: time the move starts, its duration, from, to.
+        # Begin, duration, from and to of each move.
         self._moves: list[tuple[float, float, Array, Array]] = []
         self._end = 0.0
 

@@ -1,7 +1,7 @@
-"""The last stage of every arm: the paper's law once more, for its distance from table, stand, floor and its own links.
+"""Last stage of every arm: the paper's law for its distance from table, stand, floor and its own links.
 
-It acts on what the stages before it ask for: a person's hand, the law that keeps the arms apart. So an arm that is pressed against the
-table stays clear of it, and its distance from the other arm gives way.
+It changes what earlier stages ask for: an arm pressed against the table stays clear of it, and comes nearer
+to the other arm.
 """
 
 from collections.abc import Iterable
@@ -23,19 +23,17 @@ ORDER: Final = 6.0
 
 
 TOUCHED: Final = 1.6 * MARGIN
-"""A thing that is nearer than this counts as touched: it slows the arm down by 5 % and more [m]."""
+"""A nearer thing counts as touched; it slows the arm by 5 % and more [m]."""
 
 Thing = Literal["table", "floor", "stand", "pedestal", "itself"]
-"""What an arm or a ball can touch."""
 
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """Where an arm or a ball is stopped.
+    """Contact of an arm or a ball.
 
     Attributes:
-        thing: what it touches.
-        point: on the surface of that thing (3,), world [m].
+        point: on the surface of the touched thing (3,), world [m].
     """
 
     thing: Thing
@@ -45,11 +43,7 @@ class Touch:
 class WorldStage:
     """Keeps one arm clear of its surroundings by the paper's law, one-sided.
 
-    The same as a `RowStage` by `SmoothPriority`, in one call of a loop unless a joint meets its bounds.
-
-    Args:
-        task: what is kept.
-        box: bounds of q̇ of the arm.
+    Equals a `RowStage` by `SmoothPriority`, in one call of a loop unless a joint meets its bounds.
     """
 
     def __init__(self, task: Surroundings, box: VelocityBox) -> None:
@@ -58,12 +52,12 @@ class WorldStage:
         self._within_bounds = smooth_stage(task, box, ORDER, one_sided=True)
 
     def keep(self, velocities: Array) -> None:
-        """Replace what was asked for (n,) by q̇ within the joints' bounds [rad/s]."""
+        """Change q̇ (n,) in place to keep clear, within the joints' bounds [rad/s]."""
         if not self._law(velocities):
             velocities[:] = self._within_bounds(velocities)
 
     def touch(self, most: float = TOUCHED) -> Touch | None:
-        """The contact at the configuration of the last `Kinematics.update`; None if nothing is nearer than `most` [m]."""
+        """Contact at the last `Kinematics.update`; None if nothing is nearer than `most` [m]."""
         task = self.task
         # The smooth minimum is never above the least of the margins.
         if task.margin().value > most:
@@ -90,7 +84,7 @@ def _thing(name: str, joint: int) -> Thing:
 
 
 def kept_clear(world: World) -> list[tuple[slice, Surroundings]]:
-    """Columns in q and surroundings of each arm, and of the ball, that can meet anything."""
+    """Columns in q and surroundings of each arm, and the ball, that can meet anything."""
     made = [(arm.joints, surroundings(world, arm)) for arm in world.room.arms]
     if world.room.ball is not None:
         made.append((world.room.ball, ball_surroundings(world)))
@@ -98,7 +92,9 @@ def kept_clear(world: World) -> list[tuple[slice, Surroundings]]:
 
 
 def clearance(kept: Iterable[tuple[slice, Surroundings]]) -> float:
-    """Least distance from anything at the configuration of the last `Kinematics.update`, negative inside [m]; ∞ if there is nothing."""
+    """Least distance from anything at the last `Kinematics.update` [m], negative inside; ∞ if there is
+    nothing.
+    """
     least = np.inf
     for _, task in kept:
         task.margin()
@@ -109,11 +105,8 @@ def clearance(kept: Iterable[tuple[slice, Surroundings]]) -> float:
 class WorldStages:
     """Keeps the arms and the ball of a room clear of their surroundings.
 
-    Args:
-        world: its present state.
-
     Attributes:
-        stages: columns in q of each arm, and of the ball, that can meet anything, and its stage.
+        stages: columns in q and stage of each one of `kept_clear`.
     """
 
     def __init__(self, world: World) -> None:
@@ -122,15 +115,14 @@ class WorldStages:
         ]
 
     def touches(self) -> tuple[Touch, ...]:
-        """Contacts of the arms and the ball at the configuration of the last `Kinematics.update`."""
         return tuple(touch for columns, _ in self.stages if (touch := self.touch_of(columns)) is not None)
 
     def touch_of(self, joints: slice, most: float = TOUCHED) -> Touch | None:
-        """Contact of one arm, or of the ball; None if nothing is nearer than `most` [m]. `joints`: its columns in q."""
+        """Contact of the arm or ball in these columns of q, see `WorldStage.touch`."""
         return next((stage.touch(most) for columns, stage in self.stages if columns == joints), None)
 
     def inside(self, joints: slice) -> "list[tuple[slice, WorldStage]]":
-        """Stages of the arms in some columns of q, each with its columns counted from the first of them."""
+        """Stages in these columns of q, with columns counted from the first one."""
         return [
             (slice(columns.start - joints.start, columns.stop - joints.start), stage)
             for columns, stage in self.stages

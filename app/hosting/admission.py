@@ -14,17 +14,17 @@ SLICE: Final = 0.008
 """Wall time per frame for building pages [s]."""
 
 Pieces = Generator[None, None, None]
-"""Building of a page; yields after every piece."""
+"""Builds a page; yields after every piece."""
 
 _WHOLE: Final = object()
 
 
 class Admission:
-    """Arriving and leaving browsers, and the queue for pages. Belongs to the frame loop's thread.
+    """Queue of browsers for pages. Frame loop's thread only.
 
     Args:
-        build: begins a client's page; the language of others may be set between two pieces, which it does not notice.
-        failed: called in the handler of an exception that `build` raised.
+        build: builds a client's page; changes of the current language between pieces do not affect it.
+        failed: called while an exception of `build` is handled.
     """
 
     def __init__(
@@ -43,9 +43,8 @@ class Admission:
         return self._current is not None or bool(self._waiting)
 
     def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Clients that have connected, and ids of those that have disconnected, since the last call.
-
-        Disconnected clients leave the queue; a half-built page is given up.
+        """Clients that connected, and ids of those that disconnected, since the last call. The latter leave
+        the queue; a half-built page is abandoned.
         """
         before, self._here = self._here, self._context.server.get_clients()
         departures = before.keys() - self._here.keys()
@@ -58,15 +57,14 @@ class Admission:
         self._waiting.append(client)
 
     def send_on(self, count: int, may_go: Callable[[viser.ClientHandle], bool]) -> list[viser.ClientHandle]:
-        """Drop and return at most `count` waiting clients that may go elsewhere, the newest first."""
+        """Remove at most `count` waiting clients that may go elsewhere, newest first."""
         found = [client for client in reversed(self._waiting) if may_go(client)][: max(count, 0)]
         for client in found:
             self._waiting.remove(client)
         return found
 
     def advance(self) -> None:
-        """Build the first client's page for `SLICE`, at least one piece; the next page waits for another
-        frame."""
+        """Build the first client's page for `SLICE`, at least one piece."""
         if self._current is None and self._waiting:
             client = self._waiting.popleft()
             self._current = client, self._build(client), copy_context()

@@ -1,4 +1,4 @@
-"""Parts shared by all hosts and visitors of an app."""
+"""Shared parts of an app."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -28,14 +28,11 @@ class AppContext:
     """What all hosts and visitors share.
 
     Attributes:
-        law: makes the late law of a session.
-        panels: makers of the features' panels on an operator's page.
-        key_help: rows of features in the page's table of keys.
-        overlays: makers of what features draw on a page that shows a session.
-        started_with: objects for hosts and pages, at most one of each type; see `given`.
-        opened: what features have opened for the whole server; closed with it.
+        panels: makers of panels on operators' pages.
+        key_help: features' rows of the table of keys.
+        overlays: makers of features' drawings on pages with a session.
+        started_with: at most one object of each type.
         frame_due: set to ask for a frame at once.
-        parts: what features keep for the server.
     """
 
     server: DuetServer
@@ -54,11 +51,11 @@ class AppContext:
     parts: list[ServerPart] = field(default_factory=list)
 
     def given(self, kind: type[T]) -> T | None:
-        """Object of this type in `started_with`, or None."""
+        """Object of this type in `started_with`."""
         return next((one for one in self.started_with if isinstance(one, kind)), None)
 
     def part(self, kind: type[P]) -> P:
-        """The server's part of this class.
+        """Part of this class.
 
         Raises:
             LookupError: no feature in use adds it.
@@ -74,8 +71,7 @@ class AppContext:
 
     @contextmanager
     def guarded(self, what: str, client_id: int) -> Iterator[None]:
-        """Log an exception of one browser's page, so that the others lose no frame; ignored if the tab is
-        closing."""
+        """Log an exception of one page, so that the others lose no frame."""
         try:
             yield
         except Exception as error:

@@ -1,4 +1,4 @@
-"""The one thread that simulates and draws; resting and hidden pages have few frames."""
+"""The thread that simulates and draws; resting and hidden pages have few frames."""
 
 import logging
 import threading
@@ -14,22 +14,21 @@ from app.web.sending import waking_together
 log = logging.getLogger("duet.hosts")
 
 SOONEST: Final = 0.008
-"""Least time between two frames when an action asks for one at once [s]."""
+"""Least time between frames [s]."""
 
 STUCK: Final = 3.0
-"""Duration after which a frame may be stuck [s]."""
+"""Time after which a frame may be stuck [s]."""
 
 MOST_WORK, LONGEST = 15.0, 120.0
 """Most processor and wall time of a frame that is not stuck [s]."""
 
 
 class FrameLoop:
-    """Calls a function every `FRAME`, and at once (but at least `SOONEST` later) when a frame is due.
+    """Calls `frame` every `FRAME`, and at least `SOONEST` later when `due` is set. Times are wall times [s].
 
     Args:
-        frame: advances and draws everything, given the wall time and the time since the last frame [s].
-        note: called after every frame with its wall time and the time since the last one [s].
-        clock: wall time [s].
+        frame: given the time and the time since the last frame.
+        note: called after it with its duration and the time since the last one.
     """
 
     def __init__(
@@ -54,7 +53,8 @@ class FrameLoop:
 
     def hangs(self) -> bool:
         """True if the current frame is stuck, not merely slow: it neither works nor waits for a processor, or
-        works too long. Ask every few seconds."""
+        works too long. Call every few seconds.
+        """
         worked, seen = _processor_time(self.thread), self._seen
         self._seen = worked
         if self.is_at_work():
@@ -68,7 +68,7 @@ class FrameLoop:
         self.thread.join(timeout=5.0)
 
     def round(self) -> tuple[float, float]:
-        """Make one frame. Returns the earliest and the latest time of the next one [s]."""
+        """Make one frame; earliest and latest time of the next one [s]."""
         now, last = self._clock(), self._began
         self._began, self._worked = now, _processor_time(self.thread)
         try:
@@ -91,24 +91,24 @@ class FrameLoop:
 
 
 def _processor_time(thread: threading.Thread) -> float:
-    """Processor time of a thread, or of the whole process if the system does not tell [s]."""
+    """Processor time of the thread or, if unknown, of the process [s]."""
     if thread.ident is None or not hasattr(time, "pthread_getcpuclockid"):
         return time.process_time()
     return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
 
 
 LIVELY: Final = 3.0
-"""Time after any event with a frame in every round: a camera may still be moving [s]."""
+"""Time with a frame in every round after an event: a camera may still move [s]."""
 
 RESTING: Final = 0.5
-"""Time between two frames of a resting page [s]."""
+"""Time between frames of a resting page [s]."""
 
 UNSEEN: Final = 1.0
-"""Time between two frames of a hidden page, so that a requested file is still sent [s]."""
+"""Time between frames of a hidden page, which still gets requested files [s]."""
 
 
 class Attention:
-    """Recent activity of one page. All times are wall time [s]."""
+    """Recent activity of one page; wall times [s]."""
 
     def __init__(self) -> None:
         self._lively_until = self._next = 0.0
@@ -118,9 +118,7 @@ class Attention:
     def due(self, now: float, hidden: bool, paused: bool, dirty: bool) -> bool:
         """True if a page gets a frame in this round.
 
-        Args:
-            hidden: whether its tab is hidden.
-            dirty: whether its browser has sent anything, or a result has arrived, since the last frame.
+        `dirty`: the browser has sent anything, or a result has arrived, since the last frame.
         """
         turned = (hidden, paused) != (self._hidden, self._paused)
         self._hidden, self._paused = hidden, paused
@@ -132,7 +130,7 @@ class Attention:
         return True
 
     def note(self, now: float, state: object) -> None:
-        """Record a frame that was drawn. `state`: equal to the last one's if it reads the same."""
+        """Record a drawn frame; an equal `state` means no visible change."""
         if not self._paused or state != self._state:
             self._lively_until, self._state = now + LIVELY, state
 

@@ -1,4 +1,4 @@
-"""What a server shows, and to whom."""
+"""What a server shows."""
 
 from typing import Protocol
 
@@ -6,12 +6,15 @@ from app.hosting.admission import Admission
 
 
 class Host(Protocol):
-    """Advances and draws what a server shows. `frame` belongs to the frame loop's thread."""
+    """Advances and draws what a server shows."""
 
     admission: Admission
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Times are wall time, and time since the last frame [s]."""
+        """Advance and draw, in the frame loop's thread.
+
+        `now`: wall time, `elapsed`: since the last frame [s].
+        """
 
     def close(self, goes_on: bool = False) -> None:
-        """Save the visitors' work and close every session. `goes_on`: whether the next server continues it."""
+        """Save the visitors' work and close every session. `goes_on`: the next server continues it."""

@@ -1,4 +1,4 @@
-"""A feature's state for a whole server, such as a device."""
+"""Shared state of a feature."""
 
 from collections.abc import Sequence
 
@@ -7,15 +7,10 @@ from app.session.late_law import LateLawMaker
 
 
 class OpenedFeature:
-    """A feature's state that all sessions of a server share.
-
-    Attributes:
-        panels: makers of panels that use this state.
-        law: makes each session's late law, or None.
-    """
+    """State that all sessions of a server share, such as a device; `panels` make panels that use it."""
 
     panels: Sequence[PanelMaker] = ()
     law: LateLawMaker | None = None
 
     def close(self) -> None:
-        """Release what is open; may be called again."""
+        """Release it; may be called again."""

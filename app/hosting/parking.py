@@ -1,4 +1,4 @@
-"""Live sessions of absent visitors, by the id of the tab."""
+"""Live sessions of absent visitors, by tab."""
 
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from app.session.session import Session
 from app.settings import OPENED
 
 AWAY: Final = 600.0
-"""Time that a live session waits for its visitor [s]."""
+"""Time that a live session is kept [s]."""
 
 MOST_SESSIONS: Final = 8
-"""Most live sessions, each with the history of its run; the oldest is closed first."""
+"""Most live sessions, each with its run's history; the oldest is closed first."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,8 @@ class _Parked:
 
 
 class Parking:
-    """Keeps live sessions in memory, for tabs that reconnect with the same link. Belongs to the frame loop's
-    thread.
-
-    A visitor without a valid id leaves nothing. Records are kept by a feature, if at all
-    (`app.feature.Feature.store`).
+    """Keeps live sessions in memory for tabs that reconnect with the same link. Frame loop's thread only.
+    Only a feature keeps records (`app.feature.Feature.store`).
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -41,31 +38,31 @@ class Parking:
 
     @property
     def health(self) -> Mapping[str, object]:
-        """Part of `/healthz`; called on the network's thread."""
+        """Part of `/healthz`; network thread."""
         return {}
 
     @property
     def trouble(self) -> tuple[str, str] | None:
-        """Title and text, in English, of a warning for visitors, or None."""
+        """Title and English text of a warning for visitors."""
         return None
 
     def save(self, record: VisitorRecord) -> None: ...
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
-        """Record of a visitor by the query of the new link; yields while it is read.
+        """Record for a link's query; yields while it is read.
 
         Returns:
-            None without a record, or if the live session waits for this visitor.
+            None without a record, or if the live session is still here.
         """
         yield from ()
         return None
 
     def alone_has(self, query: Mapping[str, str]) -> bool:
-        """True if no other process has what a tab comes back for."""
+        """True if no other process has the tab's state."""
         return tab_id(query) in self.parked
 
     def park(self, query: Mapping[str, str], session: Session) -> None:
-        """Keep a live session, paused; close it if it could not be claimed."""
+        """Pause and keep a live session; close it without a valid id."""
         tab = tab_id(query)
         if tab is None:
             session.close()
@@ -76,7 +73,7 @@ class Parking:
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> Session | None:
-        """Live session of a tab that is back by the same link, or None; another link closes it."""
+        """Live session of a tab that is back by the same link; another link closes it."""
         self.tidy()
         tab = tab_id(query) or ""
         if not self.awaits(query):
@@ -89,7 +86,7 @@ class Parking:
         return parked is not None and link_of(parked.query) == link_of(query)
 
     def is_reload(self, query: Mapping[str, str]) -> bool:
-        """True if a live session's tab has loaded its page again; False if it only lost its connection."""
+        """True if the tab was reloaded, False if it only lost its connection."""
         parked = self.parked.get(tab_id(query) or "")
         return parked is not None and parked.query.get(OPENED) != query.get(OPENED)
 

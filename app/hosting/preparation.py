@@ -1,5 +1,4 @@
-"""Prepares slow things at the start. Missing meshes are made in another process, as they would delay the
-frames for seconds."""
+"""Prepares slow things at the start; meshes in another process, to keep frames on time."""
 
 import logging
 import threading
@@ -30,7 +29,7 @@ ROOMS: Final[dict[str, Rig]] = {**RIGS, "alone": ALONE}
 
 
 class Preparation:
-    """Reads or makes every item once, in its own thread. `jobs`: makes what is not stored."""
+    """Reads or makes every item once, in its own thread."""
 
     def __init__(self, parts: Sequence[ServerPart], jobs: Jobs) -> None:
         self._parts, self._jobs = parts, jobs
@@ -62,7 +61,7 @@ class Preparation:
 
 
 def mesh_makers() -> Iterator[Callable[[], object]]:
-    """One function per mesh, which reads it from the user's cache or makes it."""
+    """Functions that read or make one mesh each."""
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)

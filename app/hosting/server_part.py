@@ -1,4 +1,4 @@
-"""A feature's parts for a whole server, and for one visitor."""
+"""Parts of a feature."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Visit:
     """A visitor's session before its page is built.
 
     Attributes:
-        private: whether the session is this visitor's alone, not of a class or group.
-        back: whether a live session was claimed from the store.
-        new: whether the store has nothing of the visitor.
+        private: not of a class or group.
+        back: a live session was claimed from the store.
+        new: nothing in the store.
     """
 
     session: Session
@@ -31,41 +31,40 @@ class Visit:
 
 
 class VisitorPart:
-    """A feature's part for one visitor, besides panels; a subclass overrides what it needs."""
+    """A feature's part for one visitor, besides panels."""
 
     def open(self, record: VisitorRecord | None) -> tuple[str, ...]:
-        """Open what the visitor's link or record asks for; return a message for every impossible part of the
-        link."""
+        """Open what link or record ask for; messages for impossible parts of the link."""
         del record
         return ()
 
     def notify(self) -> None:
-        """Report problems with the feature's files, once the page is built, also again after `outdated`."""
+        """Report problems with files, also after `outdated`."""
 
     def add_to(self, client: viser.ClientHandle, view: View) -> None:
-        """Add to the visitor's page, after its panels."""
+        """Add to the page, after its panels."""
 
     def show(self, frame: Frame) -> None:
-        """Update what `add_to` has added."""
+        """Update what `add_to` added."""
 
     @property
     def outdated(self) -> bool:
-        """True if the page must be built again, for example after a file was read again."""
+        """True if the page must be rebuilt."""
         return False
 
     def renew(self, language: Language) -> None:
-        """Prepare for a page that is built again in `language`."""
+        """Prepare for a rebuilt page in `language`."""
 
 
 class ServerPart:
-    """A feature's part for a whole server; a subclass overrides what it needs."""
+    """A feature's part for a server."""
 
     def visit(self, visit: Visit) -> VisitorPart | None:
         del visit
         return None
 
     def prepare(self, language: Language) -> None:
-        """Read or make what is slow the first time, in its own thread."""
+        """Read or make slow things, in its own thread."""
 
     def close(self) -> None:
         """End threads and release files, after the server's end."""

@@ -1,4 +1,4 @@
-"""The teacher's key: a page opened with `?key=KEY` is the teacher's."""
+"""The teacher's key, from a link with `?key=KEY`."""
 
 import secrets
 from collections.abc import Callable, Mapping
@@ -11,23 +11,22 @@ from controllers.errors import BadSetting
 AUTO: Final = "auto"
 
 SHORTEST: Final = 12
-"""Shortest key [characters]: an attacker who does not wait for answers may guess as fast as the network
-allows."""
+"""Shortest key [characters]: guesses can be as fast as the network."""
 
 PERIOD: Final = 1.0
-"""Time between the answers to two wrong keys from one address [s]."""
+"""Time between answers to wrong keys from one address [s]."""
 
 LONGEST: Final = 5.0
-"""Longest wait for an answer to a wrong key [s]; the library gives a request 10 s."""
+"""Longest delay [s]; the library gives a request 10 s."""
 
 MOST_ADDRESSES: Final = 1000
 
 
 def chosen_key(asked: str | None) -> str | None:
-    """Key of a server; a random one for "auto".
+    """Key of a server; random for "auto".
 
     Raises:
-        BadSetting: the key is too short.
+        BadSetting: too short.
     """
     if asked == AUTO:
         return secrets.token_urlsafe(9)
@@ -40,12 +39,8 @@ def chosen_key(asked: str | None) -> str | None:
 
 
 class Guesses:
-    """Delays answers to wrong keys, one `PERIOD` after the other from one address, each on its own
-    connection. The right key never waits: behind a proxy a guessing student has the teacher's address.
-    Belongs to the network's thread.
-
-    Args:
-        clock: time [s].
+    """Delays answers to wrong keys, one `PERIOD` after the other from one address; the right key never waits,
+    as a guessing student behind a proxy has the teacher's address. Network thread only.
     """
 
     def __init__(self, key: str | None, clock: Callable[[], float] = monotonic) -> None:

@@ -1,4 +1,4 @@
-"""Record of a visitor, and the id of the tab by which it is found."""
+"""A visitor's record, found by the tab's id."""
 
 import logging
 import re
@@ -19,33 +19,32 @@ P = TypeVar("P")
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
 _OF_THE_TAB: Final = ("resume", "window", "key", MOTION, OPENED, LANGUAGES_KEY, PANEL)
-"""Keys of a query that describe the tab and its visitor, not what it shows."""
+"""Keys of the tab and its visitor."""
 
 
 def tab_id(query: Mapping[str, str]) -> str | None:
-    """Id in the tab's storage; None if its query has no valid one."""
+    """Id in the tab's storage; None if missing or invalid."""
     word = query.get("resume", "")
     return word if _TAB_ID.match(word) else None
 
 
 def same_tab(query: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    """True for the same tab with the same link."""
     return tab_id(query) is not None and tab_id(query) == tab_id(other) and link_of(query) == link_of(other)
 
 
 def link_of(query: Mapping[str, str]) -> dict[str, str]:
-    """Parts of a query that decide what it shows."""
+    """Parts of a query that decide what is shown."""
     return {key: value for key, value in query.items() if key not in _OF_THE_TAB}
 
 
 @dataclass(frozen=True)
 class VisitorRecord:
-    """What a visitor can come back to, as immutable plain data.
+    """A visitor's saved work, as immutable plain data.
 
     Attributes:
-        state: of the session; None if it cannot continue.
-        parts: of features, by name; see `with_part`.
-        recordings: runs that these parts keep, by name; see `app.session.parts.SessionPart.recordings`.
+        state: None if the session cannot continue.
+        parts: of features, by name.
+        recordings: runs of these parts, by name; see `app.session.parts.SessionPart.recordings`.
     """
 
     query: Mapping[str, str]
@@ -63,7 +62,7 @@ def with_part(record: VisitorRecord, name: str, part: object) -> VisitorRecord:
 
 
 def part_of(record: VisitorRecord, name: str, kind: type[P]) -> P | None:
-    """A feature's part of a record; None without one of this type."""
+    """A feature's part; None without one of this type."""
     content = record.parts.get(name)
     if content is None:
         return None

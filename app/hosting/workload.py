@@ -1,4 +1,4 @@
-"""Duration of rounds, and number of sessions that a machine carries."""
+"""Measured load, and a machine's number of sessions."""
 
 import math
 import time
@@ -14,25 +14,23 @@ MEMORY: Final = 3.0
 """Time constant of averages [s]."""
 
 ENOUGH: Final = 2.5
-"""Mean number of sessions below which rounds say little about the cost of one more."""
+"""Fewer mean sessions say little about the cost of one more."""
 
 BAND: Final = 0.1
-"""Relative deviation at which the measured number of places is used."""
+"""Relative deviation from which the measured number of places is used."""
 
 REPORT: Final = 1.0
 
 
 class Workload:
-    """Measures rounds. Belongs to the frame loop's thread; `places` and `report` may be read from any.
+    """Measures rounds. Frame loop's thread only; `places` and `report` can be read from any.
 
     Args:
-        places: sessions at once; an initial value if `corrected`.
         loops: frame loops that share them.
-        corrected: whether measured rounds correct `places`.
+        corrected: correct `places` by measured rounds.
 
     Attributes:
-        sessions: that had a frame in the last round.
-        report: of this frame loop, for the teacher.
+        sessions: with a frame in the last round.
     """
 
     def __init__(self, places: int, loops: int = 1, corrected: bool = False) -> None:
@@ -45,16 +43,16 @@ class Workload:
 
     @property
     def budget(self) -> float:
-        """Wall time of each session's steps in one frame [s]."""
+        """Wall time for each session's steps in one frame [s]."""
         return budget_of(self.sessions, self._drawing)
 
     def drew(self, stepping: float) -> None:
-        """Count a session's frame. `stepping`: wall time of its steps [s]."""
+        """Count a session's frame. `stepping`: wall time of the session's steps [s]."""
         self._drawn += 1
         self._stepping += stepping
 
     def note(self, work: float, elapsed: float) -> None:
-        """Record a round. `work`: its wall time; `elapsed`: time to the next one's beginning [s]."""
+        """Record a round. `work`: wall time of the round; `elapsed`: time to the next one's beginning [s]."""
         part = min(elapsed / MEMORY, 1.0) if self._interval else 1.0
         self._work += (work - self._work) * part
         self._mean_sessions += (self._drawn - self._mean_sessions) * part
@@ -74,15 +72,16 @@ class Workload:
 
 
 DRAWING: Final = 36.0
-"""Cost of a session's frame besides its steps [steps of the usual room]."""
+"""Cost of a frame besides steps [steps of the usual room]."""
 
 BATCHES, BATCH = 5, 20
-"""Timed batches, and steps of each. The quickest batch counts, as other work only slows it down."""
+"""Timed batches, and steps of each; the quickest batch counts."""
 
 
 def step_seconds() -> float:
-    """Processor time of one step, measured within about 50 ms [s]. Before the loops are compiled, which takes
-    too long for a first picture, an estimate for compiled loops."""
+    """Processor time of one step, measured within about 50 ms [s]; an estimate until the loops are compiled,
+    which takes too long for a first picture.
+    """
     run = RunSettings()
     simulation, least = Simulation(run), math.inf
     source = simulation.source()
@@ -95,16 +94,11 @@ def step_seconds() -> float:
 
 
 def places(step: float, loops: int = 1) -> int:
-    """Estimated number of real-time sessions with 1 / `SLOWEST` frames a second each.
-
-    Args:
-        step: see `step_seconds` [s].
-        loops: frame loops, each with a core.
-    """
+    """Estimated real-time sessions at 1 / `SLOWEST` frames a second. `step`: see `step_seconds` [s]."""
     session = (SLOWEST / RunSettings().dt + DRAWING) * step
     return affordable(session) * loops
 
 
 def affordable(session: float) -> int:
-    """Number of sessions in one frame loop, at least one. `session`: share of a round that each takes [s]."""
+    """Sessions in one frame loop, at least one. `session`: its share of a round [s]."""
     return max(int(SLOWEST / max(session, 1e-9)), 1)

@@ -1,7 +1,5 @@
-"""Catalogues of a language: English text → translation. A missing text stays English; a broken catalogue is
-logged.
-
-The core's is in this folder; `app.features` adds those of features.
+"""Catalogues: English text → translation, of the core here and of features. A missing text stays English; a
+broken catalogue is logged.
 """
 
 import logging
@@ -25,16 +23,16 @@ FOLDER: Final = Path(__file__).parent
 _FOLDERS: Final = [FOLDER]
 
 CONTEXT: Final = "\x04"
-"""Separates a context from the text, if English has one word for two things: "lesson" + CONTEXT + "Run", as
-in gettext.
+"""Between a context and a text, as in gettext, if one English word means two things: "lesson" + CONTEXT +
+"Run".
 """
 
 DECIMAL_SIGN: Final = f"decimal sign{CONTEXT}."
 
 
 class Count(int):
-    """A whole number that chooses its word in a text: {pairs:pair|pairs}, or in Slovene for one, two, three
-    or four, and more.
+    """A whole number that chooses its word: {pairs:pair|pairs}, in Slovene for one, two, three or four, and
+    more.
     """
 
     def __format__(self, spec: str) -> str:
@@ -59,10 +57,9 @@ class _Number(float):
 
 @dataclass(frozen=True)
 class Words:
-    """The texts of one language.
+    """One language's texts.
 
     Attributes:
-        language: its code, as in a link.
         texts: English text → translation.
         otherwise: translates missing texts.
     """
@@ -72,7 +69,7 @@ class Words:
     otherwise: Callable[[str], str] = str
 
     def __call__(self, text: str, /, **parts: object) -> str:
-        """An English text in this language, with its {names} filled in; a `LazyText` has its own parts."""
+        """Translation with {names} filled in; a `LazyText` has its own parts."""
         if isinstance(text, NumberText):
             return text.replace(".", self(DECIMAL_SIGN))
         if isinstance(text, LazyText):
@@ -102,7 +99,7 @@ class Words:
 
 
 def add_catalogues(folders: Iterable[Path]) -> None:
-    """Add the catalogues in these folders; without a catalogue of a language their texts stay English."""
+    """Add folders with catalogues; texts without one stay English."""
     _FOLDERS.extend(folder for folder in folders if folder not in _FOLDERS)
     words_of.cache_clear()
 
@@ -128,10 +125,10 @@ def words_of(language: Language) -> Words:
 
 
 def read_texts(path: Path) -> dict[str, str]:
-    """English text → translation of one catalogue.
+    """Texts of one catalogue.
 
     Raises:
-        OSError: the file cannot be read.
+        OSError: unreadable file.
         ValueError: not TOML, a key twice, or a value that is not a text.
     """
     with path.open("rb") as file:
@@ -142,10 +139,10 @@ def read_texts(path: Path) -> dict[str, str]:
     return texts
 
 
-# ---- the pseudo-language of the tests: every text is longer and has accents and brackets, which shows what is cut off or not translated
+# ---- pseudo-language of the tests: longer, with accents and brackets, to show clipped or untranslated texts
 
 GROWTH: Final = 0.4
-"""Growth of a text's length, as of a short word in German."""
+"""Relative growth of a text, as of short German words."""
 
 FIRST: Final = "⟦"
 LAST: Final = "⟧"
@@ -157,7 +154,7 @@ _UNCHANGED: Final = re.compile(r"(<[^>]*>|\{[^{}]*\}|&#?\w+;|https?://\S+|--\w[\
 
 @lru_cache(maxsize=4096)
 def pseudo(text: str) -> str:
-    """A text in pseudo-language; tags, entities, {names} and options of the command line stay unchanged."""
+    """Pseudo-translation; tags, entities, {names} and command-line options stay unchanged."""
     if not re.search(r"[A-Za-z]", text) or text.startswith(FIRST):
         return text
     pieces = _UNCHANGED.split(text)
@@ -168,7 +165,7 @@ def pseudo(text: str) -> str:
 
 
 def _fill(letters: int) -> str:
-    """Filling for a text of some letters, in words of up to five, so that lines can break."""
+    """Words of up to five letters, so that lines can break."""
     count = max(round(GROWTH * letters) - 2, 0)
     words = [FILL * min(5, count - begin) for begin in range(0, count, 6)]
     return "".join(f" {word}" if letters > 12 else word for word in words if word)

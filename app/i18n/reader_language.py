@@ -1,4 +1,4 @@
-"""Language of a visitor: chosen by link or on the page, or preferred by the browser."""
+"""A visitor's language, by link, page or browser."""
 
 from collections.abc import Mapping
 
@@ -7,8 +7,7 @@ from app.settings import LANGUAGES, LOOKS, Language, Look, Settings, from_query
 
 
 def preferred(accept: str) -> Language:
-    """Known language that a browser prefers, by its header `Accept-Language` (RFC 9110, 12.5.4): English if
-    none.
+    """Preferred known language by a header `Accept-Language` (RFC 9110, 12.5.4); English if none is known.
 
     The region is ignored: de-AT is German. Among equal qualities the first one counts.
     """
@@ -24,7 +23,7 @@ def preferred(accept: str) -> Language:
 
 
 def _quality(text: str) -> float:
-    """Number after `q=`: 1 without one, 0 if it is not valid."""
+    """Number after `q=`: 1 if missing, 0 if invalid."""
     name, mark, number = text.strip().partition("=")
     if not name and not mark:
         return 1.0
@@ -40,12 +39,8 @@ def language_of(settings: Settings, browser: Language) -> Language:
 
 
 def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Look:
-    """Look of a tab that watches a shared session.
-
-    Args:
-        query: of its link; impossible values are ignored.
-        browser: the browser's language.
-        start: settings that the link leaves open.
+    """Look of a tab that watches a shared session, without impossible values. `start`: settings that the
+    query leaves open.
     """
     settings = from_query({key: query[key] for key in LOOKS if key in query}, start)[0]
     return Look(
@@ -54,16 +49,12 @@ def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Loo
 
 
 def language_asked(query: Mapping[str, str], accept: str) -> Language:
-    """Language of a page without a session: that of its link, or the browser's.
-
-    Args:
-        accept: header `Accept-Language` of the request.
-    """
+    """Language of a page without a session: its link's, or by the header `Accept-Language`."""
     asked = query.get("lang", "")
     return asked if asked in (*LANGUAGES, "pseudo") else preferred(accept)
 
 
 def mark_html(words: Words) -> str:
-    """Hidden HTML with the page's language, for the script `page_language.js`."""
+    """Hidden HTML with the page's language, for `page_language.js`."""
     named = "en" if words.language == "pseudo" else words.language
     return f'<i class="duet-language" data-language="{named}" data-words="{words.language}"></i>'

@@ -1,5 +1,5 @@
-"""The current language. All of one visitor's page is drawn within one frame of one thread, which sets it
-first, so that no function needs it as an argument.
+"""The current language. A frame draws one visitor's page in one thread and sets it first, so that functions
+need no argument.
 """
 
 from contextvars import ContextVar
@@ -17,12 +17,12 @@ def set_language(language: Language) -> None:
 
 
 def spoken() -> Words:
-    """Catalogue of the current language; English if none is set."""
+    """Current catalogue; English if none is set."""
     return _WORDS.get() or words_of("en")
 
 
 def tr(text: str, /, **parts: object) -> str:
-    """An English text in the current language, with its {names} filled in."""
+    """Translation into the current language, with {names} filled in."""
     return spoken()(text, **parts)
 
 
@@ -31,5 +31,5 @@ def decimal(number: str) -> str:
 
 
 def N_(english: str) -> str:
-    """Marks a text for the catalogues that `tr` translates later, as in gettext; returns it unchanged."""
+    """Mark a text for the catalogues, as in gettext; `tr` translates it later."""
     return english

@@ -1,5 +1,4 @@
-"""A visitor's camera: shows the experiment, or what a part of the page asks for, and follows until the visitor
-moves it."""
+"""A visitor's camera, which follows the experiment."""
 
 import math
 from collections import deque
@@ -19,50 +18,47 @@ GLIDE: Final = 1.4
 """Duration of a camera move [s of wall time]."""
 
 REST: Final = 1.5
-"""Least rest after a move, unless something has left the free part [s of wall time]."""
+"""Least rest after a move [s of wall time]."""
 
 LOOK_EVERY: Final = 0.2
-"""Time between two checks of the hands and the free part [s of wall time]."""
+"""Time between two checks [s of wall time]."""
 
 RECENT: Final = 25
-"""Newest hand positions that count for the view."""
+"""Number of recent hand positions that stay in view."""
 
 NEAR_EDGE: Final = 0.04
-"""Margin of the free part at which the camera begins to follow [share]."""
+"""Margin of the free part at which the camera follows [share]."""
 
 ROOM: Final = 0.12
-"""Margin of the free part after a move, so that the camera need not follow soon again [share]."""
+"""Margin of the free part after a move [share]."""
 
 SETTLING: Final = 6.0
-"""Time during which a newcomer's camera follows the picture's shape at once [s of wall time]."""
+"""Time in which a newcomer's camera follows changes of layout at once [s of wall time]."""
 
 STAYS: Final = 0.7
-"""Gain in size above which the other free part is used [share]."""
+"""Ratio of camera distances below which the other free part is used."""
 
 WAY: Final = 0.05
 """Space shown around a hand's path [m]."""
 
 SAME: Final = 0.004
-"""Largest difference between a sent camera and the browser's report of it [m]."""
+"""Largest error of the browser's report of a sent camera [m]."""
 
 UPRIGHT: Final = 1e-6
-"""Horizontal distance to its aim below which a camera looks straight down or up [m]."""
+"""Horizontal distance below which a camera looks straight down or up [m]."""
 
 LABEL_EDGE: Final = 4.0
 """Free space around a label [CSS px]."""
 
 MOST_SENT: Final = 1000
-"""Most sent cameras without a report."""
+"""Largest number of sent cameras without a report."""
 
 
 class CameraFollow:
     """Moves the camera of one client.
 
     Args:
-        aim: points the camera, see `app.web.viser_internals.aim`.
-        view: what of the experiment must be seen.
-        way: points (k, 3) where a hand or the ball will be soon [m].
-        picture: size reported by the client's page.
+        way: next points (k, 3) of the hand or the ball [m].
 
     Attributes:
         left_alone: the visitor has moved the camera since the last first view.
@@ -88,7 +84,7 @@ class CameraFollow:
         self._point_view: PointView | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
-        """Show the whole experiment at once, then follow. `now`: wall time [s]."""
+        """Show the whole experiment, then follow. `now`: wall time [s]."""
         self.left_alone, self._glide, self._part = False, None, None
         self._recent.clear()
         camera = self._camera
@@ -99,18 +95,18 @@ class CameraFollow:
         self._rest_until = now + REST
 
     def welcome(self, simulation: Simulation, now: float) -> None:
-        """`first_view`, repeated while the page's layout settles. `now`: wall time [s]."""
+        """`first_view`, repeated while the page's layout settles."""
         self.first_view(simulation, now)
         # The docked panel narrows the picture a moment after the page has opened; only the browser knows by
         # how much.
         self._settles_until = now + SETTLING
 
     def follow(self, simulation: Simulation, now: float, dragging: bool = False) -> None:
-        """Move the camera if the free parts have changed, or something would leave them.
+        """Move the camera if the free parts change or something leaves them.
 
         Args:
             now: wall time [s].
-            dragging: whether the visitor drags something, which a moving view would move.
+            dragging: True keeps the view, which would move what is dragged.
         """
         if now <= self._settles_until and not self.left_alone and self.picture.take_change():
             self.first_view(simulation, now)
@@ -139,15 +135,15 @@ class CameraFollow:
             self._glide = now, self._pose, self._fitted(simulation)
 
     def keep_free(self, place: Array, label: tuple[float, float]) -> tuple[Array, bool]:
-        """Nearest place where a label is neither cut by the picture's edge nor covered by panels.
+        """Nearest place where a label is neither cut nor covered.
 
         Args:
             place: middle of its lower edge (3,) [m].
             label: width and height [CSS px].
 
         Returns:
-            The new place (3,) [m], and whether the label is free at the old one. Unchanged behind the eye,
-                and while the camera looks straight down.
+            New place (3,) [m], and True if the old one is free. Unchanged behind the eye and if the camera
+                looks straight down.
         """
         camera, pose, known = self._camera, self._pose, self._point_view
         if self.left_alone:
@@ -162,11 +158,8 @@ class CameraFollow:
         return kept_free(known, self.picture.free(), place, label)
 
     def _moved_by_visitor(self) -> bool:
-        """True if the browser reports a camera that it was never sent.
-
-        Reports come late, but in the order of sending. Position and aim are compared separately: the browser
-        may mix an old position with a new aim.
-        """
+        """True if the browser reports a camera that it was never sent. Position and aim are compared
+        separately, because a report may mix an old position with a new aim."""
         said = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
         known = [
             next((k for k, sent in enumerate(self._sent) if np.abs(sent[i] - said[i]).max() < SAME), None)

@@ -1,4 +1,4 @@
-"""Controls, handles and keys of an operator."""
+"""Operation of a session."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -36,20 +36,16 @@ PANELS: Final[list[PanelMaker]] = [
     ViewRow,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
-"""Core panels that need only their context."""
 
 
 class Operation:
-    """Controls, handles and keys of a session.
+    """Operator's part of a page.
 
     Args:
-        instead: keys with another meaning on this page, which others watch.
-        whole: whether all settings are shown.
-        private: whether this is the page of a private session.
-        owners: whether this is the page of the person who started the server.
+        instead, private, owners: see `PanelContext`.
+        whole: True shows all settings; later the visitor's choice.
 
     Attributes:
-        whole: the visitor's later choice.
         handlers: of the page's actions; they override the session's until the page closes.
     """
 
@@ -131,11 +127,7 @@ class Operation:
                 session.change(what, not present[what])
 
     def panel(self, kind: type[P]) -> P:
-        """Panel of a class on this page.
-
-        Raises:
-            LookupError: the page has none.
-        """
+        """See `PanelContext.panel`."""
         return self._page.panel(kind)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
@@ -143,8 +135,10 @@ class Operation:
             self._session.notify("A part of the link was left out", problem)
 
     def show(self, frame: Frame, dirty: bool = True) -> None:
-        """Update handles and controls, and show notices. `dirty`: whether anything was done, or has
-        arrived."""
+        """Update handles and controls, and show notices.
+
+        `dirty`: False if nothing was done or has arrived.
+        """
         self._gizmos.show(frame)
         notices = self._session.notices
         while notices:
@@ -163,7 +157,6 @@ class Operation:
         self._link.show(frame, self._keep.visible)
 
     def close(self) -> None:
-        """Go back to live, and drop unfinished exports."""
         self._session.handlers.uncover(self.handlers)
         for panel in self._page.made:
             panel.close()

@@ -1,4 +1,4 @@
-"""Look of a page: scripts, styles, constants, title bar and theme."""
+"""Scripts, styles, title bar and theme of a page."""
 
 import base64
 from functools import cache
@@ -34,9 +34,8 @@ from scenes.laws import LAWS
 def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
     """Scripts that run before viser's client.
 
-    Args:
-        page: theme and language, unless the link asks for others.
-        shared: whether all tabs see one session.
+    `page`: theme and language, unless the link asks for others; `shared`: True if all tabs see one
+    session.
     """
     scripts = (
         "holders teacher_key without_webgl lost_picture fast_picture grab_events hand_hover picture_size embed hotkeys resume "
@@ -68,7 +67,7 @@ def _files(names: str, kind: str) -> tuple[Path, ...]:
 
 
 def loading_html() -> str:
-    """Beginning of the page's body: our name, and one line until viser's client has loaded."""
+    """Start of the page's body, shown until viser's client has loaded."""
     return (STATIC / "loading.html").read_text(encoding="utf-8").replace("__MARK__", MARK)
 
 
@@ -108,7 +107,6 @@ def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
 
 
 def titlebar() -> TitlebarConfig:
-    """viser's title bar with our mark for light and dark."""
     motto = tr("two arms, one gives way")
     return TitlebarConfig(
         buttons=None,

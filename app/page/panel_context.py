@@ -23,12 +23,11 @@ class PanelContext:
     """Page of an operator while its panels are made.
 
     Attributes:
-        gizmos: with which the visitor moves things.
         keep: folder “Keep and replay”; hidden while few controls are shown.
-        private: whether the session is this visitor's alone, not of a class or group.
-        owners: True on the page of the person who started the server.
-        instead: keys with another meaning on this page, which others watch.
-        links: each returns the content of a link in place of settings, or None.
+        private: False for the session of a class or group.
+        owners: True for the person who started the server.
+        instead: keys with other meanings, because others watch.
+        links: each returns a query in place of the settings', or None.
     """
 
     client: viser.ClientHandle
@@ -45,11 +44,8 @@ class PanelContext:
     links: list[Callable[[Frame], Mapping[str, str] | None]] = field(default_factory=list)
 
     def panel(self, kind: type[P]) -> P:
-        """Panel of a class that was made before.
-
-        Raises:
-            LookupError: no such panel; its feature must be below in `app.features`.
-        """
+        """Raises `LookupError` if no such panel was made before; its feature must be below in
+        `app.features`."""
         for panel in self.made:
             if isinstance(panel, kind):
                 return panel
@@ -59,4 +55,4 @@ class PanelContext:
 
 
 PanelMaker = Callable[[PanelContext], PagePanel | None]
-"""Makes a panel, or None if the page has no place for it."""
+"""Makes a panel; None if the page has no place for it."""

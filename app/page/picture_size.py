@@ -1,4 +1,4 @@
-"""A visitor's window, and the free part of the 3-D view."""
+"""Free part of the 3-D view."""
 
 import re
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from app.web.pages import page_query
 from app.web.viser_internals import request_of, uuid_of
 
 TITLEBAR: Final = 47.0
-"""Height of the title bar, until the page reports its picture's height [CSS px]."""
+"""Height of the title bar before the first report [CSS px]."""
 
 PHONE: Final = 576.0
 """Largest window width with viser's single sheet at the bottom [CSS px]."""
@@ -28,7 +28,7 @@ class PictureSize(NamedTuple):
         window: width of the window.
         width, height: of the 3-D view.
         covered: height of the plots, open or folded.
-        card_right, card_bottom: far corner of the card at the top left; 0 without a card.
+        card_right, card_bottom: far corner of the card; 0 without one.
     """
 
     window: float
@@ -40,11 +40,11 @@ class PictureSize(NamedTuple):
 
 
 class PictureReport:
-    """Receives `picture_size.js`'s six numbers by a hidden box when they change.
+    """Receives the size from `picture_size.js`.
 
     Args:
-        tab: holds the mark of the box, besides the main panel, as a folded panel removes its own.
-        page: returns the profile of the page, and whether it is bare, see `free_picture`.
+        tab: holds a second mark, because a folded panel removes its own.
+        page: returns profile and `bare`, see `free_picture`.
     """
 
     def __init__(
@@ -67,14 +67,14 @@ class PictureReport:
             self._size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """True if the picture's size changed or the card appeared since the last call; a card that only grows
-        does not count."""
+        """True if the size changed or the card appeared since the last call; a card that only grows does
+        not count."""
         before, size = self._taken, self._size
         self._taken = self._client.camera.aspect if size is None else (*size[:4], size.card_bottom > 0.0)
         return before != self._taken
 
     def free(self) -> "FreePicture":
-        """Free part of the picture; of the usual layout until the first report."""
+        """Free part; of the usual layout until the first report."""
         (profile, bare), size = self._page(), self._size
         if size is not None:
             return free_picture((size.window, size.height), size.width, profile, bare, size.covered, size[4:])
@@ -84,10 +84,8 @@ class PictureReport:
 
 
 def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
-    """Width and height of a client's window below the title bar when it connected [CSS px].
-
-    The camera's own size is in device pixels, of a canvas that is not laid out yet.
-    """
+    """Width and height of a client's window below the title bar when it connected [CSS px]; its camera
+    counts device pixels."""
     request = request_of(client)
     given = None if request is None else _window_of(request.path)
     return given or (max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0))
@@ -95,30 +93,30 @@ def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
 
 @lru_cache(maxsize=256)
 def _window_of(path: str) -> tuple[float, float] | None:
-    """Size that a page gives in its address, without the bar at the top [CSS px]; None without one."""
+    """Size in a page's address, without the title bar [CSS px], or None."""
     given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", page_query(path).get("window", ""))
     return None if given is None else (float(given[1]), max(float(given[2]) - TITLEBAR, 1.0))
 
 
 CARD: Final = (330.0, 190.0)
-"""Width and height of the card [CSS px], times the profile's scale."""
+"""Width and height [CSS px], times the profile's scale."""
 
 PHONE_CARD: Final = 120.0
-"""Height of the card on a phone, where it is as wide as the picture [CSS px]."""
+"""Height of the card on a phone [CSS px]."""
 
 CARD_MARGIN: Final = 14.0
 
 LOW_CANVAS: Final = 520.0
-"""Height of the canvas below which the plots begin folded [CSS px]."""
+"""Height below which the plots begin folded [CSS px]."""
 
 PLOTS_ROW: Final = (720.0, 32.0)
-"""Picture width below which the choice of plots needs a second row, and height of that row [CSS px]."""
+"""Width below which the choice of plots needs a second row, and its height [CSS px]."""
 
 PLOTS_BAR: Final = 60.0
 """Height of the folded plots [CSS px]."""
 
 CAPTION: Final = 0.13
-"""Share of a projector's height below a scene without panels."""
+"""Share of a projector's height below the scene."""
 
 PHONE_ASPECT: Final = 0.62
 """Width over height below which a window is a phone's."""
@@ -127,7 +125,7 @@ PHONE_SHEET: Final = 0.48
 """Share of a phone's height for the panels."""
 
 LEAST: Final = 80.0
-"""Least useful width or height of a free part [CSS px]."""
+"""Least width or height of a free part [CSS px]."""
 
 
 class Rectangle(NamedTuple):
@@ -139,7 +137,7 @@ class Rectangle(NamedTuple):
     bottom: float
 
     def inset(self, share: float) -> "Rectangle":
-        """The rectangle without a margin, `share` of its shorter side."""
+        """Rectangle without a margin of `share` of its shorter side."""
         margin = share * min(self.right - self.left, self.bottom - self.top)
         return Rectangle(self.left + margin, self.top + margin, self.right - margin, self.bottom - margin)
 
@@ -148,12 +146,12 @@ class Rectangle(NamedTuple):
 
 
 class FreePicture(NamedTuple):
-    """A picture between the docked panels, and its free parts.
+    """A picture between the docked panels.
 
     Attributes:
         width, height: of the picture [CSS px].
         open: above the plots, or above a phone's sheet.
-        free: parts of it beside and below the card, which together are all that is free.
+        free: parts beside and below the card; together all free space.
     """
 
     width: float
@@ -175,14 +173,14 @@ def free_picture(
     plots_cover: float | None = None,
     card: tuple[float, float] | None = None,
 ) -> FreePicture:
-    """Free part of a picture.
+    """Free part of a picture; all lengths are in CSS px.
 
     Args:
-        window: width and height of the window below the title bar [CSS px].
-        width: of the picture: the window without docked panels [CSS px].
-        bare: whether the page has a line below the scene instead of panels.
-        plots_cover: height of the plots, or of a phone's sheet; None for the usual layout [CSS px].
-        card: right and lower end of the card; None likewise [CSS px].
+        window: width and height below the title bar.
+        width: of the picture, without docked panels.
+        bare: True with a line below the scene instead of panels.
+        plots_cover: height of the plots or of a phone's sheet; None for the usual layout.
+        card: right and lower end of the card; None for the usual layout.
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT

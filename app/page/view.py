@@ -1,5 +1,4 @@
-"""A page's view of one session. The controls (`app.page.operation`) are separate: a shared session has many
-views, but one operator."""
+"""View of one session, without controls: a shared session has many views and one operator."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -33,7 +32,7 @@ from scenes.simulation import Simulation
 
 
 class ViewPart(Protocol):
-    """What a feature draws on a page; it may set the view's attributes."""
+    """Part of a feature; it may set the view's attributes."""
 
     def show(self, frame: Frame) -> None:
         """Called before the view draws."""
@@ -44,23 +43,19 @@ P = TypeVar("P")
 
 
 class View:
-    """Draws a session on the page of one visitor, or of an audience.
+    """Draws a session for one visitor or an audience.
 
     Args:
-        host: the server or one client; viser gives both a `.scene` and a `.gui`.
-        clients: their cameras follow a change of experiment or rig.
-        look: of an audience, which shares the view; None for the session's.
-        language: of the reader; None for the session's.
-        folds: whether the controls make room for a panel at the left on a narrow window.
-        tip: what the reader can do and watch; None for the visitor's, or the class's.
+        host: one client, or the server of an audience.
+        look, language: None for the session's.
+        folds: True if the controls make room for a left panel in a narrow window.
+        tip: None for the usual text.
 
     Attributes:
-        camera: set by a part: returns what of the live run must be seen; None for the experiment's own view.
-        keeps_back: set by a part: True while a question waits for its answer, so that the law's values are
-            hidden.
-        card_attributes: set by parts: return further attributes of the contact card, for scripts.
-        equation_last: whether the law's equation comes after all controls.
-        bare: whether the page shows the scene without panels, as a projector does.
+        camera: set by a part: returns the view of the live run; None for the experiment's.
+        keeps_back: set by a part: True hides the law's values while a question waits.
+        card_attributes: set by parts, for scripts.
+        bare: True for a scene without panels, as on a projector.
     """
 
     def __init__(
@@ -112,11 +107,7 @@ class View:
         self._parts = [make(self) for make in overlays]
 
     def part(self, kind: type[P]) -> P:
-        """The part of a class.
-
-        Raises:
-            LookupError: this page has none.
-        """
+        """Raises `LookupError` if the page has no such part."""
         for part in self._parts:
             if isinstance(part, kind):
                 return part
@@ -133,16 +124,15 @@ class View:
         return plots_height(height, self.page.profile)
 
     def fit_again(self) -> None:
-        """Fit the view again, after a panel has taken or returned space."""
         for client in self._clients():
             self.welcome(client)
 
     def welcome(self, client: viser.ClientHandle) -> None:
-        """Show a newcomer the scene, also while the page's layout settles."""
+        """`look`, repeated while the page's layout settles."""
         self._camera_of(client).welcome(self._simulation, perf_counter())
 
     def look(self, client: viser.ClientHandle) -> None:
-        """Point a client's camera at the scene, and let it follow."""
+        """Point a client's camera at the scene; it then follows."""
         self._camera_of(client).first_view(self._simulation, perf_counter())
 
     def _camera_of(self, client: viser.ClientHandle) -> CameraFollow:

@@ -1,4 +1,4 @@
-"""Signals over time in bins that keep the extremes, the largest single step and the newest value."""
+"""Signals in bins of time."""
 
 from itertools import pairwise
 from typing import Final
@@ -12,13 +12,13 @@ WINDOW: Final = 20.0
 """Length of the time axis [s]."""
 
 BIN: Final = 4.0 * PERIOD
-"""Length of a bin [s]; four rows of a replay."""
+"""Length of a bin [s]."""
 
 POINTS: Final = round(WINDOW / BIN)
 
 LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
-"""Statistics of a signal in a bin: newest value, extremes, values before and after the largest step, their
-times [s], number of values.
+"""Statistics of a bin: newest value, extremes, values around the largest step, times of these four [s],
+number of values.
 """
 
 _VALUES: Final = slice(LOW, TO + 1)
@@ -27,10 +27,10 @@ _EXTREMES: Final = slice(LOW, HIGH + 1)
 _SIGNS: Final = np.array([[1.0], [-1.0]])
 
 STEEP: Final = 3.0
-"""A difference larger than this many average differences is a jump, not a motion."""
+"""A jump is larger than this many average differences."""
 
 _SPANS: Final = (1, 2, 4)
-"""Half-lengths of the straight pieces that are tried, in bins."""
+"""Half-lengths of straight pieces [bins]."""
 
 
 class Bins:
@@ -41,15 +41,10 @@ class Bins:
         self._row: tuple[float, Array] | None = None
         self._range = np.arange(columns)
         self.newest = -1
-        """Number of the newest bin, counted from time 0; −1 if there is none."""
+        """Newest bin, counted from time 0; −1 without one."""
 
     def take(self, times: Array, values: Array) -> None:
-        """Add rows.
-
-        Args:
-            times: (rows,) ascending [s].
-            values: (rows, columns), nan for missing values.
-        """
+        """Add rows: ascending times (rows,) [s] and values (rows, columns), nan if missing."""
         time, row = self._row or (float(times[0]), values[0])
         before_times, before = np.concatenate([[time], times[:-1]]), np.concatenate([row[None], values[:-1]])
         with np.errstate(invalid="ignore"):
@@ -94,14 +89,12 @@ class Bins:
         return numbers[~np.isnan(self._ends[numbers % POINTS])]
 
     def ends(self, numbers: np.ndarray) -> Array:
-        """Time of the newest value of each bin [s]."""
+        """Times of the newest values [s]."""
         return self._ends[numbers % POINTS]
 
     def at(self, numbers: np.ndarray, columns: list[int], leader: Array | None = None) -> Array:
-        """Statistics of some signals in bins (statistics, signals, bins); nan in an empty bin.
-
-        Args:
-            leader: values before the first bin, of the same shape; None for nan.
+        """Statistics (statistics, signals, bins), nan in empty bins. `leader`: the same before the first bin;
+        None for nan.
         """
         found = self._stats[:, columns][:, :, numbers % POINTS]
         own = self.numbers
@@ -114,26 +107,25 @@ class Bins:
 
 
 def bin_numbers(times: Array) -> np.ndarray:
-    """Number of the bin of each time [s]."""
+    """Bin number of each time [s]."""
     return (times * (POINTS / WINDOW)).astype(int)
 
 
 def begin_of(number: int) -> float:
-    """Time at which a bin begins [s]."""
+    """Beginning of a bin [s]."""
     return number * (WINDOW / POINTS)
 
 
 def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -> tuple[Array, Array]:
-    """Corners of the lines that show signals: few on straight pieces, all visible detail elsewhere.
+    """Corners of lines: few on straight pieces, all visible detail elsewhere.
 
-    No value of a bin is farther from the line than the tolerance, and a larger step is drawn as an edge. If
-    several signals step in one bin, all edges are at the largest step.
+    Every value is within the tolerance of its line, and a larger step is an edge. If several signals step in
+    one bin, all edges are at the largest step.
 
     Args:
-        numbers: (k,) of the bins, ascending.
-        ends: (k,) time of the newest value of each bin [s].
-        stats: (statistics, signals, k), see `Bins.at`.
-        tolerance: largest invisible difference, in the unit of the signals.
+        numbers, ends: (k,), ascending, see `Bins`.
+        stats: (statistics, signals, k).
+        tolerance: [unit of the signals].
 
     Returns:
         Times (m,), not descending, and values (signals, m).
@@ -179,9 +171,7 @@ def _corners(
     rows: np.ndarray,
     tolerance: float,
 ) -> tuple[Array, Array]:
-    """Four times (4, bins) in each of the bins `rows`, and all signals at them (4, signals, bins). `stats`:
-    of those bins only.
-    """
+    """Times (4, bins) and signals (4, signals, bins) in the bins `rows`; `stats`: only of these."""
     times, values = stats[_TIMES], stats[_VALUES]
     low, high, begin, end = values
     whole = (np.minimum(begin, end) <= low + tolerance) & (np.maximum(begin, end) >= high - tolerance)
@@ -210,9 +200,7 @@ def _corners(
 def _straight(
     numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, tolerance: float
 ) -> np.ndarray:
-    """Mask (k,) of the bins on a straight line between others. `last`: (signals, k); `calm`: bins (k,) that
-    may be.
-    """
+    """Mask (k,) of bins on a straight line. `calm`: candidates (k,)."""
     count, first = len(numbers), int(numbers[0])
     if int(numbers[-1]) - first + 1 != count:
         # Long steps have jumped over bins: those in between are there, and not calm.

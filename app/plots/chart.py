@@ -1,4 +1,4 @@
-"""A chart over distance as HTML: lines in a scalable SVG, and text of fixed size."""
+"""A chart: lines in a scalable SVG, text of fixed size."""
 
 import math
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class ChartAxes:
 
     Attributes:
         x, y: first and last value.
-        x_ticks, y_ticks: position and text of each grid line.
+        x_ticks, y_ticks: positions and texts of grid lines.
     """
 
     x: tuple[float, float]
@@ -46,13 +46,12 @@ class Chart:
     _marks: list[tuple[str, str, str, str]] = field(default_factory=list)
 
     def line(self, xs: Array, ys: Array, kind: str, width: float, dash: str = "") -> None:
-        """Add a line; points on a straight line between their neighbours are left out.
+        """Add a line, without points on straight pieces.
 
         Args:
             xs, ys: (points,), ascending xs; nan in ys makes a gap.
             kind: CSS class that gives the `color`.
-            width: [px].
-            dash: as in SVG, [px].
+            width, dash: [px].
         """
         known = ~np.isnan(ys)
         if not known.any():
@@ -66,7 +65,6 @@ class Chart:
         self._lines.append((kind, path, f"{width:g}", dash))
 
     def dots(self, xs: Array, ys: Array, kind: str, width: float) -> None:
-        """Add a dot at every point (points,); `kind` is a CSS class, `width` in px."""
         places = [
             (self.frame.across(x), self.frame.down(y))
             for x, y in zip(xs.tolist(), ys.tolist(), strict=True)
@@ -79,13 +77,13 @@ class Chart:
         self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
 
     def mark(self, x: float, y: float, kind: str, text: str = "") -> None:
-        """Add a mark, kept inside the frame; `kind` is a CSS class."""
+        """Add a mark, kept inside the frame."""
         left, top = self.frame.across(x), self.frame.down(y)
         left, top = min(max(left, 0.0), 1.0), min(max(top, 0.0), 1.0)
         self._marks.append((kind, f"{100 * left:.1f}", f"{100 * top:.1f}", text))
 
     def html(self, height: int) -> Markup:
-        """The chart at a height [CSS px]; its width follows the page."""
+        """HTML of this height [CSS px]; the width follows the page."""
         frame = self.frame
         grid = "".join(f"M{frame.across(x) * _SIDE:.0f} 0v{_SIDE}" for x, _ in frame.x_ticks)
         grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
@@ -97,7 +95,7 @@ class Chart:
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:
-    """The points without those on the straight line between their neighbours, within a third of a thousandth."""
+    """Points without those on a straight line, within a third of a thousandth."""
     kept = points[:1]
     for (x, y), (x2, y2) in pairwise(points[1:]):
         x1, y1 = kept[-1]

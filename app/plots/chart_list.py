@@ -8,11 +8,11 @@ from typing import Any, Final
 
 @dataclass(frozen=True)
 class FurtherChart:
-    """A chart of what a feature has computed.
+    """A chart of a feature.
 
     Attributes:
         draw: (frame, height [CSS px]) → HTML.
-        state: frame → further state that the chart depends on; an equal state is not drawn again.
+        state: frame → state; the chart is redrawn if it changes.
     """
 
     title: str
@@ -26,7 +26,7 @@ _ADDED: Final[list[Callable[[], Charts]]] = []
 
 
 def add_charts(made: Iterable[Callable[[], Charts]]) -> None:
-    """Add functions that return charts; each is called when the first chart is needed."""
+    """Add functions that return charts, called when the first one is needed."""
     _ADDED.extend(make for make in made if make not in _ADDED)
     further_charts.cache_clear()
 

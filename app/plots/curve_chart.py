@@ -1,4 +1,4 @@
-"""Curves by columns over one pair of axes, as an SVG of shapes and text."""
+"""Curves over one pair of axes, as an SVG."""
 
 import math
 from collections.abc import Iterator
@@ -12,10 +12,10 @@ from app.i18n.speaking import decimal
 from app.text.templates import macros
 
 COLUMNS: Final = 48
-"""Columns of a curve; its points are in their middles."""
+"""Columns of a curve; points are in their middles."""
 
 Curve = tuple[float | None, ...]
-"""A value for each column, None for a gap; () without a curve."""
+"""Value of each column, None for a gap; () without a curve."""
 
 WIDTH: Final = 320
 HEIGHT: Final = 196
@@ -23,10 +23,10 @@ _LEFT: Final = 42
 _TOP: Final = 26
 _ACROSS: Final = 264
 _DOWN: Final = 134
-"""Size of the chart and place of its area [px]."""
+"""Size of the chart and its area [px]."""
 
 _LETTER: Final = 6.7
-"""Approximate width of a letter of the legend [px]; m and w count twice."""
+"""Approximate width of a letter [px]; m and w count twice."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,10 @@ class CurveAxis:
     """An axis.
 
     Attributes:
-        unit: displayed unit; "" without one.
-        factor: from SI to that unit.
-        colour: CSS class of the symbol's colour; "" for the colour of the text.
-        low, high: its ends, SI.
-        critical: d_m on an axis of distances, else None.
+        factor: from SI to the displayed unit.
+        colour: CSS class of the symbol's colour; "" for the text's.
+        low, high: ends [SI].
+        critical: d_m on an axis of distances.
     """
 
     symbol: str
@@ -54,7 +53,7 @@ class CurveAxis:
         return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
 
     def fraction(self, value: float) -> float:
-        """Position of a value: 0 at the lower end, 1 at the upper one."""
+        """0 at the lower end, 1 at the upper one."""
         return (value - self.low) / (self.high - self.low)
 
     def value(self, fraction: float) -> float:
@@ -75,10 +74,9 @@ class Line:
     """A drawn curve.
 
     Attributes:
-        colour: CSS class; "" for the colour of the text.
+        colour: CSS class; "" for the text's colour.
         name: in the legend; "" for no entry.
-        width: [px].
-        dash: as in SVG, [px].
+        width, dash: [px].
     """
 
     curve: Curve
@@ -91,20 +89,14 @@ class Line:
 
 @lru_cache(maxsize=64)
 def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> Markup:
-    """The chart as an <svg> element in the page's colours: `currentColor`, and classes for the symbols.
-
-    Args:
-        lines: the first one at the bottom.
-    """
+    """An <svg> in the page's colours; the first line is at the bottom."""
     strokes = [*_area(x, y), *((line, path_of(line.curve, y)) for line in lines)]
     made, area = macros("plots/curve_chart.html"), (_LEFT, _TOP, _ACROSS, _DOWN)
     return made.chart((WIDTH, HEIGHT), area, COLUMNS, strokes, _texts(x, y), _legend(lines), label)
 
 
 def path_of(curve: Curve, axis: CurveAxis) -> str:
-    """Path of a curve in an area of `COLUMNS` by 1, with gaps; values outside the axis are clipped to its
-    ends.
-    """
+    """Path in an area of `COLUMNS` by 1, with gaps; values beyond the axis are clipped."""
     parts: list[str] = []
     before = False
     for column, value in enumerate(curve):
@@ -129,7 +121,7 @@ def _area(x: CurveAxis, y: CurveAxis) -> Iterator[tuple[Line, str]]:
 
 
 class _Text(NamedTuple):
-    """Text at a place [px]. `anchor`, `colour`: as in SVG and the style sheet."""
+    """Text at a place [px]."""
 
     words: str
     x: float

@@ -1,4 +1,4 @@
-"""Axes on which a curve is drawn, and the reader of the curve that a browser sends."""
+"""Axes for drawn curves, and their reader."""
 
 import json
 import math
@@ -18,11 +18,10 @@ from scenes.quantities import DISTANCE, KeptQuantity
 
 @dataclass(frozen=True)
 class AxisQuantity:
-    """A quantity of an axis.
+    """A quantity of an axis, see `CurveAxis`.
 
     Attributes:
         column: of the history; the error is the root of its column.
-        symbol, unit, factor, colour: see `CurveAxis`.
         digits: decimals in that unit.
     """
 
@@ -44,21 +43,21 @@ AXES: Final = {
 }
 
 UNSEEN: Final = 0.01
-"""Difference of λ that the eye cannot see on the board."""
+"""Difference of λ that is invisible on the board."""
 
 MOST_TEXT: Final = 2000
-"""Longest text of a drawing from a browser [characters]."""
+"""Longest text from a browser [characters]."""
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A drawing and the curve that it is compared with.
+    """A drawing's axes, and its comparison.
 
     Attributes:
         x_name, y_name: keys of `AXES`.
-        formula: compare with eq. (31) for the settings of the run, instead of the recorded run.
-        within: largest mean distance of a correct drawing from the true curve, in the unit of `y`, SI.
-        kept: what an axis of distances is of.
+        formula: compare with eq. (31) for the run's settings, not with the recorded run.
+        within: largest mean distance from the true curve in a correct drawing [unit of `y`, SI].
+        kept: quantity of an axis of distances.
     """
 
     x_name: str
@@ -74,7 +73,7 @@ class Drawing:
         return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
 
     def text(self, value: float) -> str:
-        """Text of a difference along `y`, rounded up, so that one beyond `within` does not read as within it."""
+        """Text of a difference along `y`, rounded up: one beyond `within` must not look within it."""
         quantity = AXES[self.y_name]
         power = 10.0**quantity.digits
         return NumberText(
@@ -83,7 +82,7 @@ class Drawing:
 
 
 def activation_axes(critical: float, ends: tuple[float, float], kept: KeptQuantity = DISTANCE) -> Drawing:
-    """Axes for a λ(d) that is compared with nothing. `critical`: d_m, `ends`: of the axis of d, in the unit of `kept`."""
+    """Axes for a λ(d) without comparison. `critical`: d_m, `ends`: of the axis of d [unit of `kept`]."""
     x, y = axis_of("distance", ends, critical), axis_of("activation", (0.0, 1.0), critical)
     if kept is not DISTANCE:
         x = replace(x, symbol=kept.symbol, unit=kept.page_unit)
@@ -91,7 +90,7 @@ def activation_axes(critical: float, ends: tuple[float, float], kept: KeptQuanti
 
 
 def axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
-    """Axis of a quantity. `name`: a key of `AXES`; `ends`: SI; `d_m`: marked on an axis of d [m]."""
+    """Axis of `AXES[name]`. `ends`: SI; `d_m`: marked on an axis of d [m]."""
     quantity, (low, high) = AXES[name], ends
     shows_critical = name == "distance" and low < d_m < high
     return CurveAxis(
@@ -110,7 +109,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
 
 
 def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
-    """Curve from the browser's JSON list of fractions of the height, null for a gap; None if it is not one."""
+    """Curve from the browser's JSON list of fractions of the height, null for a gap; None if invalid."""
     if not isinstance(text, str) or len(text) > MOST_TEXT:
         return None
     try:
@@ -125,7 +124,7 @@ def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
 
 
 def checked_curve(drawing: Drawing, values: object) -> Curve | None:
-    """Values by column as a curve, () if none is drawn; None if they do not fit the axes."""
+    """Values by column as a curve, () if empty; None if they do not fit the axes."""
     if not isinstance(values, (list, tuple)) or len(values) not in (0, COLUMNS):
         return None
     slack, known = 1e-6 * (drawing.y.high - drawing.y.low), [v for v in values if v is not None]
@@ -135,9 +134,7 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
 
 
 def law_curve(drawing: Drawing, drawn: Curve) -> str:
-    """Text of the law that follows a drawn λ(d), with the columns that keep its curve within `UNSEEN` of the
-    drawing.
-    """
+    """Text of the law that stays within `UNSEEN` of a drawn λ(d)."""
     points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
     if len(points) == 1:
         points.append((drawing.x.high, points[0][1]))
@@ -153,7 +150,7 @@ def law_curve(drawing: Drawing, drawn: Curve) -> str:
 
 
 def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
-    """The axes as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
+    """The axes; `drawing.js` changes the line of the class "pencil"."""
     return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
 
 

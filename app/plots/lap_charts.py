@@ -1,4 +1,4 @@
-"""Laps of a circle, of the hand or two joints, and a magnified view of the place where laps begin and end."""
+"""Laps of a circle, of the hand or two joints, with magnified ends."""
 
 import math
 
@@ -19,32 +19,28 @@ SHOWN = 2
 COARSE = 80
 
 NEAR = 0.15
-"""Time around the end of a lap in which all steps are drawn [s]."""
+"""Time around a lap's end with all steps drawn [s]."""
 
 BESIDE = 30
-"""Height of a chart beyond the width of its axis [CSS px]."""
+"""Height of a chart minus its axis width [CSS px]."""
 
 LETTER = 6.5
-"""Approximate width of a letter of its numbers [CSS px]."""
+"""Approximate width of a letter [CSS px]."""
 
 LEAST = {"mm": 0.2, "°": 0.5}
-"""Least half-width of the magnified part, in the displayed unit."""
+"""Least half-width of the magnified part [displayed unit]."""
 
 
 def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, height: int) -> Markup:
-    """The whole path and its magnified ends as HTML.
-
-    Args:
-        ghost: its ends are drawn dashed; None without a ghost.
-        joints: show the two joints that turn most instead of the hand.
-        height: [CSS px].
+    """Whole path and magnified ends, the ghost's dashed. `joints`: show the two joints that turn most, not
+    the hand; `height`: [CSS px].
     """
     if simulation.history.count < 2:
         return Markup()
     first, last = _laps(simulation)
     times, places, names = _way(simulation, first, joints)
     unit = "°" if joints else "mm"
-    # Between two steps, and of a replay between two moments that are kept.
+    # Lap ends are between two steps, in a replay between two kept moments.
     laps = np.arange(first, last + 1)
     ends = np.stack([np.interp(laps * LAP, times, line) for line in places.T], axis=1)
     gaps = ends - ends[:1]
@@ -81,10 +77,8 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
 
 
 def _way(simulation: Simulation, first: int, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
-    """Times since the first lap began (k,) [s], places (k, axes) [mm or °] and axis names at the drawn steps.
-
-    Args:
-        first: end of the lap at which the path begins.
+    """Times since the first lap began (k,) [s], places (k, axes) [mm or °] and axis names, from lap `first`
+    on.
     """
     arm, dt = simulation.avoiding, simulation.settings.dt
     kept = _times(simulation)
@@ -105,13 +99,12 @@ def _way(simulation: Simulation, first: int, joints: bool) -> tuple[Array, Array
 
 
 def _times(simulation: Simulation) -> Array:
-    """Times of the kept steps since the first lap began (k,) [s]."""
     task = simulation.roles.task
     return simulation.history.column("t") - (task.path_began if isinstance(task, HoldTask) else 0.0)
 
 
 def _laps(simulation: Simulation) -> tuple[int, int]:
-    """The first end of a lap after which all is kept and drawn, and the last one reached; less if there is
+    """First lap end after which all steps are kept, and last one reached; smaller than the first if there is
     none.
     """
     times, dt = _times(simulation), simulation.settings.dt
@@ -120,7 +113,6 @@ def _laps(simulation: Simulation) -> tuple[int, int]:
 
 
 def _pieces(times: Array, places: Array) -> list[Array]:
-    """Pieces (k, 2) of a path around the ends of the laps."""
     near = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0) < NEAR
     cuts = np.flatnonzero(np.diff(near.astype(int))) + 1
     return [

@@ -1,6 +1,4 @@
-"""Charts of laws over the distance: the activation λ(d) as in Fig. 2, and the rate of each law at the present
-pull.
-"""
+"""Charts of laws over the distance."""
 
 import math
 from collections.abc import Mapping
@@ -27,23 +25,18 @@ from scenes.settings import LawSettings
 from scenes.simulation import Simulation
 
 FAR: Final = 0.6
-"""End of the axis of distances, in the unit of the first task."""
+"""End of the distance axis [unit of the first task]."""
 
 DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
 
 ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
-"""Order in the paper's Fig. 2 → activation at which the curve has its name, so that names do not overlap."""
+"""Order in the paper's Fig. 2 → activation at its name, so that names do not overlap."""
 
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
 def distances(settings: LawSettings, far: float = FAR) -> np.ndarray:
-    """Distances (k,) [m] at which a law is drawn: finer above d_m and the influence distance, and on both
-    sides of both.
-
-    Args:
-        far: the largest distance [m].
-    """
+    """Distances (k,) up to `far` [m], finer above d_m and the influence distance, with both sides of both."""
     parts = [np.linspace(0.0, far, 49)]
     for kink in (settings.critical_distance, settings.influence_distance):
         parts.append(np.array([kink - 1e-6, kink]))
@@ -53,12 +46,7 @@ def distances(settings: LawSettings, far: float = FAR) -> np.ndarray:
 
 
 def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample, height: int) -> Markup:
-    """Chart of λ(d).
-
-    Args:
-        ghost: its law is drawn dashed; None without a ghost.
-        height: [CSS px].
-    """
+    """Chart of λ(d) as in Fig. 2, the ghost's dashed. `height`: [CSS px]."""
     law = simulation.settings.law
     chart = Chart(FRAME)
     xs = distances(law)
@@ -85,7 +73,7 @@ def _activations(law: Law, xs: np.ndarray) -> np.ndarray:
 
 
 _SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
-"""Possible ends of the axis of speeds [m/s]: few, so that it does not jitter with u."""
+"""Possible ends of the speed axis [m/s]: few, to avoid jitter with u."""
 
 
 @lru_cache(maxsize=16)
@@ -94,7 +82,6 @@ def all_laws(settings: LawSettings) -> dict[str, Law]:
 
 
 DASHES: Final = ("2 4", "12 4 2 4", "")
-"""Dashes of the ticked laws by their places; the running law is thick, and the ghost's is dashed."""
 
 
 def laws_html(
@@ -104,12 +91,10 @@ def laws_html(
     height: int,
     ticked: Mapping[str, int] = MappingProxyType({}),
 ) -> Markup:
-    """Chart of a few laws from 0 to 2 d_m; each line has the number of its law.
+    """Chart of a few laws from 0 to 2 d_m, with their numbers: the running law thick, the ghost's dashed.
 
     Args:
-        simulation: its law is drawn thick.
-        ghost: its law is drawn dashed; None without a ghost.
-        now: pull, approach and |J_d|² for all laws, and the present state.
+        now: the present state.
         height: [CSS px].
         ticked: further laws → their places in `DASHES`.
     """
@@ -167,7 +152,7 @@ def law_class(name: str) -> str:
 
 
 def laws_legend(simulation: Simulation) -> tuple[tuple[str, str, str], ...]:
-    """Class, kind and name of the line of a custom law, for the caption; all other lines have a number."""
+    """Class, kind and name of a custom law's line; other lines have a number."""
     return (
         ((law_class(simulation.settings.law.law), "", simulation.law.file),)
         if isinstance(simulation.law, LawOfFile)

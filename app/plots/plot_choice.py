@@ -1,4 +1,4 @@
-"""Choice of plots: what can be added to the first two, their order and their columns."""
+"""Choice of plots, their order and columns."""
 
 from typing import Final
 
@@ -21,7 +21,7 @@ CHARTS: Final[dict[str, str]] = {
 }
 
 _ADDED: Final = ("safety", "microscope", "map")
-"""Choices of the setting that are offered only if a feature draws them."""
+"""Choices offered only if a feature draws them."""
 
 
 def is_chart(name: str) -> bool:
@@ -29,7 +29,7 @@ def is_chart(name: str) -> bool:
 
 
 def chart_title(name: str, run: RunSettings) -> Markup:
-    """Title of a chart for a run, as HTML; it names the law's variable if that is not d."""
+    """Title as HTML, with the law's variable if that is not d."""
     written = CHARTS[name] if name in CHARTS else further_charts()[name].title
     title = in_symbols(tr_html(wording(written, run.quantity)), run.quantity)
     if not run.has_law_distance:
@@ -40,7 +40,7 @@ def chart_title(name: str, run: RunSettings) -> Markup:
 
 
 PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
-"""Columns of the first two plots; a part of the page may also show the hand's error beside the distance."""
+"""Columns of the first two plots, and of the hand's error beside the distance."""
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
@@ -75,13 +75,11 @@ def first_plots(run: RunSettings) -> tuple[str, str]:
 
 
 _COMPUTED: Final = ("none", "map", "safety")
-"""Plots that no part of the page may choose: no further plot, and those computed in the background."""
+"""Plots that no part of the page may choose."""
 
 
 def possible_plots(run: RunSettings) -> tuple[str, ...]:
-    """Plots that a part of the page may choose: the page's own two, |e| of a hand, and those of
-    `app.settings.Details`.
-    """
+    """Plots that a part of the page may choose."""
     hand = ("hand",) if run.experiment.error_unit == "m²" else ()
     return tuple(
         dict.fromkeys(
@@ -94,9 +92,7 @@ _ALONE: Final = {"error": "hand", "distance": "elbow"}
 
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Names of the shown plots; the one that a projector shows alone comes first. `only`: instead of the
-    first two, if possible.
-    """
+    """Names of shown plots, a projector's single plot first. `only`: replaces the first two, if possible."""
     first: tuple[str, ...] = first_plots(run)
     shown = first
     if only:
@@ -125,7 +121,6 @@ def place_of(name: str) -> float:
 
 
 def layout_html(shown: tuple[str, ...]) -> str:
-    """Style that gives every plot a column; a chart with a legend of its own gets a wider one."""
     wide = {"safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
     columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in sorted(shown, key=place_of)]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns

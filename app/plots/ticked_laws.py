@@ -1,4 +1,4 @@
-"""Which laws a visitor has ticked, to be drawn beside the running one."""
+"""A visitor's ticked laws, drawn beside the running one."""
 
 from typing import ClassVar, Final
 
@@ -9,10 +9,10 @@ MOST: Final = 3
 
 
 class TickedLaws(SessionPart):
-    """The laws that are ticked; a further one takes the place of the oldest.
+    """Ticked laws; a further one replaces the oldest.
 
     Attributes:
-        places: name of a law → its place from 0, which it keeps while it is ticked; the oldest law first.
+        places: name → its place, from 0, while ticked; the oldest law first.
     """
 
     name: ClassVar[str] = "ticked_laws"

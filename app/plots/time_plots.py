@@ -1,9 +1,7 @@
-"""Table of the time plots: columns, colours, dashes, names, units and ranges, for the page, the exports and
-the offline player.
+"""The time plots of page, exports and offline player.
 
-A plot has the same lines in every experiment; meaningless ones stay empty. Other lines would make the page
-replace the plot, and viser then keeps the old time axis in the wrong proportion if its data change at the
-same moment.
+A plot has the same lines in every experiment, some of them empty: if a plot is replaced while its data
+change, viser keeps the old time axis in the wrong proportion.
 """
 
 import math
@@ -25,10 +23,10 @@ from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
-"""Top of the distance axis, unless d is larger [m]: as in Fig. 5."""
+"""Top of the distance axis, unless d is larger [m]: Fig. 5."""
 
 LEAST: Final = 0.01
-"""Shortest axis that follows the data, in its unit, so that noise does not look like a signal."""
+"""Shortest axis that follows the data, in its unit, to hide noise."""
 
 ROWS: Final = 300.0
 
@@ -50,11 +48,11 @@ class PlotLine:
 
     Attributes:
         column: of `RollingSeries`.
-        colour: CSS class: of a symbol, see `app.theme.SYMBOL_COLOURS`, or "j1" … of a joint.
+        colour: CSS class: a symbol of `app.theme.SYMBOL_COLOURS`, or "j1" … of a joint.
         width: [px at a desk].
         dash: [px]; () for a solid line.
         run: "own", "ghost" or "what_if".
-        name: in the legend, in English with subscripts as <sub>; "" for no entry.
+        name: English, with <sub>; "" for no legend entry.
         for_all: the name describes all lines with this dash.
         held: an axis that follows the data includes this line.
     """
@@ -70,7 +68,7 @@ class PlotLine:
 
 
 LegendEntry = tuple[str, str, str]
-"""Entry of a legend: CSS class of the colour or ""; "", "dash", "dot" or "mix"; name, in English."""
+"""CSS class of the colour or ""; "", "dash", "dot" or "mix"; English name."""
 
 
 @dataclass(frozen=True)
@@ -78,10 +76,10 @@ class TimePlot:
     """One plot over time.
 
     Attributes:
-        title: as HTML.
+        title: HTML.
         span: of the axis; None to follow the data, from 0 up if `positive`.
-        scale: factor of the shown values.
-        positive: the axis begins at 0, unless the data go below.
+        scale: factor of shown values.
+        positive: begin at 0, unless the data go below.
         top: least top of an axis that follows the data, in its unit.
     """
 
@@ -94,10 +92,8 @@ class TimePlot:
     top: float = LEAST
 
     def visible(self, stats: Array) -> float:
-        """Smallest visible change of a signal: about half a pixel, in the unit of the signals.
-
-        Args:
-            stats: (statistics, signals, bins) of all lines, see `app.plots.bins`.
+        """Smallest visible change of a signal in its unit, about half a pixel. `stats`: (statistics, signals,
+        bins), see `app.plots.bins`.
         """
         if self.span is not None:
             return (self.span[1] - self.span[0]) / self.scale / ROWS
@@ -109,11 +105,7 @@ class TimePlot:
     def legend(
         self, others: Collection[str] = (), names: tuple[str, str] | None = None
     ) -> tuple[LegendEntry, ...]:
-        """The legend: the named lines, then the other runs that have lines ("ghost", "what_if").
-
-        Args:
-            names: of the own run and of the ghost; None for the usual ones.
-        """
+        """Named lines, then other runs with lines. `names`: of own run and ghost; None for the usual ones."""
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
         if names is not None and any(line.run == "ghost" for line in self.lines):
             entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour not in SYMBOL_COLOURS))
@@ -210,7 +202,6 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
 
 
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
-    """The plot `name` ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
     avoiding, other = (
         arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided)

@@ -1,4 +1,4 @@
-"""The last 20 s of a run in bins for the live plots, including the elbow's angle."""
+"""A run's last 20 s in bins, for live plots."""
 
 import math
 from typing import Final
@@ -22,9 +22,8 @@ class Swivel:
         self._last = math.nan
 
     def angle(self, positions: Array) -> float:
-        """Elbow angle at q (nv,) [rad], 0 if the elbow points straight up; continuous from call to call.
-
-        nan while the arm is straight or points straight up, because the angle is undefined there.
+        """Elbow angle at q (nv,) [rad], 0 if the elbow points straight up; continuous from call to call. nan
+        while the arm is straight or points straight up.
         """
         pin.forwardKinematics(self._model, self._data, positions)
         shoulder, elbow, wrist = (
@@ -48,10 +47,10 @@ class Swivel:
 
 
 JOINTS: Final = 7
-"""Number of joint columns; an arm with fewer joints leaves the last ones empty."""
+"""Joint columns; smaller arms leave the last ones empty."""
 
 DRIVEN: Final = 4
-"""Number of joints that are shown with their desired positions, as in Figs 6 and 7."""
+"""Joints shown with their desired positions, as in Figs 6 and 7."""
 
 
 def _names(stem: str, count: int) -> tuple[str, ...]:
@@ -67,8 +66,8 @@ NAMES: Final = (
     *_names("other_q", DRIVEN),
     *_names("other_qd", DRIVEN),
 )
-"""Columns: time; signals of `scenes.history.SCALARS`; q and q̇ of the avoiding arm, its elbow angle [rad],
-what it follows; the same of the other arm. `changes`: number of changes of the closest pair so far.
+"""Time; signals of `scenes.history.SCALARS`; q, q̇ and elbow angle [rad] of the avoiding arm, and what it
+follows; the same of the other arm. `changes`: of the closest pair so far.
 """
 
 COLUMNS: Final = {name: i for i, name in enumerate(NAMES)}
@@ -78,15 +77,14 @@ _SAME_COLUMNS: Final = [COLUMNS[name] for name in _SAME]
 _SAME_SCALARS: Final = [COLUMN[name] for name in _SAME]
 
 FARTHEST: Final = 0.8
-"""A resting distance beyond this counts as none: nothing pulls, and its line leaves the axis at the top [m]."""
+"""A larger resting distance means that nothing pulls [m]."""
 
 
 TURNS: Final = 0.25
-"""Pairs that alternate as the closest one do so within this time [s]."""
+"""Time within which closest pairs count as alternating [s]."""
 
 
 def rows_of_turns(settings: RunSettings) -> int:
-    """Rows that `resting_at_end` reads of a run."""
     return max(1, round(TURNS / settings.dt)) if settings.law.pairs == "single" else 1
 
 
@@ -94,21 +92,16 @@ _REST: Final = [COLUMN[name] for name in ("d", "law_d", "u", "w_law", "lever", "
 
 
 def resting_rows(settings: RunSettings, table: Array) -> list[float]:
-    """True distance d [m] at which the arm would rest, for every row of a history (rows, columns).
-
-    The law rests at d* of its own distance d_law. With the present d − d_law the true distance is d* + (d −
-    d_law), so the number is comparable with the other distances on the page. It is inf if nothing pulls, nan
-    if the law has no rest in closed form or d falls for ever.
+    """True resting distance d [m] of each row of a history (rows, columns): d* + (d − d_law), as the law
+    rests at d* of its own distance d_law. inf if nothing pulls, nan if the law has no rest in closed form or
+    d falls for ever.
     """
     return [_resting(settings, *row) for row in table[:, _REST].tolist()]
 
 
 def resting_at_end(settings: RunSettings, table: Array) -> float:
-    """True distance d [m] at which the arm rests if everything continues as in the last row of a history
-    (rows, columns).
-
-    If two pairs alternate as the closest one, each has its own d*; the arm then rests at their mean over
-    time.
+    """True resting distance d [m] if everything continues as in the last row of a history (rows, columns);
+    the mean over time if two closest pairs alternate.
     """
     if settings.law.pairs == "single":
         # In a replay rows may be further apart.
@@ -119,7 +112,7 @@ def resting_at_end(settings: RunSettings, table: Array) -> float:
 
 
 def resting_now(simulation: Simulation, sample: Sample) -> float:
-    """`resting_at_end` of a simulation [m]. `sample`: its newest step, or the measurement before the first."""
+    """`resting_at_end` [m]. `sample`: newest step, or the measurement before the first."""
     settings, history = simulation.settings, simulation.history
     if history.count:
         return resting_at_end(settings, history.table(rows_of_turns(settings)))
@@ -155,10 +148,8 @@ def _resting(
 
 
 def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
-    """The columns of `NAMES` (rows, columns) for rows of a history under these settings; nan for missing
-    values.
-
-    The elbow angle and the changes of the pair stay nan: they depend on the rows before.
+    """Columns `NAMES` (rows, columns) for rows of a history, nan for missing values. Elbow angle and pair
+    changes stay nan: they depend on earlier rows.
     """
     history, c, s = simulation.history, COLUMNS, COLUMN
     found = np.full((len(table), len(NAMES)), np.nan)
@@ -179,7 +170,7 @@ def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
 
 
 class RollingSeries:
-    """The last 20 s in bins, one column for every entry of `NAMES`."""
+    """One column per entry of `NAMES`."""
 
     def __init__(self) -> None:
         self.bins = Bins(len(NAMES))
@@ -218,19 +209,16 @@ class RollingSeries:
         return found
 
     def newest(self, columns: list[int]) -> tuple[Array, ...]:
-        """Time and newest values of the columns, bin by bin, oldest first."""
+        """Times and newest values, oldest bin first."""
         numbers = self.bins.numbers
         return self.bins.ends(numbers), *self.bins.at(numbers, columns)[LAST]
 
 
 def drawable(line: Array, follows: bool) -> Array:
-    """A line as the page can draw it: empty if it has no values.
+    """A line (k,) for the page, nan for missing values; empty without values.
 
-    If the first value of one line is missing, the page finds no range for an axis that follows the data and
-    draws no line of the plot; so such a line is level up to its first value.
-
-    Args:
-        line: (k,), nan for missing values.
+    It is level up to its first value if the axis follows the data: otherwise the page finds no range and
+    draws no line of the plot.
     """
     known = np.isfinite(line) if follows else ~np.isnan(line)
     if not known.any():

@@ -1,4 +1,4 @@
-"""A custom law, as `lwr-duet run` uses it instead of the settings' law."""
+"""Custom laws of `lwr-duet run`."""
 
 from typing import Protocol, Self
 
@@ -14,8 +14,7 @@ class HeadlessLaw(Law, Protocol):
     """A custom law, open while it runs.
 
     Attributes:
-        file: name of the file.
-        sha256: of the file, in hexadecimal digits.
+        sha256: of its file, hexadecimal.
     """
 
     file: str

@@ -1,6 +1,4 @@
-"""Outcome of a run, for comparison with a later run of the same inputs: a hash of every step, and some whole
-steps.
-"""
+"""Outcome of a run, for comparison: a hash of every step, and some whole steps."""
 
 import hashlib
 import json
@@ -18,14 +16,10 @@ from scenes.packing import planes_of, rows_of
 from scenes.simulation import Simulation
 
 MOST_ROWS: Final = 6_000
-"""Largest number of stored whole steps, evenly spread in a longer run; 30 s at the usual time step are
-complete.
-"""
+"""Most steps stored whole, evenly spread in a longer run; 30 s at the usual time step."""
 
 CLOSE: Final = 1e-9
-"""Difference up to which runs count as the same (SI units): another machine or library may give other last
-bits.
-"""
+"""Largest difference of equal runs [SI]; other machines or libraries may give other last bits."""
 
 KINDS: Final = frozenset({"pair", "authority", "joint", "authority_b", "joint_b"})
 
@@ -37,7 +31,7 @@ class RunOutcome:
     """Outcome of a run.
 
     Attributes:
-        hashes: (steps,) of each step.
+        hashes: (steps,).
         places: (k,) steps stored whole, ascending, with the first and the last.
         rows: (k, columns).
     """
@@ -55,13 +49,13 @@ class RunOutcome:
 
 @dataclass(frozen=True)
 class Difference:
-    """One number that has changed.
+    """One changed number.
 
     Attributes:
         step: from 0.
         time: simulated [s].
-        then, now: the number; nan if missing.
-        by: difference [unit of the column], inf if one of the two is missing.
+        then, now: nan if missing.
+        by: [unit of the column], inf if one is missing.
     """
 
     step: int
@@ -91,10 +85,10 @@ class Comparison:
     """Two outcomes of the same inputs.
 
     Attributes:
-        exact: every step is the same, bit for bit.
-        first_step: the first different one, from 0; None if unknown or equal.
-        first: the number that differs most in the first stored different step, or None.
-        largest: the number that differs most in all stored steps.
+        exact: equal bit for bit.
+        first_step: first different one, from 0; None if unknown or equal.
+        first: largest difference in the first stored different step.
+        largest: of all stored steps.
     """
 
     exact: bool
@@ -106,24 +100,17 @@ class Comparison:
 
     @property
     def close(self) -> bool:
-        """True if no stored number differs by more than `CLOSE`."""
         return self.steps_then == self.steps_now and (self.largest is None or self.largest.by <= CLOSE)
 
 
 def history_columns(simulation: Simulation) -> tuple[str, ...]:
-    """Names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …,
-    "left_qd1" …
-    """
+    """Columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …, "left_qd1" …"""
     names = simulation.room.columns
     return (*SCALARS, *(name.format(kind) for kind in ("q", "dq", "qd") for name in names))
 
 
 def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
-    """Outcome of a run.
-
-    Args:
-        table: (steps ≥ 1, columns), a history table.
-    """
+    """Outcome of a history (steps ≥ 1, columns)."""
     table = _plain(table)
     stride = -(-len(table) // MOST_ROWS)
     places = np.unique(np.append(np.arange(0, len(table), stride), len(table) - 1)).astype(np.uint32)
@@ -133,7 +120,7 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
 
 
 def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
-    """Differences of a repeated run, (steps ≥ 1, columns), from the recorded one."""
+    """Compare a repeated run (steps ≥ 1, columns) with the recorded one."""
     table = _plain(table)
     steps = len(table)
     if (
@@ -180,7 +167,7 @@ def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> 
 
 
 def _plain(table: Array) -> Array:
-    """A table with one kind of nan only: its bits depend on the processor."""
+    """A table with one kind of nan, whose bits depend on the processor."""
     table = np.ascontiguousarray(table, "<f8").copy()
     table[np.isnan(table)] = np.nan
     return table
@@ -190,7 +177,7 @@ def _hashes(table: Array) -> np.ndarray:
     return np.array([zlib.crc32(row) for row in table], np.uint32)
 
 
-# --- in a file -----------------------------------------------------------------------------------------------------------------
+# --- in a file
 
 
 def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
@@ -205,14 +192,10 @@ def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
 
 
 def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
-    """Outcome from the parts of a file.
-
-    Args:
-        arrays: with the names of `ARRAYS`.
-        steps: number of steps of the recorded inputs.
+    """Outcome from a file's parts `ARRAYS`. `steps`: of the recorded inputs.
 
     Raises:
-        BadInputFile: they are damaged; the message is a part of a sentence.
+        BadInputFile: damaged; the message is a part of a sentence.
     """
     about, hashes, places, packed = (arrays[name] for name in ARRAYS)
     try:

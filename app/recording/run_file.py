@@ -1,8 +1,7 @@
-"""Run files: inputs, settings, provenance and outcome in one compressed file; loading one recomputes the run
-and compares.
+"""Run files: recorded inputs (`scenes.inputs_file`) with provenance and outcome as further parts; loading one
+recomputes the run and compares.
 
-It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read
-it. The provenance names program, libraries and machine, on which the last bits of a run may depend.
+The provenance names program, libraries and machine, on which a run's last bits may depend.
 """
 
 import json
@@ -38,7 +37,7 @@ _UNKNOWN: Final = LazyText("unknown")
 
 
 def made_here() -> dict[str, str]:
-    """Key of `NAMES` → version or name, of this program."""
+    """Key of `NAMES` → version or name here."""
     return {
         "duet": duet_version(),
         "python": platform.python_version(),
@@ -50,7 +49,6 @@ def made_here() -> dict[str, str]:
 
 
 def made_with(file: str, sha256: str) -> LazyText:
-    """Name of a run's custom law, and that the law is not computed again."""
     return LazyText(
         "The run was made with {file} (SHA-256 {hash}…) and is replayed, not computed again.",
         file=file,
@@ -59,14 +57,14 @@ def made_with(file: str, sha256: str) -> LazyText:
 
 
 def made_from(data: object) -> dict[str, str]:
-    """Provenance in a file, without unknown entries; never raises."""
+    """A file's provenance, without unknown entries; never raises."""
     if not isinstance(data, dict):
         return {}
     return {key: str(data[key])[:LONGEST_ENTRY] for key in NAMES if isinstance(data.get(key), str)}
 
 
 def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
-    """ "numpy 2.3.1 then, 2.4.0 now" for everything that differs."""
+    """Sentences such as "numpy 2.3.1 then, 2.4.0 now" for all differences."""
     return tuple(
         LazyText(
             "{name} {then} then, {now} now",
@@ -82,7 +80,7 @@ def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyTex
 SUFFIX: Final = ".duet.npz"
 
 LONGEST: Final = 660.0
-"""Longest run in a file [s]: a little more than a session keeps."""
+"""Longest run [s]: a little more than a session keeps."""
 
 MADE: Final = "made"
 
@@ -98,11 +96,10 @@ class SavedRun:
 
 @dataclass(frozen=True)
 class Loaded:
-    """Inputs of a run file, and the comparison of a new run with its outcome.
+    """A run file's inputs, and the comparison of a new run with its outcome.
 
     Attributes:
-        verdict: equal bit for bit, equal within `CLOSE`, or different.
-        words: the same in plain sentences; a `LazyText`.
+        verdict: equal bit for bit, within `CLOSE`, or different.
     """
 
     recorded: Recorded
@@ -112,13 +109,13 @@ class Loaded:
 
 
 def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
-    """Content of a file; equal inputs on the same machine give equal bytes.
+    """Content of a file; equal inputs on one machine give equal bytes.
 
     Args:
-        last: bytes of the newest row of the original history; None to skip the check.
+        last: newest row of the original history; None for no check.
 
     Raises:
-        BadSetting: the recomputed run ends elsewhere, so the file would not show what was seen.
+        BadSetting: the recomputed run ends with another row.
     """
     table = rerun(recorded).table
     if last is not None and table[-1].tobytes() != last:
@@ -131,10 +128,10 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
-    """Content of a run file.
+    """Read a run file.
 
     Raises:
-        BadInputFile: not a file of a run, damaged or impossible.
+        BadInputFile: not a run, damaged or impossible.
     """
     recorded, parts = parts_from(data, name)
     if recorded.seconds > LONGEST:
@@ -161,7 +158,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
 
 
 def verify(saved: SavedRun) -> Loaded:
-    """Recompute the run and compare.
+    """Recompute and compare.
 
     Raises:
         BadSetting: impossible here, for example without a robot's package.
@@ -180,10 +177,10 @@ def verify(saved: SavedRun) -> Loaded:
 
 
 def load_run(data: bytes, name: str) -> Loaded:
-    """Read a file and verify it.
+    """Read and verify a file.
 
     Raises:
-        BadInputFile: see `saved_from`; also if the run is impossible here.
+        BadInputFile: also if the run is impossible here.
         Stopped: see `scenes.wanted`.
     """
     saved = saved_from(data, name)

@@ -1,4 +1,4 @@
-"""Further sources of targets and laws of `lwr-duet run`, as options of features. Imports nothing slow."""
+"""Features' sources of targets and laws for `lwr-duet run`. Imports nothing slow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,15 +27,14 @@ class RunSource:
         """The only named source.
 
         Raises:
-            BadSetting, BadInputFile, MissingPackage: the source does not fit the experiment, or cannot be
-                read.
+            BadSetting, BadInputFile, MissingPackage: unreadable, or unfit for the experiment.
         """
         raise NotImplementedError
 
     def law(self) -> "HeadlessLaw | None":
-        """Law that replaces the settings' law, or None.
+        """Law that replaces the settings' law.
 
         Raises:
-            BadInputFile: its file cannot be read.
+            BadInputFile: unreadable file.
         """
         return None

@@ -1,6 +1,4 @@
-"""Jobs longer than a frame run in a few worker processes for all visitors; a visitor's newest request
-replaces older ones.
-"""
+"""Runs jobs longer than a frame in a few worker processes for all visitors."""
 
 import itertools
 import logging
@@ -24,7 +22,7 @@ from scenes.wanted import check_wanted, until
 log = logging.getLogger("duet.background")
 
 MOST_WAITING: Final = 256
-"""Largest number of waiting jobs; further ones are refused with a message."""
+"""Most waiting jobs; others are refused."""
 
 NICENESS: Final = 3
 
@@ -37,12 +35,10 @@ State = Literal["waiting", "running", "done", "failed", "dropped"]
 
 @dataclass(eq=False)
 class Job:
-    """One request.
+    """One request, see `Jobs.submit`.
 
     Attributes:
-        owner, kind, function, arguments, urgent, wake: see `Jobs.submit`.
-        state: "dropped" if the result is no longer wanted; "waiting" also while its worker is about to
-            requeue it.
+        state: "dropped" if the result is no longer wanted; "waiting" also until its worker requeues it.
         message: reason of a failure, for the visitor.
     """
 
@@ -59,7 +55,7 @@ class Job:
 
 
 class Jobs(ABC):
-    """Runs jobs in the background, in a pool of this process or of several processes; from any thread."""
+    """Runs jobs in the background; any thread."""
 
     def __init__(self) -> None:
         self._tickets = itertools.count(1)
@@ -73,15 +69,13 @@ class Jobs(ABC):
         urgent: bool = False,
         wake: Callable[[], None] = lambda: None,
     ) -> Job:
-        """Queue a call of `function(*arguments)`; an older job of the same owner and kind is dropped.
+        """Queue `function(*arguments)`; drop an older job of the same owner and kind.
 
         Args:
-            owner: key for `cancel`.
-            kind: an owner has one job of each kind at a time.
             function: at a module's top level. `scenes.wanted` ends it early if the result is no longer
                 wanted.
-            arguments: must be picklable.
-            urgent: goes before others; a running job that is not urgent is requeued for it.
+            arguments: picklable.
+            urgent: goes before others; a running job that is not urgent is requeued.
             wake: called after a change of state, from another thread.
         """
         job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
@@ -94,20 +88,20 @@ class Jobs(ABC):
 
     @abstractmethod
     def cancel(self, owner: object, kind: str | None = None) -> None:
-        """Drop all jobs of an owner, or those of one kind."""
+        """Drop all jobs of an owner, or of one kind."""
 
     @abstractmethod
     def close(self) -> None:
-        """Drop all jobs, and release what runs them; later jobs fail."""
+        """Drop all jobs and release resources; later jobs fail."""
 
 
 class JobWatch:
-    """The jobs of one owner with their handlers. All methods belong to the owner's thread.
+    """One owner's jobs with their handlers. Owner's thread only.
 
     Args:
-        background: runs the jobs; None ignores what is submitted.
-        wake: called from any thread when the state of a job changes.
-        failed: called by `collect` with a job that has failed.
+        background: None to ignore submitted jobs.
+        wake: called from any thread when a job's state changes.
+        failed: called by `collect`.
     """
 
     def __init__(
@@ -129,7 +123,7 @@ class JobWatch:
         *arguments: Any,
         urgent: bool = False,
     ) -> None:
-        """Replace an older job of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
+        """See `Jobs.submit`; `collect` calls `done` with the result."""
         self.drop(kind)
         if self._background is not None:
             self._jobs[
@@ -158,16 +152,12 @@ class JobWatch:
 
 
 class JobPool(Jobs):
-    """A queue and a pool of processes, which start with the first job; see `Jobs`.
-
-    Args:
-        workers: processes; None for all cores but one, at most four.
-    """
+    """Processes start with the first job. `workers`: None for all cores but one, at most four."""
 
     def __init__(self, workers: int | None = None) -> None:
         super().__init__()
         self.workers = workers or max(1, min((os.cpu_count() or 1) - 1, 4))
-        # Which ticket is to stop in each place; read by the workers.
+        # Ticket to stop in each place; read by the workers.
         self._stop: Any = None
         self._pool: ProcessPoolExecutor | None = None
         self._lock = threading.RLock()
@@ -218,7 +208,6 @@ class JobPool(Jobs):
         return len(self._waiting)
 
     def _pump(self) -> None:
-        """Start waiting jobs on free workers, and free a worker for an urgent one."""
         while self._waiting and not self._closed:
             job = next((j for j in self._waiting if j.urgent), self._waiting[0])
             place = next((i for i in range(self.workers) if i not in self._running), None)
@@ -305,7 +294,7 @@ _stop: Any = None
 
 
 def _begin(stop: Any, given: GivenAtStart) -> None:
-    """Make a process a worker: it ignores Ctrl+C, ends with its parent, and has a low priority."""
+    """Make a process a worker with low priority, which ignores Ctrl+C and ends with its parent."""
     global _stop
     _stop = stop
     take_over(given)

@@ -1,4 +1,4 @@
-"""Progress of a command on a terminal, and its number of processes."""
+"""Progress bar, and number of processes."""
 
 import os
 from typing import Any
@@ -7,7 +7,7 @@ from tqdm import tqdm
 
 
 def progress(total: int | None, unit: str, **more: Any) -> "tqdm[Any]":
-    """A bar that appears only on a terminal, and is removed at the end. `more`: for tqdm."""
+    """A bar only on a terminal, removed at the end. `more`: for tqdm."""
     return tqdm(total=total, unit=unit, disable=None, leave=False, **more)
 
 

@@ -1,4 +1,4 @@
-"""Temporary folders that are removed with their process or, if it was killed, at the next start."""
+"""Temporary folders, removed with their process or, if it was killed, at the next start."""
 
 import fcntl
 import os
@@ -12,17 +12,12 @@ from typing import Final, Self
 PREFIX: Final = "duet-"
 
 LOCK: Final = "owner.lock"
-"""File in each folder that its living process holds locked (flock): a free lock means that the folder has no
-owner.
-"""
+"""Locked (flock) by the owner's living process: a free lock means no owner."""
 
 
 class TemporaryFolder:
-    """A new folder for this user only, removed by `remove`, at the end of a `with`, and at the end of this
-    process.
-
-    Attributes:
-        path: the folder; the lock is outside of it.
+    """A folder for this user only, removed also by `remove` or at the end of a `with`. Its lock is outside of
+    `path`.
     """
 
     def __init__(self, purpose: str) -> None:

@@ -1,6 +1,4 @@
-"""A command in a terminal: Ctrl+C and SIGTERM, a closed or full output, an encoding without λ, the log.
-Imports nothing slow.
-"""
+"""A command in a terminal: signals, output, encoding, log. Imports nothing slow."""
 
 import codecs
 import contextlib
@@ -24,7 +22,7 @@ INTERRUPTED: Final = 130
 TERMINATED: Final = 143
 
 _PATIENCE: Final = 3.0
-"""Time for the clean-up of an interrupted command before another Ctrl+C ends it at once [s]."""
+"""Time for an interrupted command's clean-up, in which further Ctrl+C are ignored [s]."""
 
 _at_once = False
 _interrupted: float | None = None
@@ -32,14 +30,14 @@ _code = INTERRUPTED
 
 
 def terminated() -> bool:
-    """True if SIGTERM ends this process, which may be started again and continue."""
+    """True if SIGTERM ends this process, which may be restarted."""
     return _code == TERMINATED
 
 
 @contextlib.contextmanager
 def ending_at_once() -> Iterator[None]:
-    """Let Ctrl+C end the process at once, while there is nothing to clean up: a library that is being
-    imported may lose a KeyboardInterrupt, or print it.
+    """Ctrl+C ends the process at once: a library that is being imported may lose a KeyboardInterrupt, or
+    print it.
     """
     global _at_once
     before, _at_once = _at_once, True
@@ -50,8 +48,8 @@ def ending_at_once() -> Iterator[None]:
 
 
 def run_in_terminal(command: Callable[[], int]) -> int:
-    """Run a process's command and return the exit code: 130 after Ctrl+C, 143 after SIGTERM, 0 if the reader
-    of its output has gone, 1 after a line on stderr if the output cannot be written.
+    """Run a command; exit code 130 after Ctrl+C, 143 after SIGTERM, 0 if the output's reader has gone, 1
+    after a line on stderr if the output cannot be written.
     """
     global _at_once
     _at_once = True
@@ -78,7 +76,7 @@ def run_in_terminal(command: Callable[[], int]) -> int:
         elif code != INTERRUPTED:
             code = 0
     if _interrupted is not None:
-        # All is tidied up; at its very end Python would give the signal back to the system, which ends the process with another code.
+        # At its very end Python gives the signal back to the system, which changes the exit code.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     return TERMINATED if terminated() else code
 
@@ -103,11 +101,7 @@ class OutputLost(OSError): ...
 
 
 class _Raw(io.RawIOBase):
-    """A stream that drops everything after a failed write.
-
-    Args:
-        raises: the first failed write raises `OutputLost`.
-    """
+    """Drops everything after a failed write, which raises `OutputLost` if `raises`."""
 
     def __init__(self, text: Any, raises: bool) -> None:
         # With `python -u` there is no buffer.
@@ -135,12 +129,8 @@ class _Raw(io.RawIOBase):
 
 
 def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
-    """A standard stream that can write every text: in its own encoding, or in UTF-8 instead of ASCII, as in
-    Python's UTF-8 mode.
-
-    Args:
-        before: Python's stream; None if the shell has closed it.
-        raises: see `_Raw`.
+    """A standard stream that can write every text, with UTF-8 instead of ASCII. `before`: None if the shell
+    has closed it.
     """
     if before is None:
         before = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
@@ -157,7 +147,7 @@ def _stream(before: Any, raises: bool) -> io.TextIOWrapper:
 
 
 def _readable(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Escape what an encoding lacks, but keep the bytes of a file's name that the locale could not read."""
+    """Escape what an encoding lacks, but keep bytes of a file's name that the locale could not read."""
     try:
         return codecs.lookup_error("surrogateescape")(error)
     except UnicodeError:
@@ -175,6 +165,6 @@ def _fill_descriptors() -> None:
 
 
 def write_log() -> None:
-    """Write the log to the standard error, with the time in a file; a service's journal adds its own."""
+    """Log to stderr, with the time in a file; a service's journal adds its own."""
     time = "%(asctime)s " if stat.S_ISREG(os.fstat(2).st_mode) else ""
     logging.basicConfig(level=logging.INFO, format=f"{time}%(levelname)s %(name)s: %(message)s")

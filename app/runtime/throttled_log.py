@@ -1,4 +1,4 @@
-"""A log of events that may happen many times a second: first in full, then only their number."""
+"""A log of frequent events."""
 
 import logging
 from collections.abc import Callable
@@ -18,11 +18,10 @@ class _Known:
 
 
 class ThrottledLog:
-    """Logs a new event, and then its count at intervals.
+    """Logs a new event in full, then only its count.
 
     Args:
-        intervals: shortest times between lines on the same event [s]; the last one stays.
-        clock: returns the time [s].
+        intervals: shortest times between lines on one event [s]; the last one stays.
     """
 
     def __init__(
@@ -35,17 +34,15 @@ class ThrottledLog:
         self._known: dict[tuple[object, ...], _Known] = {}
 
     def warning(self, kind: str, detail: str) -> None:
-        """Log a line of a kind, unless one of this kind is recent."""
+        """Log a line, unless one of this kind is recent."""
         due = self._due((None, kind))
         if due is not None:
             more = f" ({due[0] - 1} more since the last line)" if due[0] > 1 else ""
             self._log.warning("%s: %s%s", kind, detail, more)
 
     def exception(self, what: str, error: BaseException, source: object = None) -> None:
-        """Log an exception, with its traceback if it is new, later only its count.
-
-        Args:
-            what: the line; exceptions are the same if their line, source, class and place of origin are.
+        """Log an exception: with its traceback if new, later only its count. Line, source, class and origin
+        identify it.
         """
         due = self._due((source, what, type(error), *_place(error)))
         if due is None:
@@ -61,9 +58,7 @@ class ThrottledLog:
             del self._known[key]
 
     def _due(self, key: tuple[object, ...]) -> tuple[int, float] | None:
-        """Count an event; number of events since its last line and their time [s], (1, 0.0) for a new one,
-        None if no line is due.
-        """
+        """Events since the last line and their time [s]; (1, 0.0) if new, None if no line is due."""
         now, known = self._clock(), self._known.get(key)
         if known is None:
             self._known[key] = _Known(now)
@@ -77,6 +72,6 @@ class ThrottledLog:
 
 
 def _place(error: BaseException) -> tuple[str, int]:
-    """File and line where an exception was raised; its message may differ in every frame."""
+    """Origin of an exception, whose message may differ in every frame."""
     places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
     return places[-1] if places else ("", 0)

@@ -1,4 +1,4 @@
-"""Finds the handler of an action by the action's type."""
+"""Handlers of actions."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -10,12 +10,8 @@ Handler = Callable[[Any], object]
 
 
 class ActionHandlers:
-    """Table from the type of an action to its handler; a handler of a class also serves its subclasses.
-
-    A type may have a second handler, such as Space in a replay: it is asked first and returns True if it did
-    the action.
-    The page of the operator covers the session's table with one of its own.
-    """
+    """Type of an action → handler, also of subclasses. A second handler, such as Space in a replay, is
+    asked first and returns True if it did the action. The operator's page covers the session's table."""
 
     def __init__(self) -> None:
         self._handlers: dict[type[Action], Handler] = {}
@@ -23,27 +19,23 @@ class ActionHandlers:
         self._page: ActionHandlers | None = None
 
     def add(self, kind: type[A], handler: Callable[[A], object]) -> None:
-        """Raises ValueError if this table has a handler of this type."""
+        """Raises ValueError if the type has a handler."""
         _add(self._handlers, kind, handler)
 
     def add_first(self, kind: type[A], handler: Callable[[A], bool]) -> None:
-        """Add a handler that is asked first and returns True if it did the action.
-
-        Raises:
-            ValueError: this table has such a handler of this type.
-        """
+        """Raises ValueError if the type has a first handler."""
         _add(self._first, kind, handler)
 
     def cover(self, page: "ActionHandlers") -> None:
         self._page = page
 
     def uncover(self, page: "ActionHandlers") -> None:
-        """Remove the handlers of a page, unless another page has replaced them."""
+        """Keeps the handlers of a newer page."""
         if self._page is page:
             self._page = None
 
     def of(self, kind: type[Action]) -> tuple[Handler, ...]:
-        """One or two handlers in the order in which they are asked; () for an unknown type."""
+        """One or two handlers, the first to ask first; () for an unknown type."""
         tables = (self,) if self._page is None else (self._page, self)
         handler = _find([table._handlers for table in tables], kind)
         if handler is None:
@@ -52,7 +44,7 @@ class ActionHandlers:
         return (handler,) if first is None else (first, handler)
 
     def do(self, action: Action) -> None:
-        """Raises TypeError if the action's type has no handler."""
+        """Raises TypeError for an unknown type."""
         handlers = self.of(type(action))
         if not handlers:
             raise TypeError(

@@ -1,4 +1,4 @@
-"""Actions of a visitor as typed values, and the queue in which they wait for their session."""
+"""Actions of a visitor, and their queue."""
 
 import itertools
 import logging
@@ -17,12 +17,11 @@ from scenes.experiments import EXPERIMENTS
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 class Action:
-    """Base class of actions; every subclass is a frozen dataclass. Actions of a feature are in its own
-    folder.
+    """Base class of actions; every subclass is a frozen dataclass.
 
     Attributes:
-        newest_by: fields; an action replaces a waiting one of its class with the same values there. None:
-            every action counts.
+        newest_by: a newer action with equal values of these fields replaces a waiting one; None: every one
+            counts.
     """
 
     newest_by: ClassVar[tuple[str, ...] | None]
@@ -33,7 +32,7 @@ class Action:
 
     @property
     def control(self) -> Hashable:
-        """Key under which it replaces a waiting action; None if every press counts."""
+        """Key under which actions replace each other; None if every press counts."""
         return (
             None
             if self.newest_by is None
@@ -63,7 +62,7 @@ class SetSetting(Action, newest_by=("key",)):
 
 
 class Digit(Action):
-    """A digit, from 1: chooses an experiment, or the answer to a question."""
+    """A digit, from 1: chooses an experiment, or an answer."""
 
     number: int
 
@@ -77,7 +76,7 @@ class Digit(Action):
 
 
 class MoveJoint(Action, newest_by=("joint",)):
-    """Hold one joint of the guided arm, counted from 0, at an angle [rad]."""
+    """Hold a joint of the guided arm, counted from 0, at an angle [rad]."""
 
     joint: int
     angle: float
@@ -87,11 +86,11 @@ class Drag(Action, newest_by=("handle", "phase"), eq=False):
     """Drag a handle of the 3-D view.
 
     Attributes:
-        handle: name of the handle or of the view's node.
+        handle: name of the handle or of the node.
         phase: "start", "update" or "end".
         place: (3,) [m].
         turn: (3, 3); None for handles that do not turn.
-        taken: point at which the mouse grasped it (3,) [m]; None if irrelevant.
+        taken: grasped point (3,) [m], or None.
     """
 
     handle: str
@@ -110,7 +109,7 @@ class Hover(Action):
 
 
 class Nudge(Action, newest_by=None):
-    """Move the hand or the ball by one step along each axis of the visitor's view."""
+    """Steps of the hand or the ball along the axes of the visitor's view."""
 
     right: int = 0
     up: int = 0
@@ -126,11 +125,11 @@ class FirstView(Action):
 
 
 class Describe(Action):
-    """Describe the scene in a sentence."""
+    """Describe the scene."""
 
 
 class ShowAll(Action):
-    """Show all settings in the panel, or only the usual ones."""
+    """Show all settings, or only the usual ones."""
 
     whole: bool = True
 
@@ -142,7 +141,7 @@ class RestoreSettings(Action):
 log = logging.getLogger("duet.session")
 
 BUDGET: Final = 0.010
-"""Longest time for actions in one frame; the rest waits for the next one [s]."""
+"""Longest time for actions in one frame [s]."""
 
 MOST_REBUILDS: Final = 4
 
@@ -153,12 +152,8 @@ MOST_PRESSES: Final = 64
 
 
 class ActionQueue:
-    """Actions in the order of their requests. Any thread may call `put`; the rest belongs to the session's
-    thread.
-
-    Args:
-        clock: returns the time [s].
-    """
+    """Waiting actions in order. Any thread may call `put`; the rest belongs to the session's thread.
+    `clock`: returns the time [s]."""
 
     def __init__(self, handle: Callable[[Action], object], clock: Callable[[], float] = perf_counter) -> None:
         self._handle, self._clock = handle, clock
@@ -172,7 +167,7 @@ class ActionQueue:
         return len(self._waiting)
 
     def put(self, action: Action) -> None:
-        """Queue an action; it replaces a waiting one of the same control."""
+        """Replaces a waiting action of the same control."""
         control = action.control
         with self._lock:
             if control is None:
@@ -197,7 +192,7 @@ class ActionQueue:
             end_entry()
 
     def do(self) -> None:
-        """Do the waiting actions in order, within `BUDGET` and the limit on rebuilt pages."""
+        """Do the waiting actions, within `BUDGET` and the limit on rebuilt pages."""
         deadline = self._clock() + BUDGET
         # Only after an action is it known whether it rebuilt the page, so stop at the limit.
         while self._may_rebuild() and (waited := self._next()) is not None:

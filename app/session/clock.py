@@ -1,4 +1,4 @@
-"""Clock of a run: the number of due steps, the recent speed, and the reasons for a halt."""
+"""Clock of a run, and reasons for a halt."""
 
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -7,26 +7,22 @@ FRAME: Final = 1.0 / 32.0
 """Wall time of a frame [s]."""
 
 BUDGET: Final = 0.02
-"""Wall time for the steps of one session in one frame [s]; beyond it simulated time slows down, and no step
-is dropped.
-"""
+"""Wall time for one session's steps in one frame [s]; beyond it simulated time slows down."""
 
 TOGETHER: Final = 2
-"""Number of sessions that get the whole budget; more sessions share their total."""
+"""Number of sessions with the whole budget; more sessions share their total."""
 
 SLOWEST: Final = 1.0 / 22.0
-"""Longest frame that steps may cause [s], if drawing leaves time; simulated time slows down first."""
+"""Longest frame that steps may cause [s]; simulated time slows down first."""
 
 LEAST: Final = 0.01
-"""Wall time for the steps of all sessions in every frame, however slow drawing is [s]."""
+"""Wall time for all sessions' steps in a frame, however slow drawing is [s]."""
 
 LONGEST_GAP: Final = 0.1
-"""Longest pause of the program (closed laptop, debugger) that is caught up [s]."""
+"""Longest pause of the program that is caught up [s]."""
 
 SLOW, OVER = 0.5, 0.15
-"""Shares of late frames in the last second: above the first a run counts as slowed, below the second no
-longer.
-"""
+"""Shares of late frames in the last second: a run is slowed above the first, until below the second."""
 
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
 
@@ -36,7 +32,7 @@ class Pace:
     """State of the clock.
 
     Attributes:
-        rate: simulated seconds per wall second, over about half a second.
+        rate: simulated over wall time, over half a second.
         slowed: the machine cannot keep up with the chosen speed.
     """
 
@@ -46,17 +42,14 @@ class Pace:
 
 
 def budget_of(sessions: int, drawing: float = 0.0) -> float:
-    """Wall time for the steps of each of `sessions` sessions in one frame [s].
-
-    Args:
-        drawing: wall time of everything else in a frame, for all sessions [s].
-    """
+    """Wall time for each session's steps in a frame [s]. `drawing`: wall time of everything else, for all
+    sessions [s]."""
     together = min(max(SLOWEST - drawing, LEAST), BUDGET * TOGETHER)
     return together / max(sessions, TOGETHER)
 
 
 def next_speed(speed: float, by: int) -> float:
-    """The next slower (−1) or faster (+1) speed; at the end of the list the same speed."""
+    """Next slower (−1) or faster (+1) speed; at the end of the list the same."""
     nearest = min(range(len(SPEEDS)), key=lambda i: abs(SPEEDS[i] - speed))
     return SPEEDS[min(max(nearest + by, 0), len(SPEEDS) - 1)]
 
@@ -71,12 +64,12 @@ class Clock:
         self._debt = 0.0
 
     def due(self, elapsed: float, dt: float, speed: float) -> int:
-        """Number of steps of `dt` [s] that are due after `elapsed` [s] of wall time."""
+        """Number of steps of `dt` [s] due after `elapsed` [s] of wall time."""
         self._debt += min(elapsed, LONGEST_GAP) * speed
         return int(self._debt / dt + 1e-9)
 
     def note(self, made: int, due: int, elapsed: float, dt: float) -> None:
-        """Record the number of steps made; the steps that were too slow are not owed any more."""
+        """Missed steps are not caught up."""
         late = made < due or elapsed > LONGEST_GAP
         self._debt = 0.0 if late else self._debt - made * dt
         if elapsed > 0.0:
@@ -90,10 +83,9 @@ class Clock:
 
 
 Reason = Literal["visitor", "lesson", "replay", "class", "teacher", "hidden"]
-"""Reason for a halt. "visitor": paused; "lesson": waits for Run or is over; "replay": a replay is shown;
-"class": the teacher pauses the shared session; "teacher": the teacher pauses the visitor's own session;
-"hidden": the tab is out of sight.
-"""
+"""Reason for a halt. "visitor": paused; "lesson": waits for Run or is over; "replay": one is shown;
+"class": the teacher pauses the shared session; "teacher": the teacher pauses the visitor's own; "hidden":
+the tab is out of sight."""
 
 NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
 

@@ -1,4 +1,4 @@
-"""One frame of a session, from the visitor's actions to what the page draws."""
+"""One frame of a session."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,17 +16,17 @@ from scenes.targets import Target
 
 
 class Contact(NamedTuple):
-    """The avoidance row at one moment: of the arm that keeps clear, or of both arms if they share a row.
+    """Avoidance row of the arm that keeps clear, or of both arms if they share a row.
 
     Attributes:
         row: J_d (n,) [m/rad].
         distance: distance that the law acts on [m].
         pull, approach: u and w along that row [m/s].
         square: |J_d|² [m²/rad²].
-        second_square: |J_d|² of the second arm if it has a row of its own; else 0.
-        rate: J_d q̇, the speed along the row [m/s].
+        second_square: |J_d|² of the second arm's own row; else 0.
+        rate: J_d q̇ [m/s].
         change: ḋ of the law's distance, from everything that moves [m/s].
-        true_change: ḋ of the true distance of the closest pair [m/s].
+        true_change: ḋ of the closest pair's true distance [m/s].
     """
 
     row: Array
@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
 
 def contact(simulation: Simulation, sample: Sample) -> Contact:
-    """Contact in the simulation's newest step, `sample`; positions are not moved."""
+    """Contact in the newest step, `sample`; positions are not moved."""
     run = simulation.settings
     near = simulation.near or simulation.detector.detect(*run.law.proximity)
     own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]
@@ -68,19 +68,18 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
 P = TypeVar("P", bound=SessionPart)
 
 LATEST: Final = 3.0
-"""Longest wait of a panel, in periods."""
+"""Longest wait of a panel [periods]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """What every panel and every part of the 3-D view draws at one moment.
+    """Everything that a page draws at one moment.
 
     Attributes:
         now: wall time [s].
         shown: the live session, or a moment of a replay.
-        live: the live session, which the controls serve during a replay, too.
-        simulation, ghost: the run and the second one, with their histories.
-        settings: of the run that is shown, and of the page.
+        live: the live session, also during a replay.
+        settings: of the shown run, and of the page.
         elapsed: wall time since the last frame [s]; 0 for the first one.
     """
 
@@ -95,9 +94,7 @@ class Frame:
     elapsed: float = 0.0
 
     def after(self, period: float) -> float:
-        """Time at which a panel with this period [s] is due again; later if frames are rare, so that the
-        picture gets the time.
-        """
+        """Next time of a panel with this period [s]; later if frames are rare."""
         return self.now + period * min(max(self.elapsed / FRAME, 1.0), LATEST)
 
     @property
@@ -106,21 +103,21 @@ class Frame:
 
     @property
     def of_live(self) -> bool:
-        """True for the live run and for a reviewed moment of it."""
+        """True for the live run and for its reviewed moments."""
         return self.shown.replay.reviewed or not self.replayed
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """The run and its ghost for plots over time; a moment of the live run gives all of the run."""
+        """Run and ghost for plots over time; a reviewed moment gives the whole run."""
         return self.live.traced if self.of_live else self.shown.traced
 
     def part(self, kind: type[P]) -> P | None:
-        """The live session's part of a class; None without a session, as in an export."""
+        """The live session's part; None in an export."""
         return None if self.live.parts is None else self.live.parts.of(kind)
 
     @cached_property
     def state(self) -> tuple[object, ...]:
-        """State of all words and numbers: two frames with equal states read the same."""
+        """Two frames with equal states read the same."""
         shown, simulation, ghost = self.shown, self.simulation, self.ghost
         steps = simulation.history.count, ghost is not None and ghost.history.count
         run = simulation, ghost, *steps, self.sample.positions.tobytes(), self.settings, self.pace
@@ -136,13 +133,8 @@ class Frame:
 
 
 def make_frame(session: Session, now: float, elapsed: float, budget: float = BUDGET) -> Frame:
-    """Advance a session by one frame and return what the page draws.
-
-    Args:
-        now: wall time [s].
-        elapsed: wall time since the last frame [s].
-        budget: wall time after which no further step is made [s].
-    """
+    """Advance a session by one frame. `now`, `elapsed`, `budget`: wall time [s]; no step begins after
+    `budget`."""
     session.take_actions(elapsed)
     for part in session.parts:
         part.decide()
@@ -152,14 +144,8 @@ def make_frame(session: Session, now: float, elapsed: float, budget: float = BUD
 
 
 def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
-    """The present moment of a run as a frame.
-
-    Args:
-        live: the session, or its stand-in without a session.
-        now: wall time [s].
-        shown: what is shown instead; None for `live`.
-        elapsed: wall time since the last frame [s].
-    """
+    """Present moment of a run, see `Frame`. `live`: the session, or its stand-in; `shown`: None for
+    `live`."""
     shown = shown or live
     simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
     return Frame(

@@ -1,6 +1,4 @@
-"""The ghost: a second run with the session's inputs and another law or earlier settings, or with inputs of
-its own.
-"""
+"""The ghost: a second run with another law, earlier settings, or its own inputs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,20 +13,17 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 KEEP: Final = 60.0
-"""Length of the ghost's run that can be recomputed [s]."""
+"""Length of the run that can be recomputed [s]."""
 
 
 class GhostRun:
     """The ghost of one session.
 
-    Args:
-        law: returns the session's late law, which the ghost may use.
-
     Attributes:
-        simulation: its history has the same times as the session's; None without a ghost.
-        source: source of its own inputs; None if it uses the session's inputs.
+        simulation: its history has the session's times; None without a ghost.
+        source: of its own inputs; None if it uses the session's.
         frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
-        hidden: True while it must not be seen yet, because it plays against the visitor.
+        hidden: True while it plays against the visitor.
     """
 
     def __init__(self, run: RunSettings, law: Callable[[], LateLaw]) -> None:
@@ -40,7 +35,7 @@ class GhostRun:
         self._law = law
 
     def recorded(self, seconds: float) -> Recorded | None:
-        """The newest piece of the run, see `InputsLog.window`; None without a ghost."""
+        """See `InputsLog.window`; None without a ghost."""
         return None if self.simulation is None else self.inputs.window(seconds)
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
@@ -67,7 +62,7 @@ class GhostRun:
             simulation.step(target)
 
     def apply(self, settings: Settings) -> None:
-        """Apply changed run settings from the next step on; a run with its own inputs keeps its settings."""
+        """A run with its own inputs keeps its settings."""
         if self.simulation is not None and self.source is None:
             self.simulation.apply(self._settings(settings))
 

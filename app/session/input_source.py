@@ -1,4 +1,4 @@
-"""Source of a run's target: the visitor's hand on the page, a chosen source, or the experiment's own one."""
+"""Target of a run, from the visitor's hand, a chosen source, or the experiment."""
 
 from typing import Final
 
@@ -24,9 +24,8 @@ class InputSource:
     """Gives a run its target, step by step.
 
     Attributes:
-        held: what the visitor holds, and where; None while they hold nothing. It overrides every source.
-        opens: a new run is moved by the experiment's opening, see `Scenario.opening`, instead of its own
-            source.
+        held: target that the visitor holds, or None; it overrides every source.
+        opens: True if a new run begins with `Scenario.opening`.
     """
 
     def __init__(self) -> None:
@@ -37,19 +36,19 @@ class InputSource:
         self._begin, self._start = 0.0, np.empty(0)
 
     def set_source(self, source: TargetSource | None) -> None:
-        """Take the target from a source; None for the experiment's own one. The visitor lets go."""
+        """Choose a source, or None for the experiment's own; releases what is held."""
         self._chosen, self._active, self.held = source, None, None
 
     def restart(self) -> None:
         self._active = None
 
     def let_go(self) -> None:
-        """Drop what the visitor holds, and start the source from its beginning at the next step."""
+        """Release what is held, and restart the source."""
         self.held = self._active = None
 
     @property
     def began(self) -> tuple[float, Array] | None:
-        """Start time of the active source [s], and q (nv,) then; None without one."""
+        """Start of the active source [s], and q (nv,) then; None without one."""
         return None if self._active is None else (self._begin, self._start)
 
     @property
@@ -59,9 +58,7 @@ class InputSource:
     def resume(
         self, simulation: Simulation, began: tuple[float, Array] | None, opening: bool = False
     ) -> None:
-        """Continue with a source that began earlier; the simulation is reset to it, because the source may
-        depend on q.
-        """
+        """Continue with an earlier source; resets the simulation to its start, because it may depend on q."""
         if began is None:
             return
         self._begin, self._start = began
@@ -86,9 +83,8 @@ class InputSource:
         return (simulation.opening() if opening else None) or simulation.source()
 
     def way(self, simulation: Simulation, autopilot: bool, seconds: float) -> Array:
-        """Coming places of the hand or the ball in the next seconds (k, 3) [m], by the source or, if the
-        visitor is the source, by the experiment's own one; (0, 3) if unknown.
-        """
+        """Places in the next seconds (k, 3) [m], by the source or else by the experiment's own one; (0, 3)
+        if unknown."""
         # A person's angles are not known in advance, and are not positions.
         if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
@@ -103,11 +99,7 @@ class InputSource:
 
 
 def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) -> Target | None:
-    """What the visitor holds after a nudge of the hand or the ball; None if the experiment has neither.
-
-    Args:
-        way: displacement (3,) [m], world.
-    """
+    """Target after a nudge of the hand or the ball by `way` (3,) [m], world; None if a person is imitated."""
     if simulation.settings.experiment.moves == "person":
         # A person's own arms cannot be nudged.
         return None
@@ -122,13 +114,8 @@ def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) ->
 
 
 def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: float) -> JointTarget | None:
-    """What the visitor holds after a move of one joint of the guided arm; None if no slave follows its
-    joints.
-
-    Args:
-        joint: counted from 0.
-        angle: clipped to the joint's limits [rad].
-    """
+    """Target after a move of joint `joint` (from 0) to `angle` [rad], clipped to its limits; None without
+    a slave or such a joint."""
     model, columns = simulation.room.model, simulation.guided.joints
     if simulation.settings.experiment.follows != "arm" or joint >= columns.stop - columns.start:
         return None
@@ -140,12 +127,12 @@ def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: f
 
 
 def ahead(place: Array, way: Array, here: Array) -> Array:
-    """A place (3,) moved by `way` (3,), at most `LONGEST_REACH` from `here` (3,) along each axis [m]."""
+    """Place moved by `way`, at most `LONGEST_REACH` from `here` along each axis; all (3,) [m]."""
     return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
 
 
 def source_settings(run: RunSettings) -> tuple[object, ...]:
-    """Settings on which the experiment's own source depends: a change restarts it."""
+    """Settings whose change restarts the experiment's own source."""
     return (
         run.scene,
         run.rig,

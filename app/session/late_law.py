@@ -1,4 +1,4 @@
-"""A law that may answer later, for the session's run or its ghost."""
+"""A law that may answer later, for run or ghost."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
@@ -14,14 +14,12 @@ class LateLawStatus(NamedTuple):
     """State of a late law, for the page.
 
     Attributes:
-        file: name of the file of the law that replaces the settings' law; None if the settings' law runs.
+        file: name of the custom law's file; None if the settings' law runs.
         ghost_file: the same of the ghost.
-        problem: reason why the law is not in force and its arm stands still; "" if all is well, or no run
-            uses it.
-        away: the file is gone; the last law that was read stays in force.
-        waits: the run waits for the law's answer.
-        slow: duration of a call, and the limit for real time [s]; None unless the law slows down the run.
-        line: of the file that `problem` is about, counted from 1; None if no line.
+        problem: reason why the law fails and its arm stops, or "".
+        away: the file is gone; its last law stays in force.
+        slow: duration of a call, and the limit for real time [s]; None unless the run is slowed.
+        line: line of `problem` in the file, from 1, or None.
     """
 
     file: str | None = None
@@ -35,19 +33,17 @@ class LateLawStatus(NamedTuple):
 
 
 class LateLaw:
-    """No law; a subclass has one. A law without an answer raises `controllers.laws.situation.Unanswered`.
+    """No law; a subclass has one, which raises `controllers.laws.situation.Unanswered` without an answer.
 
-    All methods belong to the thread that advances the session.
-
-    Attributes:
-        in_ghost: the ghost uses it, not the run.
+    All methods belong to the thread that advances the session. `in_ghost`: True if the ghost uses the law,
+    not the run.
     """
 
     in_ghost = False
 
     @property
     def given(self) -> bool:
-        """True if there is a law, even if neither the run nor its ghost uses it."""
+        """True if there is a law, even an unused one."""
         return False
 
     @property
@@ -60,26 +56,25 @@ class LateLaw:
 
     @property
     def waits(self) -> bool:
-        """True while no step is made because the law has not answered."""
+        """True while steps wait for the law's answer."""
         return False
 
     def status(self, late: bool) -> LateLawStatus:
-        """State of the law. `late`: the run cannot keep up with the chosen speed."""
+        """State of the law. `late`: True if the run cannot keep up with the chosen speed."""
         del late
         return LateLawStatus()
 
     def advance(self, elapsed: float, paused: bool) -> None:
-        """Compute within a frame. `elapsed`: wall time since the last one [s]."""
+        """Compute within a frame. `elapsed`: wall time since the last frame [s]."""
 
     def step_made(self, run: RunSettings, speed: float) -> None:
         """Called after a step of both runs. `speed`: simulated over wall time."""
 
     def close(self) -> None:
-        """Release resources, such as a process."""
+        """Release resources."""
 
 
 LateLawMaker = Callable[[Jobs | None, Callable[[], None]], LateLaw]
-"""Makes the law of a session from its background jobs and its wake function."""
 
 
 def no_law(background: Jobs | None, wake: Callable[[], None]) -> LateLaw:

@@ -1,6 +1,4 @@
-"""State that features keep with the session: one object of each class, its hooks, and its bytes in the
-record.
-"""
+"""State that features keep with the session."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, TypeVar
@@ -13,14 +11,8 @@ from scenes.rerun import WhatIf
 class SessionPart:
     """State of a feature, made at the first request; a subclass overrides what it needs.
 
-    All methods belong to the thread that advances the session.
-
-    Args:
-        session: an `app.session.session.Session`; that file imports this one, so the type cannot be named
-            here.
-
-    Attributes:
-        name: name of its bytes in the record; unique among all parts.
+    All methods belong to the thread that advances the session (an `app.session.session.Session`). `name`: of
+    its bytes in the record; unique among all parts.
     """
 
     name: ClassVar[str] = ""
@@ -33,14 +25,14 @@ class SessionPart:
         return b""
 
     def restore(self, saved: bytes) -> None:
-        """Restore the bytes of `saved`, perhaps of an earlier process; raises nothing."""
+        """Restore `saved`, perhaps of an earlier process; raises nothing."""
 
     def recordings(self) -> Mapping[str, Recorded]:
-        """Name → recorded run that the record keeps for this part; each is written once."""
+        """Name → recorded run for the record; each is written once."""
         return {}
 
     def restore_recordings(self, recordings: Mapping[str, Recorded]) -> None:
-        """Restore the runs of `recordings`, just before `restore`. `recordings`: also those of other parts."""
+        """Restore its runs, just before `restore`. `recordings`: those of all parts."""
 
     @property
     def leads(self) -> bool:
@@ -52,38 +44,35 @@ class SessionPart:
 
     @property
     def history(self) -> float | None:
-        """Time before a restored run's newest step for which the part needs curves [s]; None if the run must
-        restart.
-        """
+        """Length of the curves needed before a restored run's newest step [s]; None if the run must
+        restart."""
         return 0.0
 
     def run_restored(self) -> None:
-        """Called when the session continues the run of its record."""
+        """Called when the session continues its record's run."""
 
     def link(self, query: dict[str, str]) -> dict[str, str]:
-        """Query of a link that shows the present session. `query`: that of its settings."""
+        """Query of a link to the session. `query`: that of its settings."""
         return query
 
     def advance(self, elapsed: float) -> None:
-        """Collect finished computations, before the actions of a frame."""
+        """Collect finished computations, before a frame's actions."""
 
     def decide(self) -> None:
-        """Start, stop or measure the run, after the actions of a frame and before its steps."""
+        """Start, stop or measure the run, between a frame's actions and steps."""
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
         """Called after a change of settings. `rebuilt`: True if the experiment changed."""
 
     def law_changed(self) -> None:
-        """Called when the session gets or loses a custom law."""
+        """Called if a custom law comes or goes."""
 
     def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
-        """Do what the visitor's link asks for besides settings, when the run has begun; messages about what
-        is not possible.
-        """
+        """Apply the rest of a link after the run has begun; messages about what is not possible."""
         return ()
 
     def curves(self) -> WhatIf | None:
-        """Alternative course of the newest part of the run, for the plots over time; None without an answer."""
+        """Other course of the newest part of the run, for the plots over time, or None."""
         return None
 
     def reset(self) -> None:
@@ -104,7 +93,7 @@ class SessionParts:
         self._recordings: dict[str, Recorded] = {}
 
     def __iter__(self) -> Iterator[SessionPart]:
-        """The existing parts in the order of their first requests; a part may create others meanwhile."""
+        """Parts in the order of their first requests; a part may create others meanwhile."""
         return iter(tuple(self._made.values()))
 
     def of(self, kind: type[P]) -> P:
@@ -116,7 +105,7 @@ class SessionParts:
         return part
 
     def saved(self) -> dict[str, bytes]:
-        """Name → bytes of every part with something to restore, also of parts not yet requested."""
+        """Name → bytes of every part, also of parts not yet requested."""
         made = {part.name: part.saved() for part in self}
         return {name: saved for name, saved in (self._waiting | made).items() if saved}
 

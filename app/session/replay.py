@@ -1,7 +1,6 @@
-"""Player of a recorded run: any moment of it, bit for bit, computed from snapshots.
+"""Player of a recorded run, bit for bit.
 
-`make_film` simulates the run once, in the background, and stores a snapshot every `SPACING` steps. `Replay`
-then seeks within a few milliseconds.
+`make_film` simulates the run once, in the background; `Replay` then seeks within a few milliseconds.
 """
 
 import itertools
@@ -26,36 +25,32 @@ from scenes.wanted import while_wanted
 SPACING: Final = 25
 
 MOST_STATES: Final = 4_000
-"""Largest number of snapshots; a long run spaces them further apart."""
 
 PERIOD: Final = 1.0 / 32.0
-"""Simulated time per stored row of the curves [s]; the row with the smallest distance is kept, so that no dip
-is lost. Four rows make one bin of the page's plots.
-"""
+"""Simulated time per row of the curves, that of the smallest distance [s]. Four rows make one bin of the
+plots."""
 
 PAST: Final = 22.0
-"""Length of the history before a moment [s]: as long as the plots' axis."""
+"""Length of the history before a moment [s], as of the plots' axis."""
 
 BUDGET: Final = 0.02
-"""Wall time for playing in one frame [s]; beyond it the replay slows down."""
+"""Wall time for playing in one frame [s]."""
 
 CAPACITY: Final = 8_000
 
 AHEAD: Final = 10.0
-"""Step by which the time axis of a long replay advances, so that it stands still in between [s]; a run up to
-two steps long is drawn whole.
-"""
+"""Step of a long replay's time axis [s]; a run up to two steps long is drawn whole."""
 
 
 @dataclass(frozen=True)
 class RecordedFilm:
-    """A recorded piece of a run with the snapshots that `Replay` needs.
+    """A recorded piece of a run, with snapshots.
 
     Attributes:
-        spacing: steps from one snapshot to the next.
-        states: packed snapshots; the first is the beginning.
+        spacing: steps between two snapshots.
+        states: packed snapshots.
         rows: (k, columns of `scenes.history`), one every `PERIOD`.
-        row_steps: (k,) step of the piece for each row, from 0.
+        row_steps: (k,) step of each row, from 0.
     """
 
     recorded: Recorded
@@ -66,11 +61,7 @@ class RecordedFilm:
 
 
 def make_film(recorded: Recorded) -> RecordedFilm:
-    """Recompute a recorded piece.
-
-    Raises:
-        BadSetting: it cannot be computed here.
-    """
+    """Raises BadSetting if it cannot be computed here."""
     steps = recorded.steps
     spacing = max(SPACING, -(-steps // MOST_STATES))
     # A row is only needed until the best one of its period is known.
@@ -104,9 +95,9 @@ class Replay:
     """Player of a recorded run.
 
     Attributes:
-        simulation: state at this moment, with the history before it; read only.
+        simulation: present state and history; read only.
         speed: simulated over wall time.
-        step: number of the `steps` made at this moment, from 1; read only.
+        step: number of steps made, from 1; read only.
         target: of the newest step; read only.
     """
 
@@ -119,7 +110,7 @@ class Replay:
         for stretch in recorded.stretches:
             moments.append(moments[-1][-1] + np.arange(1, stretch.targets.steps + 1) * stretch.settings.dt)
         self._moments = np.concatenate(moments)
-        """Time after each number of steps, from 0 [s]."""
+        """Time after each number of steps [s]."""
         self._ends = list(itertools.accumulate(stretch.targets.steps for stretch in recorded.stretches))
         self._person = RecordedPerson(recorded)
         self._debt = 0.0
@@ -131,7 +122,7 @@ class Replay:
 
     @property
     def begin(self) -> float:
-        """Earliest moment [s], on the clock of the run."""
+        """Earliest moment [s], on the run's clock."""
         return self.moment(1)
 
     @property
@@ -149,7 +140,7 @@ class Replay:
 
     @property
     def traced(self) -> Simulation:
-        """The run up to the end of the present time axis of the plots; only its history counts."""
+        """Run up to the end of the plots' time axis; only its history counts."""
         length = self.end - self.begin
         piece = AHEAD if length > 2.0 * AHEAD else length
         pieces = math.ceil((self.time - self.begin) / piece - 1e-9) if piece > 0.0 else 1
@@ -173,7 +164,7 @@ class Replay:
         return float(self._moments[step])
 
     def nearest(self, time: float) -> int:
-        """Number of steps at the moment nearest to a time [s]; nan gives the beginning."""
+        """Steps made at the moment nearest to a time [s]; nan gives the beginning."""
         if not time > self.begin:
             return 1
         step = min(int(np.searchsorted(self._moments, time)), self.steps)

@@ -1,4 +1,4 @@
-"""Decides when a run makes steps: by the clock, one by one, up to a time, or not at all."""
+"""Steps of a run: by the clock, one by one, up to a time, or none."""
 
 from time import perf_counter
 from typing import Protocol
@@ -15,7 +15,7 @@ class Stepped(Protocol):
     law: LateLaw
 
     def step_both(self) -> bool:
-        """Step the run and its ghost; False, without a step, while a law has not answered."""
+        """See `app.session.session.Session.step_both`."""
         ...
 
 
@@ -23,9 +23,9 @@ class RunControl:
     """The clock of one session, and what overrides it.
 
     Attributes:
-        stepping: wall time of the steps of the last frame [s].
-        frame_ends_at: time of the run at which a frame must end, so that a decision comes before the next
-            step [s]; 0 for no limit.
+        stepping: wall time of the last frame's steps [s].
+        frame_ends_at: time of the run that ends a frame, for a decision before the next step [s]; 0 for no
+            limit.
     """
 
     def __init__(self, session: Stepped) -> None:
@@ -37,7 +37,7 @@ class RunControl:
         self._steps_asked, self._fast_forward_to = 0, 0.0
 
     def toggle_pause(self) -> None:
-        """Pause or resume; ignored while the teacher has stopped the session."""
+        """Ignored while the teacher has stopped the session."""
         if "teacher" in self.halt:
             return
         if self.halt:
@@ -70,7 +70,7 @@ class RunControl:
         return self._clock.pace(False).slowed
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Simulate `elapsed` [s] of wall time, within `budget` [s]; return the number of steps made."""
+        """Number of steps made in `elapsed` [s] of wall time, within `budget` [s]."""
         self.stepping = 0.0
         if "teacher" in self.halt:
             # Time missed meanwhile is not caught up.

@@ -1,4 +1,4 @@
-"""One visitor's experiment: its run and its ghost, advanced with the wall clock."""
+"""One visitor's experiment."""
 
 from collections import deque
 from collections.abc import Callable
@@ -27,18 +27,17 @@ from scenes.simulation import Simulation
 from scenes.targets import Target
 
 MOST_NOTICES: Final = 16
-"""Largest number of notices that wait for a page; the oldest is dropped."""
+"""Largest number of waiting notices; the oldest is dropped."""
 
 
 class Session:
-    """A simulation that runs with the wall clock, and perhaps a ghost with the same inputs.
+    """A run, and perhaps a ghost, advanced with the wall clock.
 
-    Any thread may call `post`; all other methods belong to the thread that calls `advance`.
+    Any thread may call `post`; the rest belongs to the thread that calls `advance`.
 
     Args:
-        wake: called after every `post` to request a frame.
-        background: computes replays and studies; None: none are computed.
-        law: makes a law that may answer later, for the run or the ghost.
+        wake: requests a frame, after every `post`.
+        background: None: no replays and studies.
     """
 
     def __init__(
@@ -59,17 +58,17 @@ class Session:
         self._law_given = self.law.given
         self.ghost_run = GhostRun(settings.run, lambda: self.law)
         self._wish: tuple[Target | None] | None = None
-        """Target of a step that its law has not answered yet."""
+        """Target of a step without its law's answer."""
         self.player = ReplayPlayer(self, background, self.wake)
         self.handlers = ActionHandlers()
-        """Handlers of posted actions: the session's, covered by those of the operator's page."""
+        """Handlers of posted actions; the operator's page covers them."""
         self._add_handlers()
         self.posts = ActionQueue(self.handlers.do)
         self.control = RunControl(self)
         self.hand = VisitorHand(self)
         self.parts = SessionParts(self)
         self.notices: deque[tuple[str, str]] = deque(maxlen=MOST_NOTICES)
-        """Title and text of each notice; the page that shows them removes them."""
+        """Title and text; the page that shows them removes them."""
         self.simulation.use(self.law.of_run)
         self.ghost_run.begin(settings, self.simulation)
 
@@ -87,7 +86,7 @@ class Session:
 
     @property
     def ghost(self) -> Simulation | None:
-        """The second run, with the same times in its history; None without one."""
+        """The second run; None without one."""
         return self.ghost_run.simulation
 
     @property
@@ -96,7 +95,7 @@ class Session:
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """Both runs with their histories; the second one only if it may be seen."""
+        """Run and ghost; None for a hidden ghost."""
         return self.simulation, None if self.ghost_hidden else self.ghost
 
     @property
@@ -104,8 +103,9 @@ class Session:
         return self.law.status(not self.paused and self.control.slowed)
 
     def assign_laws(self, reset: bool) -> None:
-        """Assign a changed `law` to the run or the ghost. `reset`: also reset them, because recorded inputs
-        belong to one law.
+        """Assign a changed `law` to the run or the ghost.
+
+        `reset`: also reset the runs, because recorded inputs belong to one law.
         """
         if self.law.given is not self._law_given:
             self._law_given = self.law.given
@@ -151,12 +151,11 @@ class Session:
 
     @property
     def held(self) -> Target | None:
-        """What the visitor holds, and where; None while they hold nothing."""
         return self.hand.held
 
     @property
     def pace(self) -> Pace:
-        """State of the clock; waiting for a law does not count as a slow machine."""
+        """State of the clock; waiting for a law does not count as slow."""
         pace, law = self.control.pace, self.law_status
         return replace(pace, slowed=False) if law.waits or law.slow or law.problem else pace
 
@@ -217,7 +216,7 @@ class Session:
         return self.hand.target()
 
     def step_both(self) -> bool:
-        """Step the run and its ghost; False, without a step, while a law has not answered."""
+        """Step run and ghost; False, without a step, while a law has not answered."""
         target = self.hand.target() if self._wish is None else self._wish[0]
         runs = [(self.simulation, self.inputs)]
         if self.ghost is not None and self.ghost_run.source is None:
@@ -238,14 +237,12 @@ class Session:
         return True
 
     def advance(self, elapsed: float, budget: float = BUDGET) -> int:
-        """Do the actions and make the steps of one frame without a page, see `take_actions` and
-        `RunControl.step`.
-        """
+        """Do one frame without a page; number of steps made."""
         self.take_actions(elapsed)
         return self.control.step(elapsed, budget)
 
     def take_actions(self, elapsed: float) -> None:
-        """Do the posted actions and collect computed results. `elapsed`: wall time since the last frame [s]."""
+        """Do the actions and collect results. `elapsed`: wall time since the last frame [s]."""
         self.dirty = False
         self.law.advance(elapsed, self.paused)
         for part in self.parts:

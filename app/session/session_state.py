@@ -1,4 +1,4 @@
-"""State of a session as plain data, from which another session can continue."""
+"""Saved state of a session."""
 
 import itertools
 from collections.abc import Iterator
@@ -13,18 +13,14 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 
 LASTING: Final[tuple[Reason, ...]] = ("visitor", "lesson")
-"""Reasons for a halt that are restored; the others are set again by their owners."""
+"""Restored reasons for a halt; the owners of the others set them again."""
 
 PART: Final = 16
 
 
 @dataclass(frozen=True)
 class RunState:
-    """State of one run.
-
-    Attributes:
-        pieces: its recorded inputs in order; they lead to the snapshot.
-    """
+    """State of one run. `pieces`: recorded inputs in order, up to the snapshot."""
 
     snapshot: Snapshot
     pieces: tuple[Recorded, ...] = ()
@@ -35,8 +31,8 @@ class SessionState:
     """State of a session, except its settings.
 
     Attributes:
-        frozen: run settings with the law, gain and hardware that a frozen ghost keeps.
-        source: start time of the target source [s], and q (nv,) then; None without a source.
+        frozen: see `GhostRun.frozen`.
+        source: see `InputSource.began`.
     """
 
     run: RunState
@@ -48,11 +44,7 @@ class SessionState:
 
 
 def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, ...], tuple[Recorded, ...]]:
-    """Newest pieces of the run and its ghost that begin at the same time; two empty tuples if there are none.
-
-    Args:
-        seconds: greatest length [s].
-    """
+    """Newest pieces of run and ghost with a common beginning, at most `seconds` long; perhaps empty."""
     earliest = state.run.snapshot.time - seconds - 1e-6
     run = tuple(piece for piece in state.run.pieces if piece.begin >= earliest)
     if state.ghost is None or not run:
@@ -66,7 +58,7 @@ def common_pieces(state: SessionState, seconds: float) -> tuple[tuple[Recorded, 
 
 
 def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...]) -> Iterator[None]:
-    """Restore a simulation; with pieces its history is recomputed, too. Yields every `PART` steps."""
+    """Restore a simulation, with pieces also its history. Yields every `PART` steps."""
     settings = simulation.settings
     if pieces:
         simulation.apply(pieces[0].settings)
@@ -91,11 +83,8 @@ def state_of(session: Session) -> SessionState:
 
 
 def go_on_from(session: Session, state: SessionState, history: float = 0.0) -> Iterator[None]:
-    """Continue from a saved state with the same settings, ghost included; yields every few recomputed steps.
-
-    Args:
-        history: length of the recomputed curves before it [s].
-    """
+    """Continue from a saved state with the same settings; yields every few steps. `history`: length of the
+    recomputed curves [s]."""
     ghost = session.ghost_run
     run, beside = (
         common_pieces(state, history) if session.law.of_run is session.law.of_ghost is None else ((), ())

@@ -1,4 +1,4 @@
-"""What a page shows: the live session, or a replay in its place."""
+"""Interface of what a page shows."""
 
 from typing import Protocol
 

@@ -1,4 +1,4 @@
-"""What moves a run from outside: the visitor's hand, a source, and what is held of the other arm."""
+"""The visitor's hand on a run."""
 
 from dataclasses import replace
 from typing import Protocol
@@ -26,9 +26,8 @@ class VisitorHand:
     """The visitor as a holder of handles, see `app.page.handles.holder.Holder`.
 
     Attributes:
-        other: what is held of the arm that keeps its place; None while that arm is free.
-        on_grid: True if held points are rounded to the grid of `scenes.run_text`, so that the run fits into a
-            link.
+        other: target of the arm that keeps its place, or None.
+        on_grid: True rounds held points to the grid of `scenes.run_text`, so that the run fits into a link.
     """
 
     def __init__(self, session: Held) -> None:
@@ -54,14 +53,15 @@ class VisitorHand:
         return self.source.held
 
     def hold(self, target: Target | None) -> None:
-        """Take a target from the visitor's hand, or (None) release it; the autopilot stops at once."""
+        """Hold a target, which stops the autopilot; None releases it."""
         if target is not None:
             self._let_autopilot(False)
         self.source.held = on_grid(target) if self.on_grid else target
 
     def nudge(self, way: Array) -> None:
-        """Move the point at which the person holds the hand, or the ball. A person's own arms cannot be
-        nudged.
+        """Move the point at which the person holds the hand, or the ball.
+
+        `way`: (3,), world [m]; ignored if a person is imitated.
         """
         held = nudged(self.simulation, self.arm, self.held, way)
         if held is not None:
@@ -71,7 +71,7 @@ class VisitorHand:
         self._session.post(action)
 
     def set_source(self, source: TargetSource | None) -> None:
-        """Take the target from a source, such as a file or a camera; None for the experiment's own one."""
+        """Take the target from a file or a camera; None for the experiment's own source."""
         self.source.set_source(source)
         if source is not None:
             self._let_autopilot(True)
@@ -84,16 +84,14 @@ class VisitorHand:
         self.other = None
 
     def target(self) -> Target | None:
-        """Target of the active source, with what is held of the other arm; None for no change."""
+        """Target of the source and of the other arm; None for no change."""
         target = self.source.target(self.simulation, self.settings.page.autopilot)
         if self.other is None or not self.settings.run.experiment.for_two:
             return target
         return PairTarget(target if isinstance(target, (HandTarget, LinkTarget)) else None, self.other)
 
     def way(self, seconds: float) -> Array:
-        """Path of the hand, or the ball, in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if
-        unknown.
-        """
+        """See `InputSource.way`."""
         return self.source.way(self.simulation, self.settings.page.autopilot, seconds)
 
     def _let_autopilot(self, on: bool) -> None:

@@ -1,4 +1,4 @@
-"""Drawn arms: nested frames of which only the rotations change, a mesh on each; translucent copies where a ghost or a wish differs."""
+"""Drawn arms: nested frames, of which only the rotations change, with meshes."""
 
 import math
 from collections.abc import Callable
@@ -17,26 +17,23 @@ from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
 
 SHAPE: Final = "shape"
-"""Name of the mesh on the frame of a link."""
 
 WHOLE: Final = "whole"
 
 
 class ArmView:
-    """The links of one robot: frames, each the child of the frame before it, and on each a GLB node without children.
+    """One robot's links: nested frames, each with a GLB node.
 
-    The browser mounts what hangs on a GLB node once that is loaded. So no node hangs on one, and all links load at the same time.
+    The browser mounts a GLB node's children only once it is loaded; no link is a child of one, so all load at
+    the same time.
 
     Args:
-        scene: where to draw.
         name: of the root node, e.g. "/left".
-        base: pose of the base.
-        palette: of `scenes.lwr.shells`; what can be seen through casts no shadow.
-        fine: with every triangle, or for a browser without a graphics card.
-        robot: which make.
+        palette: of `scenes.lwr.shells`; translucent ones cast no shadow.
+        fine: with every triangle; False without a graphics card.
 
     Raises:
-        BadSetting: there is no such robot, or what it needs is not installed.
+        BadSetting: unknown robot, or a missing package.
     """
 
     def __init__(
@@ -49,9 +46,8 @@ class ArmView:
         self.root = fresh(
             add_frame(path, wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist()))
         )
-        """The frame of the base."""
         self.links: list[viser.FrameHandle] = []
-        """The frame that turns with each joint, from the base on."""
+        """Frame of each joint, from the base on."""
         self._turns: list[tuple[Quaternion, Quaternion]] = []
         paths = [path]
         for joint in joint_frames(robot):
@@ -60,14 +56,14 @@ class ArmView:
             self.links.append(fresh(add_frame(path, position=joint.position, wxyz=joint.rotation)))
             turned = pin.Quaternion(*joint.rotation) * pin.Quaternion(0.0, *joint.axis)
             self._turns.append((joint.rotation, (turned.w, turned.x, turned.y, turned.z)))
-        # Its name tells the browser all links of the arm, see `contact_look.js`.
+        # Its name gives the browser all links of the arm, see `contact_look.js`.
         add_frame(f"{path}/{WHOLE}")
         for path, glb in zip(paths, glbs, strict=True):
             add_shape(f"{path}/{SHAPE}", glb)
         self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:
-        """Turn the joints to q (n,) [rad]; a joint that has not moved costs nothing."""
+        """Turn the joints to q (n,) [rad]."""
         for i, angle in enumerate(positions.tolist()):
             if angle != self._angles[i]:
                 self._angles[i] = angle
@@ -77,7 +73,7 @@ class ArmView:
                 turn(self.links[i], (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h))
 
     def link(self, joint: int) -> str:
-        """Return the name of the frame that turns with a joint, 0 for the base; what hangs on it goes with it."""
+        """Name of the frame that turns with a joint, 0 for the base."""
         return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:
@@ -85,20 +81,19 @@ class ArmView:
 
 
 DIFFERENT: Final = 0.02
-"""Least difference of any joint from which a ghost is shown [rad]."""
+"""Least joint difference for a visible ghost [rad]."""
 
 SAME: Final = 0.008
-"""Difference of all joints below which a ghost is hidden [rad]."""
+"""A ghost is hidden if all joints differ less [rad]."""
 
 
 class TranslucentArms(StagePart):
-    """A part of the stage: copies of its arms, which look the same in every theme; each is made when it is first seen.
+    """Copies of arms, each made when first visible.
 
     Args:
-        scene: where to draw.
         palette: bluish for the ghost, reddish for a desired posture ("wish").
-        fine: with every triangle, see `ArmView`.
-        posture: returns the joints q (nv,) of a frame's copies [rad]; None where there are none.
+        fine: see `ArmView`.
+        posture: frame → joints q (nv,) [rad]; None without copies.
     """
 
     def __init__(
@@ -112,7 +107,7 @@ class TranslucentArms(StagePart):
         self._arms: dict[str, ArmView] = {}
 
     def show(self, frame: Frame) -> None:
-        """Draw every arm with joints that differ from those of the run; nan differs from nothing."""
+        """Draw arms whose joints differ from the run's; nan differs from nothing."""
         positions, simulation, room = self._posture(frame), frame.simulation, frame.simulation.room
         if positions is None:
             self.remove()
@@ -138,6 +133,6 @@ class TranslucentArms(StagePart):
 
 
 def ghost_posture(frame: Frame) -> Array | None:
-    """Return the joints of the ghost's run, where there is one in the same room."""
+    """Joints of a ghost's run in the same room."""
     ghost = frame.ghost
     return ghost.positions if ghost is not None and ghost.room is frame.simulation.room else None

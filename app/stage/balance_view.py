@@ -1,4 +1,4 @@
-"""What keeps an arm on a cart from tipping over: the foot, the centre of mass, and where it is above the ground."""
+"""Foot and centre of mass of an arm on a cart."""
 
 from typing import Final
 
@@ -14,26 +14,21 @@ from scenes.first_task.detector import FirstTaskDetector
 from scenes.simulation import Simulation
 
 LOAD_RADIUS: Final = 0.031
-"""Radius of a ball of steel of 1 kg [m]."""
+"""Radius of a steel ball of 1 kg [m]."""
 
 ABOVE: Final = 0.004
 """Height of lines above the floor [m]."""
 
 
 def balance_of(simulation: Simulation) -> CentreOfMass | None:
-    """Return the first task of a run that keeps its centre of mass; None if none does."""
+    """First task that keeps the centre of mass."""
     detector = simulation.detector
     tasks = detector.tasks if isinstance(detector, FirstTaskDetector) else ()
     return next((task for task in tasks if isinstance(task, CentreOfMass)), None)
 
 
 class BalanceView(StagePart):
-    """Shown with the contact, as long as there is a foot.
-
-    Args:
-        scene: where to draw.
-        task: of the run that is built.
-    """
+    """Visible with the contact, if there is a foot."""
 
     def __init__(self, scene: viser.SceneApi, task: CentreOfMass) -> None:
         line = np.zeros((1, 2, 3), np.float32)
@@ -87,7 +82,7 @@ class BalanceView(StagePart):
 
 
 def _outline(task: CentreOfMass, inside: float) -> np.ndarray:
-    """Return the edges (4, 2, 3) of the foot, moved inwards [m]; all at its centre where nothing is left."""
+    """Edges (4, 2, 3) of the foot, moved inwards [m]; all at its centre if nothing is left."""
     (x, y), half = task.foot.centre.tolist(), np.maximum(task.foot.half - inside, 0.0)
     a, b = half.tolist()
     corners = np.array(

@@ -1,4 +1,4 @@
-"""The ball, and the sphere around the point of the arm that keeps clear of it."""
+"""The ball, and the arm's point that keeps clear of it."""
 
 import pinocchio as pin
 import viser
@@ -13,11 +13,7 @@ from scenes.room import Room
 
 
 class BallView(StagePart):
-    """The ball has the colour of what the visitor moves.
-
-    Args:
-        arm: the drawn arm; the sphere is attached to one of its links.
-    """
+    """The ball has the colour of what the visitor moves; the point's sphere is attached to `arm`."""
 
     def __init__(self, scene: viser.SceneApi, room: Room, arm: ArmView) -> None:
         assert room.ball is not None

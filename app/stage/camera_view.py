@@ -1,6 +1,4 @@
-"""What the camera must show of an experiment, from which side, and the nearest camera that sees every ball of
-a set.
-"""
+"""Cameras of experiments, and the nearest camera that sees a set of balls."""
 
 import math
 from dataclasses import replace
@@ -22,7 +20,7 @@ NEAREST: Final = 0.3
 
 
 class Pose(NamedTuple):
-    """Pose of an upright camera: eye and target point (3,) [m], and the vertical angle of view [rad]."""
+    """Upright camera: eye and target point (3,) [m], vertical angle of view [rad]."""
 
     eye: Array
     look_at: Array
@@ -30,12 +28,12 @@ class Pose(NamedTuple):
 
 
 class Balls(NamedTuple):
-    """Balls to be seen in one part of the picture.
+    """Balls for one part of the picture.
 
     Attributes:
         centres: (k, 3) [m].
         radii: (k,) [m].
-        part: left, top, right, bottom of a rectangle [px], from the picture's top left corner.
+        part: left, top, right, bottom from the picture's top left corner [px].
     """
 
     centres: Array
@@ -57,17 +55,16 @@ def axes(toward: Array) -> tuple[Array, Array, Array]:
 
 
 def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Balls, ...]) -> Pose:
-    """Nearest camera that looks along −toward and has every ball inside its part; the remaining space is
-    shared evenly.
+    """Nearest camera that looks along −toward and has every ball inside its part; remaining space is shared
+    evenly.
 
-    A camera that is only shifted sees x at f (x − c_x) / (c_z − z) px from the middle. Bounds on that are
-    linear in c, so the least c_z for which all agree on a c_x, and on a c_y, is the largest over pairs of
-    bounds.
+    A shifted camera sees x at f (x − c_x) / (c_z − z) px from the middle. These bounds are linear in c, so
+    the least c_z for which all agree on a c_x, and on a c_y, is the largest over pairs of bounds.
 
     Args:
         toward: from the scene to the eye (3,).
-        fov: vertical angle of view [rad].
-        size: width and height of the picture [px].
+        fov: vertical angle [rad].
+        size: width and height [px].
         groups: at least one with a ball.
     """
     right, up, back = axes(toward)
@@ -97,17 +94,15 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
 
 
 def pose_of(camera: Camera, aspect: float) -> Pose:
-    """Pose from which a camera shows all that it must. `aspect`: width over height of the picture."""
+    """Pose that shows all of a camera's view. `aspect`: width over height."""
     away = max(camera.height, camera.width / aspect) / (2.0 * math.tan(camera.fov / 2.0))
     centre = np.array(camera.centre)
     return Pose(centre + axes(np.array(camera.toward))[2] * away, centre, camera.fov)
 
 
 def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
-    """Pixels (k, 2) [px] of points (k, 3) [m], from the picture's top left corner; nan behind the eye.
-
-    Args:
-        size: width and height of the picture [px].
+    """Pixels (k, 2) of points (k, 3) [m], from the picture's top left corner; nan behind the eye. `size`:
+    width and height [px].
     """
     right, up, back = axes(np.asarray(pose.eye) - np.asarray(pose.look_at))
     from_eye = np.asarray(points, float) - pose.eye
@@ -119,7 +114,7 @@ def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
 
 
 class PointView:
-    """Projects single points for one pose: as `project`, without the cost of arrays."""
+    """`project` for single points, without the cost of arrays."""
 
     def __init__(self, pose: Pose) -> None:
         self.pose = pose
@@ -128,10 +123,8 @@ class PointView:
         self._focal = 0.5 / math.tan(pose.fov / 2.0)
 
     def pixel(self, place: Array, width: float, height: float) -> tuple[float, float, float]:
-        """Pixel (x, y) at which a point (3,) [m] is seen [px], and the size of a pixel there [m]; nan behind the eye.
-
-        Args:
-            width, height: of the picture [px].
+        """Pixel (x, y) of a point (3,) [m] and size of a pixel there [m]; nan behind the eye. `width`,
+        `height`: [px].
         """
         px, py, pz = place.tolist()
         right, up, back = (x * px + y * py + z * pz - eye for x, y, z, eye in self._rows)
@@ -142,12 +135,12 @@ class PointView:
 
 
 AHEAD: Final = 6.0
-"""Length of the hand's coming path that is considered [s]."""
+"""Shown time of the hand's coming path [s]."""
 
 HAND: Final = 0.06
 CONTACT: Final = 0.03
 RING: Final = 0.10
-"""Radii shown around a hand, a closest point and the middle of the ring [m]."""
+"""Radii around a hand, a closest point and the ring's middle [m]."""
 
 
 def contact_points(simulation: Simulation) -> Array:
@@ -157,12 +150,12 @@ def contact_points(simulation: Simulation) -> Array:
 
 
 def hands(simulation: Simulation) -> Array:
-    """Positions of all hands (k, 3) [m]."""
+    """Hand positions (k, 3) [m]."""
     return np.array([simulation.kinematics.hand_pose(arm).translation for arm in simulation.room.arms])
 
 
 def joints(simulation: Simulation) -> Array:
-    """Positions of shoulder, elbow and wrist of every arm (k, 3) [m]."""
+    """Positions of all shoulders, elbows and wrists (k, 3) [m]."""
     point = simulation.kinematics.joint_point
     return np.array(
         [point(joint) for arm in simulation.room.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)]
@@ -170,7 +163,7 @@ def joints(simulation: Simulation) -> Array:
 
 
 def framed_now(simulation: Simulation) -> tuple[Array, Array]:
-    """Centres (k, 3) and radii (k,) of what must be visible now [m]: closest points first, then hands."""
+    """Centres (k, 3) and radii (k,) that must be visible [m]: closest points, then hands."""
     contact, places = contact_points(simulation), hands(simulation)
     centres, radii = [*contact, *places], [CONTACT] * len(contact) + [HAND] * len(places)
     if simulation.keeper is not None:
@@ -187,12 +180,12 @@ PANDA_REACH: Final = 1.15
 
 
 def view_of(simulation: Simulation) -> Camera:
-    """View of an experiment: its rig's, wider for longer arms."""
+    """An experiment's view: its rig's, wider for longer arms."""
     room, camera = simulation.room, simulation.room.rig.camera
     if len(room.arms) == 2:
         x, y, own = camera.centre
         views = [_seen(made, room.rig.name) or (own, camera.width, camera.height) for made in room.robots]
-        # Everything that either view shows; of two of one make that is its own.
+        # Everything that either view shows.
         if views[0] == views[1]:
             z, width, height = views[0]
         else:
@@ -203,7 +196,7 @@ def view_of(simulation: Simulation) -> Camera:
 
 
 def _seen(made: Robot, rig: str) -> tuple[float, float, float] | None:
-    """Height of the middle, width and height of the view for a make; None for the make of the rig's own view."""
+    """Height of the middle, width and height of a make's view; None for the rig's own."""
     if made.key not in GIVEN:
         return EXAMPLES[made.key].views.get(rig) if made.key in EXAMPLES else None
     if rig not in PANDA.views:

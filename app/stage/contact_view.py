@@ -1,4 +1,4 @@
-"""The contact: the line between the closest points with d on it, and λ on the arms as skins, capsules and tints."""
+"""The contact: closest points, their distance, and λ on the arms."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,11 +23,11 @@ from scenes.room import Room
 from scenes.simulation import Simulation
 
 LABEL_ABOVE: Final = 0.02
-"""How far the number stands above the middle of the line [m]."""
+"""Height of the number above the line [m]."""
 
 
 class ClosestLine(StagePart):
-    """Not to be seen where nothing is near; through everything else it is, by `contact_look.js`."""
+    """Hidden if nothing is near; `contact_look.js` draws it through everything else."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         line = np.zeros((1, 2, 3), np.float32)
@@ -72,7 +72,7 @@ class ClosestLine(StagePart):
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
         mm = sample.distance * 1000.0
         kept = quantity_of_pair(frame.simulation.settings.quantity, sample.pair)
-        # The word is the second cue of an overlap, beside its colour.
+        # The word is the second cue of an overlap, after its colour.
         bodies = overlap and kept is DISTANCE
         said = f"{-mm:.0f} {tr('mm of overlap')}" if bodies else f"{kept.symbol} = {mm:.0f} {kept.page_unit}"
         self._label.text = said.replace("-", "−")
@@ -83,38 +83,38 @@ class ClosestLine(StagePart):
 
 
 def label_size(text: str, k: float) -> tuple[float, float]:
-    """Largest width and height of a label [CSS px]. `k`: scale of the text."""
+    """Largest width and height of a label [CSS px]. `k`: text scale."""
     return k * LABEL_TEXT[0] * (len(text) + 1), k * LABEL_TEXT[1]
 
 
 def shown_colour(palette: Palette, share: float, overlap: bool) -> Rgb:
-    """Colour of line and shells for λ = `share`; that of an alarm while the bodies overlap."""
+    """Colour for λ = `share`, or of an alarm while bodies overlap."""
     return rgb(palette.approach) if overlap else blend(palette.calm, palette.activation, share)
 
 
 FADE: Final = 0.35
-"""How long a skin takes to come or go when another link is the nearest [s of wall time]."""
+"""Wall time in which a skin appears or disappears [s]."""
 
 LEVELS: Final = 48
-"""Steps of colour, opacity and tint from λ = 0 to 1: between two of them nothing is sent."""
+"""Steps of colour, opacity and tint from λ = 0 to 1; small changes send nothing."""
 
 SIDES: Final = 28
 
 ROUND: Final = 8
-"""Sides of a body on which "d_m" can be."""
+"""Possible sides for "d_m"."""
 
 RIM_EVERY: Final = 8
-"""Number of frames from one look at the place of "d_m" to the next, while nothing else about the skin changes."""
+"""Frames between checks of the place of "d_m"."""
 
 LABEL_SCALE: Final = 1.15
-"""Size of the text in the scene, of viser's."""
+"""Text size relative to viser's."""
 
 RINGS: Final = 8
-"""From a capsule's pole to where its cylinder begins."""
+"""Rings from a capsule's pole to its cylinder."""
 
 
 def contact_assets() -> PageAssets:
-    """Scripts that a page needs to draw skins as rims, the line of contact through everything, and the tint."""
+    """Script of skins, line and tint."""
     return PageAssets(
         (Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation}
     )
@@ -122,7 +122,10 @@ def contact_assets() -> PageAssets:
 
 @dataclass
 class _Shell:
-    """A capsule or sphere around a body, made once. `growth`: by how much it is larger [m]; `weight`: 0 hidden … 1 seen."""
+    """A capsule or sphere around a body, made once.
+
+    `growth`: additional radius around a body [m]; `weight`: 0 hidden … 1 visible.
+    """
 
     handle: viser.MeshHandle
     growth: float
@@ -130,14 +133,10 @@ class _Shell:
 
 
 class ContactSkin(StagePart):
-    """Shown where something is near, while the page's settings ask for it.
+    """Visible near a contact, if the page's settings ask for it.
 
-    The skin and the capsules hang on the drawn links, so that moving them sends nothing; `contact_look.js` draws them as rims.
-
-    Args:
-        scene: where to draw.
-        room: of the run.
-        arms: as drawn, in the room's order.
+    Skin and capsules are children of the drawn links, so that moving them sends nothing; `contact_look.js`
+    draws them as rims. `arms`: in the room's order.
     """
 
     def __init__(self, scene: viser.SceneApi, room: Room, arms: tuple[ArmView, ...]) -> None:
@@ -147,9 +146,9 @@ class ContactSkin(StagePart):
             for arm, made, view in zip(room.arms, room.robots, arms, strict=True)
         ]
         self._shells: dict[tuple[int, str], _Shell] = {}
-        # "d_m" on the rim of the bubble around the obstacle; it hangs on the link, too.
+        # "d_m" on the rim of the bubble around the obstacle, also a child of the link.
         self._rims: dict[int, viser.LabelHandle] = {}
-        # Never seen: the script tints each arm by the x of its node, which is λ.
+        # Invisible: the script tints each arm by the x of its node, which is λ.
         self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
         self.nodes = self._tints
         self._around: dict[int, int] = {}
@@ -166,7 +165,6 @@ class ContactSkin(StagePart):
         self._drawn = ()
 
     def show(self, frame: Frame) -> None:
-        """Draw the nearest pair; a pair that is no longer the nearest fades."""
         simulation, sample = frame.simulation, frame.sample
         seen = self._on and sample.pair >= 0
         share = 0.0 if self.withheld else round(sample.activation * LEVELS) / LEVELS
@@ -211,7 +209,7 @@ class ContactSkin(StagePart):
         self._keep_rim_free(simulation)
 
     def _keep_rim_free(self, simulation: Simulation) -> None:
-        """Move the label of the rim around its body if it is cut where it is; hide it where it would be cut everywhere."""
+        """Move the rim's label if it is clipped; hide it if it is clipped everywhere."""
         keep_free, index = self.keep_free, self._obstacle
         if keep_free is None or index is None or index not in self._rims:
             return
@@ -226,7 +224,7 @@ class ContactSkin(StagePart):
         def is_free(side: int) -> bool:
             return keep_free(world * (radius * sideways(side)), label_size(label.text, k))[1]
 
-        # The side that it has is tried first, so that it seldom moves.
+        # The present side is tried first, so that the label seldom moves.
         side = next((side for side in (present, *range(ROUND)) if is_free(side)), None)
         label.visible = side is not None
         if side is not None and side != present:
@@ -256,7 +254,6 @@ class ContactSkin(StagePart):
         return shell
 
     def _rim(self, index: int, growth: float) -> viser.LabelHandle:
-        """Return the label on the rim of a body's skin, at the skin's present thickness [m]."""
         body = self._room.geometry.geometryObjects[index]
         node, placement = self._node(body)
         place = tuple(
@@ -282,7 +279,7 @@ class ContactSkin(StagePart):
 
 
 def sideways(side: int) -> Array:
-    """Unit vector (3,) across the axis of a body, one of `ROUND`."""
+    """Unit vector (3,) across the axis of a body."""
     angle = 2.0 * np.pi * side / ROUND
     return np.array([np.cos(angle), np.sin(angle), 0.0])
 
@@ -293,9 +290,7 @@ def avoiding_arms(simulation: Simulation) -> tuple[str, ...]:
 
 
 def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
-    """Indices of the body that keeps clear and of the obstacle; if both keep clear, the visitor's is the
-    obstacle.
-    """
+    """Indices of the avoiding body and of the obstacle; if both avoid, the visitor's is the obstacle."""
     pairs, avoiding = simulation.detector.geometry.collisionPairs[pair], avoiding_arms(simulation)
     side = simulation.detector.pair_names[pair][0].split(" ")[0]
     if side == "control":  # "control point at the hand": of the only arm.
@@ -320,9 +315,7 @@ def capsule_mesh(
 
 
 def grid_faces(corners: NDArray[np.int64]) -> NDArray[np.uint32]:
-    """Faces (m, 3) of a surface. `corners`: indices of its vertices (rows, around), the last of a row beside
-    its first.
-    """
+    """Faces (m, 3) of a surface. `corners`: vertex indices (rows, around); rows are closed."""
     p, q = corners[:-1], corners[1:]
     s, t = np.roll(q, -1, axis=1), np.roll(p, -1, axis=1)
     return np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in ((p, q, s), (p, s, t))]).astype(

@@ -1,6 +1,4 @@
-"""Marks of a hand: its desired place, the point by which its arm is pulled, its prescribed path and its
-trace.
-"""
+"""Marks of a hand: desired place, pulled point, prescribed path and trace."""
 
 from collections import deque
 from typing import Final
@@ -17,13 +15,13 @@ from controllers.kinematics import Arm, Array
 from scenes.targets import LinkTarget, PairTarget
 
 AWAY: Final = 0.004
-"""Distance from which the line to the hand is drawn [m]."""
+"""Least length of the line to the hand [m]."""
 
 RADIUS: Final = 0.085
-"""Radius of the ring [m]: each robot's hand fits through it."""
+"""Radius of the ring [m]; each robot's hand fits through it."""
 
 TUBE: Final = 0.006
-"""Half the thickness of the ring [m]."""
+"""Half the ring's thickness [m]."""
 
 
 class TargetPlace(StagePart):
@@ -79,7 +77,7 @@ WHITE: Final = (255, 255, 255)
 
 
 class GripMark(StagePart):
-    """Visible while a link is pulled, also in a replay. `other`: of the arm that keeps its place."""
+    """Visible while a link is pulled, also in a replay. `other`: the arm that keeps its place."""
 
     def __init__(self, scene: viser.SceneApi, other: bool = False) -> None:
         line, name = np.zeros((1, 2, 3), np.float32), "/other_grip" if other else "/grip"
@@ -112,11 +110,7 @@ class GripMark(StagePart):
 
 
 class PathLine(StagePart):
-    """The prescribed path of the avoiding hand; A and B mark the ends of an open one.
-
-    Args:
-        way: its points (k, 3) at present [m].
-    """
+    """The avoiding hand's prescribed path `way` (k, 3) [m]; A and B mark the ends of an open one."""
 
     def __init__(self, scene: viser.SceneApi, way: Array) -> None:
         self._count = len(way) - 1
@@ -124,7 +118,7 @@ class PathLine(StagePart):
         self._line = scene.add_line_segments(
             "/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen"
         )
-        # Beyond either end, clear of the number at the line to the ball.
+        # Beyond either end, clear of the number at the ball.
         self._labels = (
             ()
             if np.allclose(way[0], way[-1])
@@ -155,10 +149,10 @@ class PathLine(StagePart):
 
 
 STAY: Final = (60, 0.08)
-"""Number of points in the trace of a hand near its place, and simulated time between them [s]."""
+"""Points in the trace of a hand near its place, and simulated time between them [s]."""
 
 TRAVEL: Final = (140, 0.12)
-"""The same for a hand on a long path: two laps, or there and back."""
+"""The same for a long path: two laps, or there and back."""
 
 
 class Trace(StagePart):
@@ -167,7 +161,7 @@ class Trace(StagePart):
         self._points: deque[Array] = deque(maxlen=self._count)
         self._time = -np.inf
         self._home: list[float] | None = None
-        # Always of one length: the browser fails if points and colours change their number one after the other.
+        # Of constant length: the browser fails while the numbers of points and colours differ.
         line = np.zeros((self._count - 1, 2, 3), np.float32)
         self._line = scene.add_line_segments(
             "/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False

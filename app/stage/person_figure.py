@@ -1,4 +1,4 @@
-"""The imitated person: a smaller figure beside the robots, with equally high shoulders."""
+"""The imitated person: a smaller figure beside the robots."""
 
 from typing import Final
 
@@ -16,16 +16,16 @@ from scenes.person.source import MissingPackage
 from scenes.targets import AnglesTarget
 
 SCALE: Final = 0.92 / SHOULDER_HEIGHT
-"""Scale of the figure: its shoulders are as high as the robots' [m/m]."""
+"""Scale that puts its shoulders at the robots' height [m/m]."""
 
 STAND: Final = np.array([-0.60, -1.05, 0.0])
-"""Its place (3,) [m]: right of the robots, a step behind, out of their reach."""
+"""Place (3,) [m]: right of the robots, a step behind, out of their reach."""
 
 _SHOULDERS: Final = STAND + np.array([0.0, 0.0, SCALE * SHOULDER_HEIGHT])
 
 
 def on_stage(point: Array) -> Array:
-    """World position (3,) [m] of a point (3,) of the person's torso frame [m]."""
+    """World position (3,) [m] of a point (3,) in the person's torso frame [m]."""
     return _SHOULDERS + SCALE * point
 
 
@@ -35,11 +35,11 @@ def on_person(point: Array) -> Array:
 
 
 class FigureView(StagePart):
-    """Five nested nodes of which four turn. Without the package of the human model nothing is drawn."""
+    """Five nested nodes, of which four turn; empty without the human model's package."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self.parts: dict[str, viser.GlbHandle] = {}
-        """By the names of `scenes.person.body`; empty if nothing is drawn."""
+        """By the names of `scenes.person.body`."""
         self._label: viser.LabelHandle | None = None
         self.angles = np.full((2, 4), np.nan)
         """Drawn angles (2, 4) [rad]; nan before a person was seen."""
@@ -65,7 +65,7 @@ class FigureView(StagePart):
             self._label.font_screen_scale = 1.15 * scale(page.profile)
 
     def show(self, frame: Frame) -> None:
-        """Turn both arms to the person's angles; without a person they stay, and a label says so."""
+        """Without a person the arms stay, and a label says so."""
         if self._label is None:
             return
         angles = frame.target.angles if isinstance(frame.target, AnglesTarget) else None

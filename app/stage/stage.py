@@ -1,4 +1,4 @@
-"""The 3-D view: cell, light, arms, and the other parts of an experiment; rebuilt when the experiment changes."""
+"""The 3-D view, rebuilt when the experiment changes."""
 
 import numpy as np
 import viser
@@ -20,7 +20,7 @@ from scenes.simulation import Simulation
 
 
 def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
-    """Set background, lights and floor for a theme and a kind of picture; may be called again."""
+    """Set background, lights and floor; may be called again."""
     palette, dark, fine = PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
     top, bottom = (np.array(c, float) for c in palette.background)
     ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
@@ -78,13 +78,13 @@ class Stage:
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self.yours: Yours | None = None
-        """What the visitor can move; replaced with every experiment."""
+        """What the visitor can move; changes with the experiment."""
         self.other: ArmView | None = None
-        """The arm that keeps its place, if it can be held, too; else None."""
+        """The arm that keeps its place, if it can be held, too."""
         self.wall: WallView | None = None
-        """The wall, which the visitor can take hold of, too; None in a room without one."""
+        """The wall, which the visitor can also move."""
         self.keep_free: KeepFree | None = None
-        """Keeps labels in the free part of the picture; None if the picture is unknown."""
+        """See `StagePart`."""
         self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -93,7 +93,7 @@ class Stage:
         self._dressed: tuple[object, ...] | None = None
 
     def show(self, frame: Frame, page: PageSettings, withheld: bool = False) -> None:
-        """Draw a frame. `page`: theme, profile and kind of picture; `withheld`: see `StagePart`."""
+        """Draw a frame. `withheld`: see `StagePart`."""
         simulation = frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture

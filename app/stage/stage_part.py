@@ -1,4 +1,4 @@
-"""Base class of the parts of the 3-D view, and conversion of poses for viser and from a browser."""
+"""Parts of the 3-D view, and conversion of poses."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
@@ -15,17 +15,17 @@ from controllers.kinematics import Array
 KeepFree = Callable[[Array, tuple[float, float]], tuple[Array, bool]]
 
 LABEL_TEXT: Final = (8.6, 18.0)
-"""Width of a character and height of a label in the scene, at 1.15 times viser's font size [CSS px]."""
+"""Width of a character and height of a label, at 1.15 times viser's font size [CSS px]."""
 
 
 class StagePart(ABC):
     """A part of the 3-D view.
 
     Attributes:
-        nodes: drawn nodes, removed from the scene together.
-        withheld: a question waits for its run, so that the drawing must not show what the law does.
-        keep_free: (place (3,) [m], width and height of a label [CSS px]) → place where the label is not
-            clipped, and True if it was not clipped before; None if the picture is unknown.
+        nodes: removed from the scene together.
+        withheld: a question waits for its run; the drawing must hide the law's effect.
+        keep_free: (place (3,) [m], label size [CSS px]) → place where the label is not clipped, and True if
+            it was not clipped before; None if the picture is unknown.
     """
 
     nodes: Sequence[viser.SceneNodeHandle] = ()
@@ -44,7 +44,7 @@ class StagePart(ABC):
 
 
 ROOM: Final = 2.5
-"""Half the edge of the box of possible targets [m]; what is dragged beyond is moved to its surface."""
+"""Half the edge of the box of possible targets [m]."""
 
 Node = TypeVar("Node", bound=viser.SceneNodeHandle)
 
@@ -53,7 +53,6 @@ Quaternion = tuple[float, float, float, float]
 
 
 def quaternion(rotation: Array) -> Quaternion:
-    """A rotation (3, 3) for viser."""
     turn = pin.Quaternion(rotation)
     return turn.w, turn.x, turn.y, turn.z
 
@@ -70,9 +69,8 @@ def rotation_of(wxyz: Iterable[float]) -> Array:
 
 
 def fresh(handle: Node) -> Node:
-    """A new node, after sending its pose even if it is the default.
-
-    Otherwise a node with the name of one removed in the same frame would keep that one's pose in the browser.
+    """Send a new node's pose even if it is the default: otherwise it keeps, in the browser, that of a node of
+    the same name removed in the same frame.
     """
     wxyz, position = np.array(handle.wxyz, float), np.array(handle.position, float)
     # Only changes are sent; of several in one frame the last one.

@@ -1,4 +1,4 @@
-"""Where an arm or a ball is stopped by its surroundings: a light on the thing that it touches, and the word for it."""
+"""Light and word where an arm or ball touches its surroundings."""
 
 from itertools import zip_longest
 from typing import Final
@@ -15,13 +15,12 @@ from app.theme import PALETTES, rgb, scale
 from scenes.world_stages import Thing
 
 MOST: Final = 2
-"""Lights: two arms, or an arm and the ball."""
 
 RADIUS: Final = 0.022
-"""Of a light [m]."""
+"""Radius of a light [m]."""
 
 BELOW: Final = 0.03
-"""How far the word is below the light [m]."""
+"""Height of the light above the word [m]."""
 
 WORDS: Final[dict[Thing, str]] = {
     "table": N_("touches the table"),
@@ -33,7 +32,7 @@ WORDS: Final[dict[Thing, str]] = {
 
 
 class TouchedPoints(StagePart):
-    """Shown while the arms keep clear of their surroundings and one of them is near to something."""
+    """Visible while the arms keep clear of their surroundings and are near them."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._lights = [
@@ -54,7 +53,6 @@ class TouchedPoints(StagePart):
             label.font_screen_scale = LABEL_SCALE * self._scale
 
     def show(self, frame: Frame) -> None:
-        """Draw what is touched now."""
         stages = frame.simulation.stages
         touches = stages.touches() if stages is not None else ()
         for light, label, touch in zip_longest(self._lights, self._labels, touches[:MOST]):

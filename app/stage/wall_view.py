@@ -1,4 +1,4 @@
-"""The wall that the arm keeps away from, and the plane in front of it at the distance to keep."""
+"""The wall, and the plane at the distance to keep."""
 
 from typing import Final
 
@@ -13,16 +13,11 @@ from scenes.first_task.wall import turn_of
 from scenes.room import Room
 
 SIZE: Final = (0.02, 0.9, 0.7)
-"""Thickness, width and height of the wall as it is drawn [m]; it acts as an endless plane."""
+"""Thickness, width and height of the drawn wall [m]; it acts as an endless plane."""
 
 
 class WallView(StagePart):
-    """The wall, seen through: the arm is behind it in some views.
-
-    Args:
-        scene: where to draw.
-        room: with a wall.
-    """
+    """The wall, translucent: the arm is behind it in some views."""
 
     def __init__(self, scene: viser.SceneApi, room: Room) -> None:
         assert room.wall is not None
@@ -47,7 +42,7 @@ class WallView(StagePart):
     def show(self, frame: Frame) -> None:
         at: Array = frame.simulation.positions[self._columns]
         R = turn_of(at)
-        # It stands behind its plane.
+        # The wall is behind its plane.
         self.wall.position = at[:3] + R[:, 0] * (SIZE[0] / 2.0)
         self._kept.position = at[:3] - R[:, 0] * frame.simulation.settings.law.critical_distance
         self._kept.visible = self._on

@@ -1,4 +1,4 @@
-"""The documents of the page by the last part of their address; `app.text.documents` renders them."""
+"""The page's documents; `app.text.documents` renders them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,11 +10,7 @@ _APP: Final = Path(__file__).parents[1]
 
 
 class DocumentFile(NamedTuple):
-    """A document.
-
-    Attributes:
-        title: in the list of documents, in English, for `tr`.
-    """
+    """A document; `title`: English, for `tr`."""
 
     file: Path
     title: str

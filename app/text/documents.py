@@ -1,4 +1,4 @@
-"""The documents as printable HTML pages."""
+"""Documents as printable HTML pages."""
 
 import os
 from functools import cache
@@ -22,11 +22,7 @@ _STYLE: Final = Path(__file__).with_name("document.css")
 
 
 def document_page(name: str, language: Language = "en") -> bytes:
-    """A document as an HTML page. The document is English; the page around it is in the reader's language.
-
-    Args:
-        name: a key of `DOCUMENTS`.
-    """
+    """Page of `DOCUMENTS[name]`: the document is English, the page around it in the reader's language."""
     words = words_of(language)
     return page_of_template(
         "text/document.html",

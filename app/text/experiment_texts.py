@@ -1,4 +1,4 @@
-"""Texts of every experiment: what to do in it, and what to watch."""
+"""Experiments' texts: what to do and what to watch."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple
@@ -10,11 +10,11 @@ from scenes.settings import RunSettings
 
 
 class ExperimentTexts(NamedTuple):
-    """Texts of an experiment in the reader's language.
+    """Translated texts of an experiment.
 
     Attributes:
-        tip: one or two sentences on what to do and what to watch.
-        watched: only what to watch, for an orange arm that moves by itself.
+        tip: what to do and watch, in one or two sentences.
+        watched: only what to watch, if the orange arm moves by itself.
     """
 
     tip: str
@@ -95,7 +95,6 @@ def _first_task(run: RunSettings, itself: bool) -> ExperimentTexts:
 
 
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
-    """Name of the arm that keeps clear. `free`, `guided`: the text if only that arm does."""
     return (
         tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
     )
@@ -109,4 +108,4 @@ EXPERIMENT_TEXTS: Final[dict[str, Callable[[RunSettings, bool], ExperimentTexts]
     IMITATION: _imitation,
     FIRST_TASK: _first_task,
 }
-"""Name → its texts; the second argument is True if it runs by itself."""
+"""The second argument is True if the experiment runs by itself."""

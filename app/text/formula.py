@@ -1,4 +1,4 @@
-"""LaTeX drawn as SVG, with coloured symbols."""
+"""LaTeX drawn as SVG with coloured symbols."""
 
 import html
 import logging
@@ -14,13 +14,12 @@ from app.theme import PALETTES, SYMBOL_COLOURS
 log = logging.getLogger("duet.lessons")
 
 SIZE: Final = 16.0
-"""Letter size of a formula [CSS px]."""
+"""Letter size [CSS px]."""
 
 SMALLEST: Final = 14.0
-"""Letter size of a formula that is too wide for its panel, that of the text [CSS px]."""
+"""Letter size of a formula too wide for its panel, as of text [CSS px]."""
 
 _COLOURS: Final = {name: getattr(PALETTES["light"], field) for name, field in SYMBOL_COLOURS.items()}
-"""Class of the style sheet → its colour while a formula is drawn."""
 
 _SYMBOLS: Final = re.compile(
     r"(?P<words>\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\})"
@@ -28,19 +27,17 @@ _SYMBOLS: Final = re.compile(
     # Not the index of J_d, nor d^* and d_i, nor the rate of d.
     r"|(?<![\\A-Za-z_^])(?<!_\{)(?<!dot )(?<!dot\{)(?P<d>d)(?![A-Za-z_]|\^\*)"
 )
-"""Symbols to colour; words and colour names are matched first and left alone."""
+"""Symbols to colour; words and colour names match first and are left alone."""
 
 _PAIRS: Final = (("{", "}"), (r"\begin{", r"\end{"), (r"\left", r"\right"))
-"""Paired delimiters, between which a formula must not break."""
+"""Delimiters between which a formula must not break."""
 
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 
 @lru_cache(maxsize=4096)
 def formula(tex: str, inline: bool, size: float = SIZE) -> str:
-    """LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`:
-    [CSS px].
-    """
+    """LaTeX as SVG with a label for screen readers, or as code if it cannot be drawn. `size`: [CSS px]."""
     # Shared <symbol> ids of several formulas on one page would collide.
     config.svg2 = False
     for source in (_SYMBOLS.sub(_coloured, tex), tex):
@@ -116,9 +113,7 @@ def plain_formula(tex: str) -> str:
 
 
 def display_formula(tex: str) -> str:
-    r"""LaTeX as SVG for a line of its own, with the number in its `\tag{…}` beside it; it may break at every
-    `\qquad`.
-    """
+    r"""LaTeX as SVG for its own line, with the number of its `\tag{…}`; it may break at every `\qquad`."""
     number = ", ".join(_TAG.findall(tex))
     shown = f'<span class="no">({html.escape(number)})</span>' if number else ""
     whole = " ".join(_TAG.sub("", tex).split())

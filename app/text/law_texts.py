@@ -1,4 +1,4 @@
-"""Texts of every law: its equation, its source, the name of its activation, and what happens to the gap."""
+"""Texts of laws, and their equations as HTML."""
 
 import re
 from collections.abc import Callable
@@ -17,8 +17,8 @@ from scenes.settings import LawSettings, RunSettings
 
 
 class LawLine(NamedTuple):
-    """The line of a law in the chart of all laws: distances xs (k,) [m], ascending, rates ys (k,) [m/s], and
-    the largest rate of the axis.
+    """A law's line in the chart of all laws: distances xs (k,) [m], ascending, rates ys (k,) [m/s], largest
+    rate of the axis.
     """
 
     xs: np.ndarray
@@ -30,18 +30,15 @@ class LawTexts(NamedTuple):
     """Texts of a law.
 
     Attributes:
-        equation: lines of LaTeX; {lam}, {v}, {u}, {d} and {dm} become coloured symbols. λ stands for any
-            activation.
-        source: number in the paper, or its authors.
-        share: name of its activation.
-        anchor: distance [m] at which its line gets its number in the chart of all laws, away from other
-            lines.
-        consequence: what happens to the gap, as HTML; "" if its resting distance says it.
-        acting: the same while avoidance acts, if different.
-        trends: the same while the gap closes, holds and opens, if different; else ().
-        promise: the distance that the law promises and its condition, as HTML; None for the paper's promise
-            or none.
-        missed: reason why ḋ differs from what the law asks for, if the law itself is the reason.
+        equation: LaTeX lines; {lam}, {v}, {u}, {d} and {dm} become coloured symbols. λ is any activation.
+        source: number in the paper, or authors.
+        share: name of the activation.
+        anchor: distance [m] of the line's number in the chart of all laws, away from other lines.
+        consequence: what happens to the gap, as HTML; "" if the resting distance says it.
+        acting: the same while avoidance acts.
+        trends: the same while the gap closes, holds and opens.
+        promise: promised distance and its condition, as HTML; None for the paper's or none.
+        missed: reason why ḋ differs from the law's demand, if that is the law itself.
     """
 
     equation: tuple[str, ...]
@@ -176,7 +173,6 @@ def equation_of(run: RunSettings) -> tuple[tuple[str, ...], str]:
 
 
 def equation_html(run: RunSettings) -> Markup:
-    """Equation of a run with its source, in the visitor's language and with coloured symbols."""
     equation, source = equation_of(run)
     # A law of all pairs takes each pair's own d.
     named = run.has_law_distance and run.law.entry.sees == "one row"

@@ -1,7 +1,5 @@
-"""Markdown as HTML, for texts of features and documents: CommonMark with tables, LaTeX formulas, and pictures
-on lines of their own.
-
-Raw HTML is escaped; a link leads only to http, https or one of the documents.
+"""Markdown as HTML, with tables, LaTeX formulas, and pictures on their own lines. Raw HTML is escaped; links
+lead only to http, https or a document.
 """
 
 import html
@@ -37,10 +35,8 @@ _BLOCK: Final = re.compile(r"\$\$(.+?)\$\$[ \t]*$", re.DOTALL | re.MULTILINE)
 
 
 def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
-    """A parser and renderer. Its `env["folder"]` has the pictures; without it their descriptions are shown.
-
-    Args:
-        pages: linkable file → address of its page.
+    """Parser and renderer. `env["folder"]` has the pictures; without it their descriptions are shown.
+    `pages`: linkable file → address of its page.
     """
     known = dict(pages or {})
     reader = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
@@ -61,14 +57,14 @@ def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
 
 
 def _join_formulas(state: StateCore) -> None:
-    """Join a formula of several lines: a line that begins with a plus would become a list."""
+    """Join a formula's lines: one that begins with a plus would become a list."""
     state.src = _SPANS.sub(
         lambda span: re.sub(r"\s*\n\s*", " ", span[0]) if span["formula"] else span[0], state.src
     )
 
 
 def left_dollar(text: str) -> int | None:
-    """Line, from 0, of a dollar outside formulas in Markdown; None if all dollars belong to formulas."""
+    """0-based line of a dollar outside formulas."""
     rest = _SPANS.sub(lambda span: "\n" * span[0].count("\n"), text)
     return rest[: rest.index("$")].count("\n") if "$" in rest else None
 
@@ -137,25 +133,22 @@ _RENDERED: Final = {
     # Code and formulas stay as they are.
     "text": lambda _, tokens, at, *__: escapeHtml(unbroken(tokens[at].content)),
 }
-"""Token of `markdown_reader` → function that renders it, for `MarkdownIt.add_render_rule`."""
 
 _READER: Final = markdown_reader()
 
 
 @lru_cache(maxsize=256)
 def lesson_html(text: str, folder: Path | None = None) -> Markup:
-    """Markdown as HTML. `folder`: of its pictures; None for no pictures."""
     return Markup(_READER.render(text, {"folder": folder}))
 
 
 @lru_cache(maxsize=256)
 def inline_html(text: str) -> Markup:
-    """A line of Markdown as HTML without a paragraph: formulas, code, emphasis and links."""
     return Markup(_READER.renderInline(text))
 
 
 def plain(text: str) -> str:
-    """A line of Markdown as plain text, for a button or a list."""
+    """A Markdown line as plain text."""
     tokens = _READER.parseInline(text)[0].children or []
     return "".join(
         " "

@@ -1,4 +1,4 @@
-"""Words for how well an arm's joints move the closest point, or change another value, one text per level of the lever s."""
+"""Words for each level of the lever s."""
 
 from typing import Final
 
@@ -8,11 +8,11 @@ from controllers.laws.situation import FIRM_LEVER
 from scenes.quantities import DISTANCE, KeptQuantity
 
 NO_LEVER: Final = 0.1
-"""s below which hardly anything of a law's demand is achieved."""
+"""Below this s hardly anything of a law's demand is achieved."""
 
 
 def lever_text(lever: float, quantity: KeptQuantity = DISTANCE) -> str:
-    """Text for a lever s, see `controllers.laws.situation.lever`; "" if it is firm. `quantity`: what the law keeps."""
+    """Text for a lever s, see `controllers.laws.situation.lever`; "" if it is firm."""
     if lever >= FIRM_LEVER:
         return ""
     text = N_("no joint moves this point") if lever < NO_LEVER else N_("the joints hardly move this point")

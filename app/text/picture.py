@@ -1,6 +1,4 @@
-"""Pictures of a Markdown file: `![description](pictures/name.svg)` on a line of its own; one reader for the
-check and the page.
-"""
+"""Pictures of a Markdown file, `![description](pictures/name.svg)` on their own lines."""
 
 import base64
 import errno
@@ -27,17 +25,15 @@ _WORDS: Final = frozenset(("title", "desc"))
 
 
 class NoPicture(Exception):
-    """A picture that the page cannot show; the message names the remedy."""
+    """The page cannot show a picture; the message names the remedy."""
 
 
 def picture_html(folder: Path, name: str, words: str) -> str:
-    """A picture in a file's folder or below, embedded in a page.
-
-    An SVG of shapes and text becomes an element in the page's colours; everything else is an `<img>`, in
-    which nothing runs or loads.
+    """A picture in or below a file's folder, embedded in a page: an SVG of shapes and text as an element in
+    the page's colours, everything else as an `<img>`, in which nothing runs or loads.
 
     Raises:
-        NoPicture: it is elsewhere, missing, too large or not a picture.
+        NoPicture: elsewhere, missing, too large or not a picture.
     """
     path, quoted = path_inside(folder, name), repr(name[:60])
     if path is None or path.suffix not in _KINDS:
@@ -75,7 +71,7 @@ def _root(data: bytes, quoted: str) -> ET.Element:
 
 
 def _plain(root: ET.Element) -> str:
-    """An SVG of shapes and text as an element of a page; "" if it contains anything else."""
+    """An SVG as an element; "" if it contains more than shapes and text."""
     for element in list(root.iter()):
         for child in list(element):
             if str(child.tag).removeprefix(_SVG) in _WORDS:
@@ -92,7 +88,7 @@ def _plain(root: ET.Element) -> str:
 
 
 def _may_act(key: str, value: str) -> bool:
-    """True if an attribute runs or loads something, or reaches beyond its element."""
+    """True if an attribute runs or loads something, or affects other elements."""
     return key.startswith(("on", "{")) or key in ("id", "style", "href") or "url(" in value
 
 

@@ -1,6 +1,5 @@
-"""HTML: a single tag by `element`, everything else from Jinja2 templates beside the code that fills them.
-
-All text is escaped, except `Markup`.
+"""HTML by `element` for a single tag, and by Jinja2 templates beside their code. All text except `Markup` is
+escaped.
 """
 
 import re
@@ -18,7 +17,7 @@ from app.text.lesson_text import inline_html, lesson_html
 from app.text.units import unbroken
 
 _BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
-"""A line break beside a tag of HTML or of the template, with the indentation."""
+"""A line break beside a tag of HTML or of the template, with indentation."""
 
 _LOWERED: Final = re.compile(
     r"`(?P<code>[^`\n]+)`|(?<!\w)(?P<symbol>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})(?!\w)"
@@ -27,7 +26,7 @@ _LOWERED: Final = re.compile(
 
 
 class _JoinedLines(Extension):
-    """Removes these breaks, so that spaces between tags come only from within a line."""
+    """Only spaces within a line separate tags."""
 
     def filter_stream(self, stream: TokenStream) -> Iterator[Token]:
         for token in stream:
@@ -35,7 +34,7 @@ class _JoinedLines(Extension):
 
 
 def tr_html(text: str, /, **parts: object) -> Markup:
-    """An English text with tags in the current language; filled-in values are escaped."""
+    """A text with tags in the current language; filled-in values are escaped."""
     filled = tr(
         text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()}
     )
@@ -43,7 +42,7 @@ def tr_html(text: str, /, **parts: object) -> Markup:
 
 
 def lowered(text: str) -> Markup:
-    """Text with its subscripts and its code: d_m → d<sub>m</sub>, `d_m` → <code>d_m</code>."""
+    """Subscripts and code as HTML: d_m → d<sub>m</sub>, `d_m` → <code>d_m</code>."""
     return Markup(_LOWERED.sub(_lowered_html, str(escape(text))))
 
 
@@ -54,7 +53,6 @@ def _lowered_html(found: re.Match[str]) -> str:
 
 
 def _finalized(value: object) -> object:
-    """Value for a template: plain text gets no-break spaces, HTML stays as it is."""
     return unbroken(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
@@ -75,28 +73,26 @@ def _environment() -> Environment:
 
 @cache
 def macros(file: str) -> Any:
-    """Macros of a template as functions that return `Markup`. `file`: below `app/`, such as
-    "page/panels/pills.html".
-    """
+    """Macros as functions that return `Markup`. `file`: below `app/`."""
     return _environment().get_template(file).module
 
 
 def page_of_template(file: str, **values: object) -> str:
-    """A template with its values.
+    """A filled template.
 
     Raises:
-        UndefinedError: the template names a value that is not given.
+        UndefinedError: the template names a missing value.
     """
     return _environment().get_template(file).render(values)
 
 
 def element(tag: str, text: str = "", *children: str, **attributes: str) -> Markup:
-    """A single HTML element; use a template for more than one.
+    """A single HTML element.
 
     Args:
-        text: at its beginning; escaped, unless it is `Markup`.
+        text: escaped, unless it is `Markup`.
         children: HTML after the text.
-        attributes: escaped; a final underscore of a name is dropped (`class_`), any other becomes a hyphen.
+        attributes: escaped; a name's final underscore is dropped (`class_`), others become hyphens.
     """
     given = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items()

@@ -1,4 +1,4 @@
-"""A number and its unit stay on one line."""
+"""Keeps number and unit on one line."""
 
 import re
 from typing import Final

@@ -1,4 +1,4 @@
-"""The page's address, as text and as a QR code."""
+"""The page's address, also as a QR code."""
 
 import html
 import io
@@ -33,8 +33,7 @@ def find_address(origin: str, listening: str, port: int) -> Address:
     """Address for the students.
 
     Args:
-        origin: of the page in the teacher's browser (`https://duet.example.org`), with a proxy's folder; ""
-            if unknown.
+        origin: of the teacher's page, with a proxy's folder; "" if unknown.
         listening, port: to which the server is bound.
     """
     name = _name(origin)
@@ -51,7 +50,7 @@ def find_address(origin: str, listening: str, port: int) -> Address:
 
 
 def address_known_to(client: viser.ClientHandle) -> Address:
-    """Address for others, from a browser that has opened the page; a private one as that browser knows it."""
+    """Address for others, from a browser with the page; a private one as that browser knows it."""
     server, origin = server_of(client), request_address(client)
     address = find_address(origin, server.get_host(), server.get_port())
     return address._replace(url=f"{origin}/") if address.private else address
@@ -70,7 +69,7 @@ def own_address() -> str:
 
 @lru_cache(maxsize=8)
 def qr_svg(text: str, label: str = "QR code of the address") -> Markup:
-    """QR code as SVG without a size, dark on white, with the quiet zone that cameras need."""
+    """SVG without a size, with the quiet zone that cameras need."""
     out = io.BytesIO()
     # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(

@@ -1,4 +1,4 @@
-"""One browser's connection: filtered, slowed down if it sends too fast, closed if it reads nothing."""
+"""One browser's connection, filtered and limited."""
 
 from __future__ import annotations
 
@@ -29,19 +29,18 @@ log = logging.getLogger("duet.server")
 
 SEND_BUFFER_BYTES: Final = 64 * 1024
 READ_BYTES: Final = 16 * 1024
-"""Bytes of one read: all its frames are parsed at once, while all other browsers wait."""
+"""Size of one read [bytes]; other browsers wait while its frames are parsed."""
 
 _SMALL_FRAME_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
 _SIGHT: Final = {msgspec.msgpack.encode({"type": kind}): kind == SHOWN for kind in (HIDDEN, SHOWN)}
-"""Message of a tab that is hidden or shown → True if shown."""
+"""Message of a tab → True if it is shown."""
 
 _QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
 _ANSWER: Final = pack(())
-"""Window without messages; changes nothing on the page."""
 
 BufferChoice = Callable[[ServerConnection, int, MessageBuffer], AbstractContextManager[MessageBuffer]]
-"""A connection's buffer (by client id) in place of the server's shared one."""
+"""Buffer of a client id in place of the server's shared one."""
 
 
 class ConnectionOwner(Protocol):
@@ -56,19 +55,19 @@ class ConnectionOwner(Protocol):
     def client_id(self, connection: ServerConnection) -> int: ...
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a connection a place. Returns why not, or ""."""
+        """Give a place; reason for a refusal, or ""."""
         ...
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
-        """Notify a browser of a refusal that its visitor can act on."""
+        """Explain a refusal that the visitor can act on."""
 
 
 class FilteredConnection(ServerConnection):
-    """Connection that passes on what the gate admits, and drops a reader that falls far behind.
+    """Connection that passes on what the gate admits, and drops slow readers.
 
     Attributes:
         received, heard: numbers of messages received, and passed on.
-        is_page: whether it has said that it is one of our pages; a program need not.
+        is_page: True once it has identified itself as our page; a program need not.
     """
 
     def __init__(self, owner: ConnectionOwner, *arguments: Any, **options: Any) -> None:
@@ -140,7 +139,7 @@ class FilteredConnection(ServerConnection):
         return True
 
     def answer(self, response: Response) -> Response:
-        """Response to send, also to a program that has closed its end of the connection."""
+        """Response to send, also to a program that has closed its end."""
         if self._said_all:
             self.loop.call_soon(self.transport.close)
         return self.head.answer(response)
@@ -224,7 +223,7 @@ class FilteredConnection(ServerConnection):
 
 
 class Forwarder(logging.Handler):
-    """Turns the library's tracebacks (garbage, a lost connection) into short lines of a throttled log."""
+    """Turns the library's tracebacks into short lines of a throttled log."""
 
     def __init__(self, log: ThrottledLog) -> None:
         super().__init__()

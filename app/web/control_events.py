@@ -1,4 +1,4 @@
-"""Events of the page's controls as plain calls on the network's thread."""
+"""Control events as calls on the network's thread."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -22,7 +22,7 @@ def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle
 
 
 def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle:
-    """Call `act` for a button, or a palette command by name or key."""
+    """Call `act` for every press, also by a palette's name or key."""
 
     @(control.on_trigger if isinstance(control, viser.CommandHandle) else control.on_click)
     async def _(event: viser.GuiEvent[Any] | viser.CommandEvent) -> None:
@@ -33,7 +33,7 @@ def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle
 
 
 def on_file(upload: viser.GuiUploadButtonHandle, take: Callable[[str, bytes], object]) -> None:
-    """Call `take` with name and content of every uploaded file."""
+    """Call `take` with the name and content of every file."""
 
     @upload.on_upload
     async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:

@@ -1,8 +1,7 @@
-"""Entered values that are not acted upon yet win over what the server writes meanwhile.
+"""A visitor's newest entry wins over the server's writes.
 
-Page and server both count the page's messages. Until an entry has been acted upon, the server writes nothing
-into its control. Later writes carry the number of messages handled by then, and the page ignores those older
-than its own last entry (`static/entries.js`).
+Until an entry is acted upon, the server writes nothing into its control. Later writes carry the number of
+handled messages; the page ignores those older than its last entry (`static/entries.js`).
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ _present: ContextVar[_Entry | None] = ContextVar("entry", default=None)
 
 
 def claim_entry() -> Callable[[], None]:
-    """Callback to call when the present entry, if any, is acted upon or dropped."""
+    """Function that ends the present entry, if any."""
     entry = _present.get()
     if entry is None:
         return lambda: None
@@ -33,7 +32,7 @@ def claim_entry() -> Callable[[], None]:
 
 
 class Entries:
-    """Entries of one browser; may be used from any thread."""
+    """Entries of one browser; from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -41,18 +40,14 @@ class Entries:
         self._waiting: dict[str, int] = {}
 
     def deal(self, count: int) -> None:
-        """Note that the browser's first `count` messages are handled: their entries wait here or have ended."""
+        """Record that the browser's first `count` messages are handled."""
         with self._lock:
             self._dealt = count
 
     @contextlib.contextmanager
     def taking(self, control: str, settle: Callable[[], None]) -> Generator[None]:
-        """Context for handling the browser's next message, a value for a control, which waits while it is
-        claimed.
-
-        Args:
-            settle: gives the control this value on the server, overwriting later writes.
-        """
+        """Context for a control's new value, which waits while it is claimed. `settle`: gives the control
+        this value, overwriting later writes."""
         with self._lock:
             self._dealt += 1
             self._waiting[control] = number = self._dealt
@@ -73,6 +68,6 @@ class Entries:
                 settle()
 
     def dealt_before(self, control: str) -> int | None:
-        """Number of messages handled so far; None while an entry of the control waits."""
+        """Number of handled messages; None while an entry of the control waits."""
         with self._lock:
             return None if control in self._waiting else self._dealt

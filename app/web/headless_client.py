@@ -1,4 +1,4 @@
-"""Client without a browser, which mirrors the page and counts what arrives."""
+"""Client without a browser."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ class Mirror:
     """The page after the messages so far.
 
     Attributes:
-        gui: uuid → properties of a GUI element, with `type`, `value` (if it has one) and `container_uuid`.
-        nodes: name → properties of a scene node, with `type`, `owner`, `wxyz`, `position`.
+        gui: uuid → properties, with `type`, `value` (if any) and `container_uuid`.
+        nodes: name → properties, with `type`, `owner`, `wxyz`, `position`.
         commands: uuid → properties of a palette command.
-        replayed: True once the server has sent all that existed before the connection.
+        replayed: True once all earlier messages have arrived.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Mirror:
         self.replayed = False
 
     def take(self, message: dict[str, Any]) -> None:
-        """Apply one message; ignores kinds that draw nothing."""
+        """Ignores kinds that draw nothing."""
         kind: str = message["type"]
         if kind == "ReplayDoneMessage":
             self.replayed = True
@@ -105,10 +105,10 @@ class Mirror:
         return {name for name, node in list(self.nodes.items()) if node.get("grabbable") and "owner" in node}
 
     def labelled(self, label: str, kind: str = "") -> dict[str, Any]:
-        """GUI element with this label, and of this kind (such as "GuiSliderMessage") if given.
+        """GUI element with this label and kind (such as "GuiSliderMessage").
 
         Raises:
-            KeyError: no such element; the message lists the existing labels.
+            KeyError: no such element; the message lists the labels.
         """
         # May be called from another thread than the one that mirrors.
         for element in list(self.gui.values()):
@@ -137,8 +137,8 @@ class Received:
     """Counters since the last reset.
 
     Attributes:
-        frames: websocket messages (viser's windows; one is one update of the page).
-        messages: viser messages by type; empty unless frames are decoded.
+        frames: updates of the page.
+        messages: by type; empty unless frames are decoded.
         times: arrival of each frame, `perf_counter` [s].
     """
 
@@ -152,12 +152,11 @@ class HeadlessClient:
     """One connection.
 
     Args:
-        url: of the page, such as `http://127.0.0.1:8080` (or `ws://`).
-        decode: False only counts frames and bytes, which is far cheaper.
-        headers: extra ones, such as a page's Origin or a browser's Accept-Language.
+        url: such as `http://127.0.0.1:8080` (or `ws://`).
+        decode: False only counts, which is far cheaper.
 
     Attributes:
-        closed: why the connection ended; None while it is open.
+        closed: reason for the end; None while it is open.
     """
 
     def __init__(
@@ -179,7 +178,7 @@ class HeadlessClient:
         self._socket: websockets.ClientConnection | None = None
 
     async def connect(self, timeout: float = 30.0, *, camera: bool = True) -> HeadlessClient:
-        """Connect and send a camera, which makes us a visitor.
+        """Connect; a camera makes us a visitor.
 
         Raises:
             websockets.InvalidStatus: the server refuses the connection (wrong Origin).
@@ -243,7 +242,7 @@ class HeadlessClient:
         )
 
     async def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
-        """Wait until `predicate(self)` is true, checked after every frame and at the end of the connection.
+        """Wait until `predicate(self)` is true.
 
         Raises:
             TimeoutError: it never was.

@@ -14,7 +14,7 @@ MOST_TRIED: Final = 20
 
 
 class PortInUse(DuetError):
-    """Another program listens on the port; the message names a port to try instead."""
+    """The port is taken; the message names another one."""
 
 
 def port_answers(host: str, port: int) -> bool:
@@ -24,11 +24,11 @@ def port_answers(host: str, port: int) -> bool:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Listening socket, bound in the caller's thread.
+    """Listening socket.
 
     Raises:
         PortInUse: another program has the port.
-        BadSetting: the host or the port can't be used at all.
+        BadSetting: unusable host or port.
     """
     if not isinstance(port, int) or not 0 <= port <= 65535:
         raise BadSetting(f"port {port!r} is out of range; valid: 1 to 65535, or 0 for any free one")
@@ -79,7 +79,7 @@ def listen_near(host: str, first: int) -> socket.socket:
 
     Raises:
         PortInUse: all `MOST_TRIED` ports are taken.
-        BadSetting: the host can't be used at all.
+        BadSetting: unusable host.
     """
     for port in range(first, first + MOST_TRIED - 1):
         with contextlib.suppress(PortInUse):

@@ -1,9 +1,4 @@
-"""Filter of a browser's messages: viser accepts every one, even NaN, a gigabyte, or another attribute of a
-slider.
-
-Rules raise `Malformed` (no real browser sends this; the connection is closed) or `Refused` (well formed, but
-not allowed or out of range; the message is dropped).
-"""
+"""Filter of a browser's messages: viser accepts every one, even NaN or a gigabyte."""
 
 from __future__ import annotations
 
@@ -47,20 +42,16 @@ class Traffic:
         self._small_frames = Allowance(limits.small_frames_per_second, limits.small_frames_per_second)
 
     def pause(self, size: int) -> float:
-        """Count a message of `size` bytes. Returns the pause before reading the next one [s]."""
+        """Count a message of `size` bytes. Returns the pause before the next one [s]."""
         return self._messages.spend(max(1.0, size / self._bytes_per_message))
 
     def takes_small_frame(self) -> bool:
-        """Count a small frame that ends no message, such as a ping. False if there were too many."""
+        """Count a frame that ends no message, such as a ping; False if too many."""
         return self._small_frames.spend(1.0) == 0.0
 
 
 class Gate:
-    """Filter of all browsers' messages.
-
-    Attributes:
-        may_share: whether a browser, by client id, may operate what all browsers see.
-    """
+    """Filter of all messages. `may_share`: True if a client id may operate shared elements."""
 
     def __init__(self, elements: GuiRegistry, limits: TrafficLimits) -> None:
         self._elements = elements
@@ -69,12 +60,7 @@ class Gate:
         self.may_share: Callable[[int], bool] = lambda client_id: True
 
     def check(self, client_id: int, traffic: Traffic, raw: bytes | str) -> None:
-        """Return if a message may pass.
-
-        Raises:
-            Malformed: the connection should be closed.
-            Refused: the message should be dropped.
-        """
+        """Raises `Malformed` or `Refused`."""
         if isinstance(raw, str):
             raise Malformed("text instead of bytes")
         kind = kind_of(raw)
@@ -98,7 +84,6 @@ class Gate:
         # A ScenePointerMessage reaches both scenes and names no owner; its callbacks get the client and decide themselves.
 
     def forget(self, traffic: Traffic) -> None:
-        """Release a closed connection's uploads."""
         self._open_uploads.difference_update(traffic.uploads)
 
     def _permit(self, client_id: int, scope: Scope | None) -> None:

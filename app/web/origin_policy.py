@@ -1,4 +1,4 @@
-"""Which web pages may connect: `Origin` tells a foreign page from ours, `Host` detects a tricked name server."""
+"""Check of connecting web pages: `Origin` reveals a foreign page, `Host` a tricked name server."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ if TYPE_CHECKING:
 
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 VOUCHED = "X-Forwarded-Context"
-"""Header in which jupyter-server-proxy names our folder. It has checked Origin before; no web page can make a
-browser send this header with a websocket's request."""
+"""Header of jupyter-server-proxy, which has checked Origin; no web page can send it with a websocket's
+request."""
 
 PROOF = "X-Duet-Proof"
-"""Header with a secret, made when a notebook server starts, that marks requests through that server and its
-login."""
+"""Secret of a notebook server, in requests that passed its login."""
 
 _OF_PROXIES = re.compile("(x-)?forwarded|x-(real|client|cluster|original|proxy)|via|true-client|cf-")
 _PORTS = {"http": 80, "https": 443}
@@ -50,18 +49,15 @@ def _host_and_port(address: str, default_port: int | None) -> tuple[str, int | N
 
 
 def _parse(origin: str) -> tuple[str, str, int | None] | None:
-    """Scheme, name and port of an origin; None if it is not a web page's."""
+    """Scheme, name and port; None if it is not a web page's."""
     scheme, _, rest = origin.strip().lower().partition("://")
     address = _host_and_port(rest.removesuffix("/"), _PORTS[scheme]) if scheme in _PORTS else None
     return address and (scheme, *address)
 
 
 def check_origin(address: str, what: str = "allowed origin") -> None:
-    """Check that an address is an origin: scheme, name, and perhaps a port. `what`: its name in the message.
-
-    Raises:
-        BadSetting: not an origin; the message shows one.
-    """
+    """Raises `BadSetting` unless the address is scheme, name, and perhaps a port. `what`: its name in the
+    message."""
     if _parse(address) is not None:
         return
     parts = urlsplit(address) if address.startswith(("http://", "https://")) else None
@@ -72,7 +68,7 @@ def check_origin(address: str, what: str = "allowed origin") -> None:
 
 
 def _may_name_us(name: str) -> bool:
-    """True if `name` can only mean a machine nearby, so that DNS rebinding cannot use it."""
+    """True for a machine nearby, so that DNS rebinding cannot use the name."""
     if (
         name in LOOPBACK_NAMES
         or "." not in name
@@ -97,12 +93,8 @@ def _is_here(peer: str) -> bool:
 
 @dataclass(frozen=True)
 class OriginPolicy:
-    """Which web pages may connect to this server.
-
-    Attributes:
-        host: to which the server is bound.
-        extra: further allowed origins, such as `https://duet.example.org` behind a proxy.
-    """
+    """Web pages that may connect to the server at `host`. `extra`: further origins, such as
+    `https://duet.example.org` behind a proxy."""
 
     host: str
     port: int
@@ -113,13 +105,13 @@ class OriginPolicy:
         return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:
-        """Option that would admit a refused page, for the log, or ""."""
+        """Option that admits a refused page, or ""."""
         if len(origins) != 1 or _parse(origins[0]) is None:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
 
     def is_local(self, peer: str, headers: Iterable[str]) -> bool:
-        """True for a program of this computer, but not for a proxy, behind which all have its address.
+        """True for a program on this computer; False for a proxy, whose clients share its address.
         `headers`: names."""
         return (
             _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
@@ -131,10 +123,7 @@ class OriginPolicy:
         """True if the request comes from the person who started this server.
 
         Args:
-            origins, hosts, peer: see `admits`.
-            headers: all of the request.
-            proof: that a notebook server adds in `PROOF`; "" if the server may only be opened on its own
-                computer, under no other name.
+            proof: value of `PROOF` from a notebook server; "" if only loopback names count.
         """
         if not (self.is_private and _is_here(peer)):
             return False
@@ -149,9 +138,8 @@ class OriginPolicy:
         """True if a websocket request is admitted.
 
         Args:
-            origins: its `Origin` headers; a browser sends exactly one, a program usually none.
-            hosts: its `Host` headers.
-            vouched: whether it has the header `VOUCHED`.
+            origins: `Origin` headers; a browser sends one, a program usually none.
+            vouched: True with the header `VOUCHED`.
         """
         if len(origins) > 1 or len(hosts) != 1:
             return False

@@ -1,5 +1,4 @@
-"""Pages that Duet serves: viser's client (one HTML file) with our scripts and styles, and that of a full
-server."""
+"""viser's client with our scripts and styles, and the page of a full server."""
 
 from __future__ import annotations
 
@@ -25,12 +24,7 @@ STATIC: Final = Path(__file__).parent / "static"
 
 @dataclass(frozen=True)
 class PageAssets:
-    """Files of a page.
-
-    Attributes:
-        scripts: JavaScript files in running order.
-        constants: properties of `window.duet`, as JSON can hold them.
-    """
+    """Files of a page in running order; `constants` for `window.duet`, as JSON."""
 
     scripts: tuple[Path, ...] = ()
     styles: tuple[Path, ...] = ()
@@ -42,11 +36,10 @@ class PageAssets:
         )
 
     def style_html(self) -> Markup:
-        """<style> element, with the theme's colours before the rules."""
         return Markup(f"<style>{css_variables()}{_joined(self.styles)}</style>")
 
     def script_html(self) -> Markup:
-        """<script> element that sets `window.duet` to the constants, and runs every file in strict mode."""
+        """Script that sets `window.duet`, and runs all files in strict mode."""
         constants = json.dumps(self.constants, ensure_ascii=False).replace("<", "\\u003c")
         first = f"window.duet = {constants};\n" if self.constants else ""
         return Markup(f'<script>"use strict";\n{first}{_joined(self.scripts)}</script>')
@@ -59,11 +52,9 @@ _COMMENTS: Final = {
     ".js": re.compile(r"^\s*//.*\n", re.MULTILINE),
     ".css": re.compile(r"/\*.*?\*/\s*", re.DOTALL),
 }
-"""Removed comments: whole lines of JavaScript, any in CSS."""
 
 
 def sent_text(file: Path) -> str:
-    """Text of a file without comments."""
     return _COMMENTS[file.suffix].sub("", file.read_text(encoding="utf-8"))
 
 
@@ -72,13 +63,12 @@ def _joined(files: tuple[Path, ...]) -> str:
 
 
 def translation() -> PageAssets:
-    """Script that translates the texts of the browser's own parts."""
+    """Translation of the browser's own parts."""
     return PageAssets((STATIC / "translation.js",), constants={"translations": translations()})
 
 
 def software_rendering() -> PageAssets:
-    """Script that warns if the browser draws without a graphics card; needs `translation`, and the event
-    `duet-built`."""
+    """Warning of drawing without a graphics card; needs `translation` and the event `duet-built`."""
     return PageAssets(
         (STATIC / "software_rendering.js",),
         (STATIC / "software_rendering.css",),
@@ -91,12 +81,9 @@ ELSEWHERE = "duet: this tab belongs somewhere else"
 OPEN_TOO_OFTEN = "duet: too many connections of one tab"
 TAKEN_OVER = "duet: another tab of this browser goes on"
 HELLO = "DuetHello"
-"""Message by which a page identifies itself: viser's client waits with its first message until the scene is
-visible."""
+"""First message of a page: viser's client sends none until the scene is visible."""
 QUESTION = "DuetQuestion"
-"""Message that asks whether the server is still there."""
 HIDDEN, SHOWN = "DuetHidden", "DuetShown"
-"""Messages that a page's tab is hidden, and shown again."""
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 LONGEST_PUSH = 3000  # as in `scenes.run_text`
@@ -110,12 +97,11 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
     """Add our parts to viser's page.
 
     Args:
-        assets: further scripts and style sheets; a script may add to `duet.query` what the server needs to
-            know.
-        body: HTML at the beginning of the page's body.
+        assets: a script may extend `duet.query`.
+        body: HTML at the beginning of the body.
 
     Raises:
-        ValueError: the page doesn't look as expected (another version of viser).
+        ValueError: another version of viser.
     """
     head, mark, rest = client_html.partition("<title>Viser</title>")
     program, end, root = rest.rpartition("</head>")
@@ -161,8 +147,8 @@ def accepted_languages(request: Request) -> str:
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """Query of a request, bounded in number and length of its fields; validate every value. Drops what others
-    append to a link, and repairs &amp;."""
+    """Query of a request, limited in number and length of fields; values are unchecked. Drops what others
+    append, and repairs &amp;."""
     query = request_path[: 2 * _LONGEST_QUERY].partition("?")[2]
     try:
         fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
@@ -182,7 +168,7 @@ def page_query(request_path: str) -> dict[str, str]:
 
 @lru_cache(8)
 def full_page(limit: int) -> str:
-    """Self-reloading page for a full server, in the language of the link or the browser. `limit`: places."""
+    """Self-reloading page of a full server with `limit` places."""
     one = "This Duet has one place, and it is taken."
     places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
     assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))

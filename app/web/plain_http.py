@@ -29,7 +29,7 @@ class RequestHead:
     Attributes:
         method: GET until it is known.
         fault: status of the answer to a faulty request, or None.
-        complete: whether the library has got a head.
+        complete: True once the library has a head.
     """
 
     def __init__(self) -> None:
@@ -72,7 +72,7 @@ class RequestHead:
 
 
 def _fault_of(head: bytes) -> HTTPStatus | None:
-    """Status for a faulty head, by the library's rules and with exactly one Host (RFC 9112, section 3.2)."""
+    """Status by the library's rules, with exactly one Host (RFC 9112, section 3.2)."""
     reader = StreamReader()
     reader.feed_data(head)
     try:

@@ -1,4 +1,4 @@
-"""What a browser's request tells: query, language, and our address."""
+"""Facts of a browser's request."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FOLDER: Final = re.compile(r"(/[\w.~%-]+)*", re.ASCII)
 
 
 def request_query(client: viser.ClientHandle) -> dict[str, str]:
-    """Query (`?dm=0.1&n=10`) of a browser's page, unchecked; empty if it has none or is gone."""
+    """Query (`?dm=0.1&n=10`), unchecked; empty if it is missing or the browser is gone."""
     request = request_of(client)
     return {} if request is None else page_query(request.path)
 
@@ -29,13 +29,13 @@ def frames_of(client: viser.ClientHandle) -> bool:
 
 
 def browser_language(client: viser.ClientHandle) -> Language:
-    """The browser's favourite among our languages; English if it is gone."""
+    """Favourite among our languages; English if the browser is gone."""
     request = request_of(client)
     return "en" if request is None else preferred(accepted_languages(request))
 
 
 def request_address(client: viser.ClientHandle) -> str:
-    """Address of the page in a browser, perhaps a proxy's with a folder, such as https://example.org/duet."""
+    """Address of the page in a browser, perhaps with a proxy's folder (https://example.org/duet)."""
     request = request_of(client)
     headers = {} if request is None else request.headers
     origin, host = headers.get("Origin", ""), headers.get("Host", "")

@@ -1,4 +1,4 @@
-"""Fields of viser's messages, values of controls, and errors. Typed decoding bounds the cost."""
+"""Fields of viser's messages, and values of controls. Typed decoding bounds the cost."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Malformed(Exception):
 
 
 class Refused(Exception):
-    """Well formed but not allowed; drop the message. `kind` groups the log lines."""
+    """Well formed, but not allowed; drop the message. `kind` groups the log lines."""
 
     def __init__(self, kind: str) -> None:
         super().__init__(kind)
@@ -32,7 +32,7 @@ _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeErr
 
 @dataclass(frozen=True)
 class Field:
-    """`type`: as which it is decoded; `check`: raises `Refused` for a bad value."""
+    """`check`: raises `Refused` for a bad value."""
 
     type: Any
     check: Callable[[Any], None] = lambda value: None
@@ -192,12 +192,7 @@ _DECODERS: Final = {kind: _decoder(kind, fields) for kind, fields in SHAPES.item
 
 
 def kind_of(raw: bytes) -> str:
-    """Kind of a message, without decoding the rest.
-
-    Raises:
-        Malformed: it has no kind.
-        Refused: viser's client sends no such kind.
-    """
+    """Raises `Malformed` without a kind, `Refused` if viser's client sends no such kind."""
     try:
         kind = _HEAD.decode(raw).type
     except _UNDECODABLE as error:
@@ -208,7 +203,7 @@ def kind_of(raw: bytes) -> str:
 
 
 def fields_of(kind: str, raw: bytes) -> dict[str, Any]:
-    """Checked fields of a message of a kind; raises `Malformed` or `Refused`."""
+    """Checked fields; raises `Malformed` or `Refused`."""
     try:
         message = msgspec.structs.asdict(_DECODERS[kind].decode(raw))
     except _UNDECODABLE as error:
@@ -226,11 +221,10 @@ class Control:
     """What a browser may change of a GUI element.
 
     Attributes:
-        scope: "own" if only this browser has it, "shared" if all browsers see the same one.
+        scope: "own" for this browser's element, "shared" for that of all.
         value: present one; a new one must be of the same kind.
-        enabled: False while it is greyed out.
-        low, high: bounds, one for all components or one each, or None.
-        options: allowed texts; None for any.
+        low, high: bounds, for all components or each.
+        options: None for any.
     """
 
     scope: Scope

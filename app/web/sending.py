@@ -1,4 +1,4 @@
-"""Sending: once a frame to one browser, and packed once for all browsers that get the same."""
+"""Sends once a frame, packed once for all browsers."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from app.web.entries import Entries
 from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers, content_of, stamp_value
 
 STAMP = 0.0
-"""Time stamp of every window [s]. viser's page would hold back early windows to even out the stream, and at
-our rate delay a drag by up to 40 ms; a constant stamp lets everything through at once."""
+"""Constant time stamp of windows [s]: viser's page would delay a drag by up to 40 ms to even out the
+stream."""
 
 
 class _Compressor(threading.local):
-    """One per thread: making one takes four times as long as its work on a frame."""
+    """One per thread: making one takes four times as long as compressing a frame."""
 
     def __init__(self) -> None:
         self.compress = zstandard.ZstdCompressor(level=1).compress
@@ -54,18 +54,14 @@ def pack(messages: Sequence[Message]) -> bytes:
 
 
 def _plain_text(value: object) -> str:
-    """Text of a template, which is a class of its own.
-
-    Raises:
-        NotImplementedError: the value is something else.
-    """
+    """Raises `NotImplementedError` unless the value is a text."""
     if isinstance(value, str):
         return str(value)
     raise NotImplementedError(f"a message cannot hold {type(value)}")
 
 
 class Packed:
-    """Cache of the last result, so that many browsers' messages are packed once."""
+    """Cache for many browsers."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[Sequence[Message], bytes]] = deque(maxlen=4)
@@ -91,9 +87,7 @@ async def send_windows(
 ) -> None:
     """Send one browser the content of a buffer, window by window.
 
-    Args:
-        seen: returns once the page is shown. Before that nothing of a shared buffer is sent; the buffer keeps
-            the newest of everything.
+    `seen`: returns once the page is shown; until then a shared buffer keeps the newest of everything.
     """
     windows = buffer.window_generator(client_id, backlog_done_message)
     shared: Packed | None = (
@@ -114,11 +108,11 @@ async def send_windows(
 
 
 HOLD: Final = 0.008
-"""Longest wait of a sender for others that are woken with it [s]."""
+"""Longest wait of a sender for others [s]."""
 
 
 class _Held(threading.local):
-    """Senders that a thread wakes together, by event loop; None while it wakes each at once."""
+    """Senders to wake together, by event loop; None to wake each at once."""
 
     events: dict[AbstractEventLoop, list[Event]] | None = None
     since = 0.0
@@ -129,11 +123,8 @@ _held: Final = _Held()
 
 @contextlib.contextmanager
 def waking_together() -> Generator[None]:
-    """Context that wakes the senders of flushed buffers together, at its end or every `HOLD`.
-
-    A wake-up is a system call, after which the event loop asks for the interpreter's lock: eight of them take
-    a tenth of a round of eight sessions.
-    """
+    """Context that wakes the senders of flushed buffers together, at the end or every `HOLD`: eight
+    separate wake-ups take a tenth of a round of eight sessions."""
     _held.events = {}
     try:
         yield
@@ -160,15 +151,9 @@ def _set_all(events: list[Event]) -> None:
 
 
 class ClientBuffer(MessageBuffer):
-    """Keeps the newest message of each kind in the order of the pushes, and wakes its sender once a frame.
-
-    viser's buffer numbers and indexes messages for later readers, and wakes its sender up to three times a
-    frame; a browser's own buffer has one reader. An atomic block is sent at its end, anything else within
-    `window_duration_sec`.
-
-    Attributes:
-        entries: of the browser, not acted upon yet.
-    """
+    """Keeps the newest message of each kind in the order of the pushes, and wakes its sender once a frame
+    (viser: up to three times). An atomic block is sent at its end, anything else within
+    `window_duration_sec`."""
 
     def __init__(self, event_loop: AbstractEventLoop) -> None:
         super().__init__(event_loop, persistent_messages=False)
@@ -177,7 +162,7 @@ class ClientBuffer(MessageBuffer):
         self._woken = self._timed = False
 
     def push(self, message: Message) -> None:
-        """Replace an older message of the same kind; dropped if the connection is closed."""
+        """Replace a message of the same kind; dropped if the connection is closed or an entry waits."""
         if self.done or not stamp_value(message, self.entries):
             return
         key = message.redundancy_key()
@@ -192,7 +177,6 @@ class ClientBuffer(MessageBuffer):
         _call(self.event_loop, self.event_loop.call_later, self.window_duration_sec, self.flush_event.set)
 
     def remove_entity_state_from_buffer(self, entity_type: str, entity_id: str) -> None:
-        """Drop messages about an element that is about to be replaced."""
         with self.buffer_lock:
             self._forget((entity_type, entity_id), adjacent=True)
 
@@ -215,7 +199,6 @@ class ClientBuffer(MessageBuffer):
             self.flush()
 
     def flush(self) -> None:
-        """Wake the sender, unless there is nothing to send or it is awake."""
         with self.buffer_lock:
             if self._woken or not self._waiting:
                 return
@@ -242,7 +225,7 @@ class ClientBuffer(MessageBuffer):
                     yield found
 
     def _take(self) -> list[Message]:
-        """Oldest waiting messages; empty within an atomic block, which wakes the sender at its end."""
+        """Oldest waiting messages; empty within an atomic block."""
         with self.buffer_lock:
             self._woken = self._timed = False
             if self.atomic_counter:

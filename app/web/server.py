@@ -59,21 +59,21 @@ _FOREIGN = (
     "or start it with --allow-origin and this page's address.\n"
 )
 _LOG_EVERY = 10.0
-"""Least time between two log lines of a kind [s], so that an attacker cannot fill the log."""
+"""Least time between two log lines of a kind [s]."""
 
 MOST_DELAYED: Final = 200
-"""Most requests with a delayed answer at once; further ones are refused."""
+"""Most delayed answers at once; further requests are refused."""
 
 NEWS: Final = 1.0
 """Time within which news of other processes' browsers arrive [s]."""
 
 MOVED_CODE: Final = 4001
-"""Close code after which the page reconnects at once, perhaps to another buffer or process."""
+"""Close code after which the page reconnects at once."""
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
 Document = Callable[[Language], bytes]
-"""HTML of a page in a reader's language."""
+"""HTML in a reader's language."""
 
 
 class DuetServer(viser.ViserServer):
@@ -83,31 +83,28 @@ class DuetServer(viser.ViserServer):
         host: 127.0.0.1 for this computer only, 0.0.0.0 for the whole network.
         port: 0 for any free one.
         allowed_origins: further pages that may connect, such as `https://duet.example.org` behind a proxy.
-        embed_origins: foreign pages that may show ours in a frame, such as `https://moodle.example.org`.
-        max_clients: places; when all are taken a browser gets a page that waits for one. None for no limit.
-        documents: further pages by path, such as "/documents/model", rendered outside the network's thread.
-        assets: scripts and style sheets of every page, before viser's own.
-        delay: of an answer to an address and a query [s]. Called on the network's thread.
-        listener: source of connections, already bound to `port`.
-        run: see below; "" makes one.
+        embed_origins: foreign pages that may show ours in a frame.
+        max_clients: places, or None for no limit; may be set at any time. Without a free one a browser gets a
+            waiting page.
+        documents: further pages by path ("/documents/model"), rendered outside the network's thread.
+        delay: of an answer to an address and a query [s]; called on the network's thread.
+        listener: socket that is bound to `port`.
+        run: random word of this start, shared by the processes of one port; "" makes one.
 
     Attributes:
-        max_clients: may be set at any time.
-        always_admits: whether a page with a query gets in when every place is taken.
-        trusts: whether a page with a query may connect from an unknown address.
-        takes_over: whether a page with a query ends the earlier connections of its tab.
-        run: random word, new for every start; processes that serve one port share it.
-        elsewhere: browsers connected to the other processes that serve this port.
-        count_changed: called with `count_clients()` after a change, on the network's thread.
-        is_at_work: whether pages are still being drawn; otherwise a page that asks gets no answer.
-        app_state: what the app adds to `/healthz`; called on the network's thread.
-        may_measure: whether a query has the key to `/metrics`.
+        always_admits: True if a page with this query needs no free place.
+        trusts: True if it may connect from an unknown address.
+        takes_over: True if it ends its tab's earlier connections.
+        elsewhere: number of browsers of the port's other processes.
+        count_changed: called with the new count on the network's thread.
+        is_at_work: False if pages are no longer drawn; a page that asks then gets no answer.
+        app_state: adds to `/healthz`; called on the network's thread.
+        may_measure: True if a query has the key to `/metrics`.
         proof: see `OriginPolicy.is_owners`.
-        shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
 
     Raises:
         PortInUse: another program has the port.
-        BadSetting: unusable host or port, a text that is not an origin, or `max_clients` below 1.
+        BadSetting: unusable host, port, origin or `max_clients`.
     """
 
     def __init__(
@@ -180,7 +177,7 @@ class DuetServer(viser.ViserServer):
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Browsers with a place, also while their pages are being built."""
+        """Number of places in use, also by pages that are being built."""
         return len(self.placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
@@ -189,14 +186,14 @@ class DuetServer(viser.ViserServer):
         return connection if isinstance(connection, FilteredConnection) else None
 
     def send_elsewhere(self, client: viser.ClientHandle) -> None:
-        """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from
-        any thread."""
+        """Close a connection, so that its page reconnects at once, perhaps to another process; from any
+        thread."""
         connection = self.page_of(client.client_id)
         if connection is not None:
             asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
 
     def is_owners(self, client_id: int) -> bool:
-        """True for the browser of the person who started the server; never if foreign pages may frame ours."""
+        """True for the person who started the server; never if foreign pages may frame ours."""
         page = self.page_of(client_id)
         if page is None or page.request is None or self.embed_origins:
             return False
@@ -210,7 +207,7 @@ class DuetServer(viser.ViserServer):
         return None
 
     def stop(self) -> None:
-        """Close all connections, release the port and end the server's thread. May be called twice."""
+        """May be called twice."""
         with contextlib.redirect_stdout(io.StringIO()):
             super().stop()
 
@@ -224,7 +221,7 @@ class DuetServer(viser.ViserServer):
         process_request: Static,
         **options: Any,
     ) -> Any:
-        """Replacement of viser's `websockets.asyncio.server.serve`, on a bound socket."""
+        """Replaces viser's `websockets.asyncio.server.serve`, on a bound socket."""
         # Not registered with `logging`, so that it is freed with the server; viser adds a filter to it at
         # every start.
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
@@ -274,7 +271,7 @@ class DuetServer(viser.ViserServer):
     async def _answer(
         self, connection: FilteredConnection, request: Request, static: Static
     ) -> Response | None:
-        """None lets the request become a websocket."""
+        """None accepts the request as a websocket."""
         delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
@@ -402,14 +399,14 @@ class DuetServer(viser.ViserServer):
             self.count_changed(len(self.placed))
 
     async def _has_room_soon(self, path: str) -> bool:
-        """True if there is room; a tab from another process may arrive before the news of its free place."""
+        """True if there is room; waits for news, because a tab may arrive before its free place."""
         until = time.monotonic() + (NEWS if self.elsewhere else 0.0)
         while not self._has_room(path) and time.monotonic() < until:
             await asyncio.sleep(0.02)
         return self._has_room(path)
 
     async def place(self, connection: ServerConnection) -> str:
-        """Give a place to a connection that has sent its first message. Returns why not, or ""."""
+        """See `app.web.connection.ConnectionOwner.place`."""
         if not await self._has_room_soon(connection.request.path if connection.request is not None else ""):
             return ROOM_IS_FULL
         self._silent.leave(connection)
@@ -438,5 +435,5 @@ class DuetServer(viser.ViserServer):
 
 
 def _language_of(request: Request) -> Language:
-    """Language of a request's link or browser; a choice on the page is not known here."""
+    """Language of the link or the browser, not of a choice on the page."""
     return language_asked(page_query(request.path), accepted_languages(request))

@@ -1,4 +1,4 @@
-"""Limits of one browser: sizes, rates, memory, and places in queues."""
+"""Limits of one browser."""
 
 from __future__ import annotations
 
@@ -11,24 +11,22 @@ from typing import Generic, TypeVar
 
 @dataclass(frozen=True)
 class TrafficLimits:
-    """How much one browser may ask for.
+    """What one browser may ask for.
 
     Attributes:
         text_bytes: of one field.
-        upload_bytes: of a file, and of a browser's unfinished ones together.
-        uploads: simultaneous files.
-        messages_per_second: the rest is read later, which slows the sender down; a busy visitor sends about
-            100.
-        bytes_per_second: the same for their size.
+        upload_bytes: of all unfinished files together.
+        messages_per_second: the rest is read later; a busy visitor sends about 100.
+        bytes_per_second: likewise.
         message_bytes: of a message that is not part of a file.
         frame_bytes: of a websocket message; viser's client cuts files into pieces of 512 kB.
-        frames_waiting: queued websocket frames; the rest stays with the sender.
-        small_frames_per_second: frames under 1 kB that end no message, such as pings; a connection that sends
-            more is closed.
-        connections: of one tab at once, and of one address for all pages without a tab's name.
-        silent: of one address at once, without a place yet; a class, or all behind a proxy, may share it.
-        first_message_seconds: a connection that sends nothing for this long after it opened is closed.
-        stall_seconds: a browser that reads nothing for this long is disconnected.
+        frames_waiting: queued; the rest stays with the sender.
+        small_frames_per_second: under 1 kB, without the end of a message, such as pings; more close the
+            connection.
+        connections: of one tab, and of one address for pages without a tab's name.
+        silent: of one address without a place; a class, or all behind a proxy, may share it.
+        first_message_seconds: then a silent connection is closed.
+        stall_seconds: then a browser that reads nothing is disconnected.
     """
 
     text_bytes: int = 100_000
@@ -47,18 +45,14 @@ class TrafficLimits:
 
 
 class Allowance:
-    """Token bucket, full at first.
-
-    Args:
-        per_second: rate at which it fills.
-    """
+    """Token bucket, full at first; filled at `per_second`."""
 
     def __init__(self, per_second: float, most: float) -> None:
         self._per_second, self._most = per_second, most
         self._left, self._counted_at = 0.0, -math.inf
 
     def spend(self, cost: float, now: float | None = None) -> float:
-        """Take `cost` out, also below zero. Returns the time until the bucket is back at zero [s]."""
+        """Take `cost` out, also below zero. Returns the time until zero [s]."""
         now = time.monotonic() if now is None else now
         self._left = min(self._most, self._left + (now - self._counted_at) * self._per_second) - cost
         self._counted_at = now
@@ -70,7 +64,7 @@ Noted = TypeVar("Noted")
 
 
 def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> None:
-    """Store a value as the newest, and drop the oldest above `most`."""
+    """Store the newest value, and drop the oldest above `most`."""
     memory.pop(one, None)
     memory[one] = value
     if len(memory) > most:
@@ -78,13 +72,7 @@ def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> N
 
 
 class BoundedQueue(Generic[One]):
-    """Queue with limits; iterates from the longest waiting on.
-
-    Args:
-        most: at once.
-        of_address: from one address; a class, or all behind a proxy, may share it.
-        of_tab: with the word of one tab.
-    """
+    """Queue with limits in total, per address and per tab's word; iterates from the oldest."""
 
     def __init__(self, most: int, of_address: int, of_tab: int) -> None:
         self._most, self._of_address, self._of_tab = most, of_address, of_tab
@@ -97,11 +85,10 @@ class BoundedQueue(Generic[One]):
         return len(self._known)
 
     def enter(self, one: One, address: str, word: str = "") -> One | None:
-        """Add one, or update its word. `word`: "" while unknown.
+        """Add one, or update its word ("" while unknown).
 
         Returns:
-            The one that has to leave: the oldest with the same word, from the same address or of all; None if
-                there is room.
+            The oldest of the same word, of the same address or of all, if it has to leave; else None.
         """
         self._known[one] = address, word
         of_tab = [other for other, (_, its) in self._known.items() if word and its == word]

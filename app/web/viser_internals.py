@@ -1,12 +1,5 @@
-"""viser's private side. Fits viser 1.1.x; no other file of Duet names it.
-
-viser has no public way to check requests and messages first, or to listen on a bound socket (`serving_with`);
-to pack once what many browsers get, replace a browser's buffer, and set a property cheaply (`adapt_viser`);
-to convert a message quickly (`content_of`), read all nodes (`nodes_of`), set a camera at once (`aim`), or
-show browsers different things (`ServerView`, `expand_for`); or to look up elements (`GuiRegistry`),
-connections and requests (`request_of` and its neighbours). A test in `tests/app/web` fails for each where a
-new version of viser differs.
-"""
+"""viser's private side, for viser 1.1.x; no other file of Duet uses it. Tests in `tests/app/web` fail
+where a new version differs."""
 
 from __future__ import annotations
 
@@ -57,12 +50,12 @@ def connection_of(server: viser.ViserServer, client_id: int) -> ServerConnection
 
 
 def client_id_of(server: viser.ViserServer, connection: ServerConnection) -> int:
-    """viser's client id, or −1 for an unknown connection."""
+    """−1 for an unknown connection."""
     return next((i for i, live in server._websock_server._live_connections.items() if live is connection), -1)
 
 
 def client_of(server: viser.ViserServer, client_id: int) -> viser.ClientHandle | None:
-    """A browser's handle, also while viser still calls the functions registered for its arrival."""
+    """Handle of a browser, also during viser's calls for its arrival."""
     return server._connected_clients.get(client_id)
 
 
@@ -71,7 +64,7 @@ def server_of(client: viser.ClientHandle) -> viser.ViserServer:
 
 
 def request_of(client: viser.ClientHandle) -> Request | None:
-    """Request that opened a browser's connection; None if it is gone."""
+    """None if the browser is gone."""
     connection = connection_of(client._viser_server, client.client_id)
     return None if connection is None else connection.request
 
@@ -80,12 +73,11 @@ def request_of(client: viser.ClientHandle) -> Request | None:
 
 
 def uuid_of(handle: viser.GuiInputHandle[Any] | viser.GuiButtonHandle) -> str:
-    """Id of an input or a button on the page."""
     return handle._impl.uuid
 
 
 def container_uuid_of(handle: viser.GuiInputHandle[Any]) -> str:
-    """Id of the tab or folder that contains an input."""
+    """Id of its tab or folder."""
     return handle._impl.parent_container_id
 
 
@@ -102,7 +94,7 @@ class GuiRegistry:
         yield self._server.gui, "shared"
 
     def control(self, client_id: int, uuid: str) -> Control | None:
-        """None if this browser does not have the input."""
+        """None if this browser does not have it."""
         for gui, scope in self._guis(client_id):
             handle = gui._gui_input_handle_from_uuid.get(uuid)
             if handle is None or handle._impl.removed:
@@ -124,14 +116,14 @@ class GuiRegistry:
         return None
 
     def form(self, client_id: int, uuid: str) -> Scope | None:
-        """None if this browser does not have the form."""
+        """None if this browser does not have it."""
         for gui, scope in self._guis(client_id):
             if isinstance(gui._container_handle_from_uuid.get(uuid), viser.GuiFormHandle):
                 return scope
         return None
 
     def command(self, client_id: int, uuid: str) -> Scope | None:
-        """None if this browser does not have the palette command."""
+        """None if this browser does not have it."""
         return next(
             (scope for gui, scope in self._guis(client_id) if uuid in gui._command_handle_from_uuid), None
         )
@@ -144,12 +136,8 @@ _construction: Final = threading.Lock()
 
 @contextlib.contextmanager
 def serving_with(serve: Callable[..., Any]) -> Iterator[None]:
-    """Context in which viser's new servers are served by `serve`.
-
-    Args:
-        serve: called in place of `websockets.asyncio.server.serve`, with the same arguments. Only its name in
-            viser's serving module is replaced, not the library.
-    """
+    """Context in which viser's new servers call `serve` in place of `websockets.asyncio.server.serve`; the
+    library is not changed."""
     stand_in = types.SimpleNamespace(
         asyncio=types.SimpleNamespace(
             server=types.SimpleNamespace(serve=serve, ServerConnection=ServerConnection)
@@ -183,22 +171,19 @@ _take_value: Final = _gui_api.GuiApi._handle_gui_updates
 _MOVES: Final = frozenset(
     (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
 )
-"""Messages with plain numbers: the handles cast them."""
+"""Messages with plain numbers."""
 
 
 def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> None:
     """Replace parts of viser for the whole process; a second call changes nothing.
 
-    - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
+    - A connection's `send_windows` replaces viser's loop.
     - Messages to one browser alone wait in a `client_buffer`.
-    - The types of an element's properties are looked up once per class instead of once per handle.
-    - Setting a property to its present value is cheap, an array's type is looked up once, and a pose is
-      compared with plain numbers: a frame sets some forty properties and twenty poses, most of them
-      unchanged.
-    - A move of a node has its name at once.
-    - What a visitor enters is not overwritten before it has been acted upon; see `app.web.entries`.
-    - Icons and their archive are read once; viser reads the archive's directory for every icon, and keeps 32
-      icons.
+    - The types of an element's properties are looked up once per class.
+    - Setting an unchanged property or pose is cheap: a frame sets some forty properties and twenty poses.
+    - The key of a node's move is computed faster.
+    - An entry is not overwritten before it is acted upon; see `app.web.entries`.
+    - Icons are read once; viser keeps 32, and reads the archive's directory for every icon.
     """
     viser_infra._message_producer = _send_windows
     names = cast(dict[str, Any], vars(viser_infra))
@@ -216,7 +201,6 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> 
 
 
 def _key_of_move(message: Any) -> str:
-    """Key of a node's moves as in viser, which takes longer to compute it than to queue the move."""
     return f"scene:{message.name}:update:{type(message).__name__}"
 
 
@@ -284,7 +268,7 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
 
 
 def _entries_of(gui: Any) -> Entries | None:
-    """None for a GUI that many browsers see."""
+    """None for a shared GUI."""
     return getattr(gui._websock_interface.get_message_buffer(), "entries", None)
 
 
@@ -294,7 +278,7 @@ def _may_write(handle: Any) -> bool:
 
 
 async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
-    """Handle a browser's value as viser does; whatever its callbacks post acts upon it."""
+    """Handle a value as viser does; an action that its callbacks post claims the entry."""
     handle, entries = gui._gui_input_handle_from_uuid.get(message.uuid), _entries_of(gui)
     if handle is None or entries is None:
         await _take_value(gui, client_id, message)
@@ -318,7 +302,7 @@ def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
 
 @cache
 def _number_of(props: type, name: str) -> type | None:
-    """Number type of a property that is one array, or None."""
+    """None unless the property is one array of numbers."""
     hint = _hints_of(props).get(name)
     return (
         np.uint8
@@ -351,7 +335,7 @@ def _set_pose(
     queue: Callable[[Any], None],
     make_message: Callable[[Any], Any],
 ) -> None:
-    """Write a pose's part and queue its message, unless it is within `numpy.allclose` of the old one."""
+    """Queue a part of a pose, unless it is within `numpy.allclose` of the old one."""
     numbers = cast_vector(
         value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length
     )
@@ -363,7 +347,7 @@ def _set_pose(
 
 
 def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
-    """Set a node's `wxyz` without checking length or change: an arm turns seven nodes a frame."""
+    """Set a node's `wxyz` without checks: an arm turns seven nodes a frame."""
     state = node._impl
     if state.removed:
         node.wxyz = wxyz  # viser raises its own error.
@@ -374,10 +358,8 @@ def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -
 def aim(
     camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float
 ) -> None:
-    """Point a client's camera; its handle keeps the browser's last values.
-
-    viser's own setters move the aim with the position, and skip values equal to the browser's last ones,
-    which may be outdated. A message from the browser meanwhile would leave the moved aim.
+    """Point a client's camera; its handle keeps the browser's last values. viser's setters move the aim with
+    the position, and skip values equal to the browser's, perhaps outdated ones.
 
     Args:
         eye, look_at: (3,) [m].
@@ -405,11 +387,11 @@ def _icons() -> ZipFile:
 
 _UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
 _STAMP: Final = "after"
-"""Key for the number of the browser's messages handled when a value was written, for `entries.js`."""
+"""Key for the number of messages handled at a write, for `entries.js`."""
 
 
 def stamp_value(message: Message, entries: Entries) -> bool:
-    """Stamp a message that writes into a control. False if an entry waits there, so that it may not be sent."""
+    """Stamp a write into a control. False if an entry waits there, so that it may not be sent."""
     if type(message) is not _messages.GuiUpdateMessage or "value" not in message.updates:
         return True
     after = entries.dealt_before(message.uuid)
@@ -435,7 +417,7 @@ def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
 
 
 def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
-    """Node name → pose, visibility, and properties of its kind; arrays change with the node."""
+    """Node name → pose, visibility and properties; arrays change with the node."""
     states = {name: handle._impl for name, handle in scene._handle_from_node_name.items()}
     return {
         name: {"wxyz": state.wxyz, "position": state.position, "visible": state.visible, **vars(state.props)}
@@ -453,14 +435,9 @@ def shared_messages(server: viser.ViserServer) -> list[Message]:
 
 
 class _LoopEvent(asyncio.Event):
-    """Event that only its event loop sets.
-
-    A viser buffer also sets it from the pushing thread, which asyncio does not allow: while browsers begin to
-    wait, it raises an error there.
-    """
+    """Event that only its event loop sets: viser also does so from other threads, where asyncio may raise."""
 
     def set(self) -> None:
-        """Set the event inside an event loop only."""
         with contextlib.suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()
@@ -481,15 +458,7 @@ class _Channel(viser_infra.WebsockMessageHandler):
 
 
 class ServerView(viser.ViserServer):
-    """Scene and GUI with their own buffer, for some of a server's browsers; starts no server.
-
-    Args:
-        server: to which the browsers are connected.
-        before: first messages to every browser.
-
-    Attributes:
-        buffer: what the browsers are sent.
-    """
+    """Scene and GUI with their own buffer, for some browsers. `before`: first messages to each."""
 
     def __init__(self, server: viser.ViserServer, before: list[Message]) -> None:
         self.buffer = MessageBuffer(
@@ -505,12 +474,11 @@ class ServerView(viser.ViserServer):
         self.gui = viser.GuiApi(self, self._thread_executor, self._event_loop)
 
     def contain_elements_of(self, client: viser.ClientHandle) -> None:
-        """Let a browser have its own elements inside the panels of this view."""
+        """Allow a browser's own elements inside these panels."""
         # viser looks for the panels around a client's elements on the server that the client came to.
         client.gui._root_server = lambda: self
 
     def drop_removed(self) -> None:
-        """Drop messages about removed elements, which newcomers need not get."""
         self._run_garbage_collector()
 
 
@@ -520,5 +488,5 @@ class _PlacedForOne(_gui_handles._PlacementMixin):
 
 
 def expand_for(client: viser.ClientHandle, panel: viser.PanelHandle) -> None:
-    """Unfold a panel of a `ServerView` for one browser only."""
+    """Unfold a panel for one browser only."""
     _PlacedForOne(client, panel).expand()

@@ -1,1 +1,1 @@
-"""First tasks: a value that must not fall below a threshold, with the row that says how joints change it."""
+"""First tasks: values that must not fall below a threshold, with their rows."""

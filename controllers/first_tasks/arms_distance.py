@@ -1,8 +1,6 @@
-"""The distance of two arms, the first task of Petrič & Žlajpah 2011: d, J_d and w, eqs (26), (27), of
-`controllers.proximity`.
+"""The distance of two arms, the first task of Petrič & Žlajpah 2011, eqs (26), (27).
 
-h = d_law,      J_a = the columns of J_d of the arm's own joints,      w = −Σ J_d,j q̇_j over all other
-joints.
+h = d_law,      J_a = the arm's own columns of J_d,      w = −Σ J_d,j q̇_j over all other joints.
 """
 
 from controllers.choices import Treatment
@@ -12,15 +10,12 @@ from controllers.proximity import ProximityDetector
 
 
 class ArmsDistance(FirstTask):
-    """h: the distance of an arm from the other one that a law acts on [m].
+    """h: distance of an arm from the other one [m].
 
     Args:
-        detector: of the bodies that may meet.
-        arm: which one keeps clear.
+        arm: the one that avoids.
         velocities: q̇ (nv,) of everything that moves, a live view [rad/s].
         treatment, beta, epsilon: see `ProximityDetector.detect`.
-        critical_value: d_m [m].
-        nominal_rate: v [m/s].
     """
 
     name = "distance of the arms"

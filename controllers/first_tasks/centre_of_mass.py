@@ -1,18 +1,17 @@
-"""Not to tip over: the centre of mass of an arm, its load and what it stands on stays over the foot.
+"""Not to tip over: the centre of mass of an arm, its load and its base stays over the foot.
 
     c = (Σ m_i c_i + m_foot c_foot) / M,      m_k = n_k · (c − o_k),      h = −ln Σ exp(−β m_k) / β,
 
-over the edges k of the foot, a convex polygon, with the horizontal unit normal n_k that points inward and a
-point o_k of the edge. The row is J_a = Σ p_k n_kᵀ J_c. With D_j and S_j the mass beyond joint j and Σ m_i c_i
-of it, and (v_j, z_j) the column of the spatial Jacobian at the world's origin,
+over the edges k of the foot, with the horizontal inward unit normal n_k and a point o_k of the edge. The row
+is J_a = Σ p_k n_kᵀ J_c. With D_j and S_j the mass beyond joint j and its Σ m_i c_i, and (v_j, z_j) the column
+of the spatial Jacobian at the world's origin,
 
     J_c,j = (D_j v_j + z_j × S_j) / M.
 
-Statics only: gravity acts along −z, and accelerations are ignored. KUKA publishes no masses; those of
-`scenes.lwr.facts` are estimates.
+Statics only: gravity acts along −z. KUKA publishes no masses; those of `scenes.lwr.facts` are estimates.
 
-Sources: "maintaining stability of a humanoid" in the outlook of Petrič & Žlajpah 2011; the Jacobian of the
-centre of mass in Sugihara, Nakamura & Inoue, ICRA 2002.
+Sources: outlook of Petrič & Žlajpah 2011 ("maintaining stability of a humanoid"); J_c in Sugihara, Nakamura &
+Inoue, ICRA 2002.
 """
 
 import math
@@ -32,13 +31,13 @@ SHARPNESS: Final = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """What an arm stands on, a rectangle on the ground, and the mass that is fixed to it.
+    """Rectangle on the ground under an arm, and the mass that no joint moves.
 
     Attributes:
-        centre: of the rectangle (2,), world x and y [m].
-        half: half of its size along x and y (2,) [m].
-        mass: of everything that the joints do not move [kg].
-        centre_of_mass: of that mass (3,), world [m].
+        centre: (2,), world x and y [m].
+        half: half sizes along x and y (2,) [m].
+        mass: [kg].
+        centre_of_mass: (3,), world [m].
     """
 
     centre: Array
@@ -71,8 +70,8 @@ def centre_over_foot(
     Args:
         placements: of all joints of the arm, see `JointPlacements` (n, 12).
         centres, masses: of the link behind each joint, in its frame (n, 3) [m], (n,) [kg].
-        fixed: mass [kg] that no joint moves, and that times its place (4,) [kg m].
-        jacobian: of the arm's joints (6, n), world axes and the world's origin.
+        fixed: fixed mass [kg] and its first moment [kg m] (4,).
+        jacobian: the arm's columns (6, n), see `Kinematics`.
         edges: see `Foot.edges` (k, 3).
         beta: β [1/m].
     """
@@ -108,22 +107,16 @@ def centre_over_foot(
 
 
 class CentreOfMass(FirstTask):
-    """h: smooth minimum of the distances of the centre of mass from the edges of the foot, seen from above
-    [m].
+    """h: smooth minimum of the horizontal distances of the centre of mass from the foot's edges [m].
 
     Args:
-        kinematics: of all arms.
-        arm: which one.
-        foot: what it stands on.
         load: mass in the hand [kg].
-        critical_value: h_m [m].
-        nominal_rate: v [m/s].
     """
 
     name = "centre of mass inside the foot"
     unit = "m"
     authority = 0.03
-    """A joint of a light arm moves the centre of everything only a little."""
+    """A joint of a light arm moves the centre only a little."""
 
     def __init__(
         self,
@@ -156,7 +149,7 @@ class CentreOfMass(FirstTask):
         return Margin(centre_over_foot(*links, self._fixed, self._jacobian, self._edges, SHARPNESS, row), row)
 
     def centre(self) -> Array:
-        """Return the centre of mass of all (3,), world [m]."""
+        """Total centre of mass (3,), world [m]."""
         placed = self._placements.read()
         moved = sum(
             m * (M[:9].reshape(3, 3).T @ c + M[9:])
@@ -166,7 +159,7 @@ class CentreOfMass(FirstTask):
         return whole
 
     def ground_points(self) -> tuple[Array, Array]:
-        """Return the centre of mass on the ground, and the nearest point of the line of the nearest edge of the foot (3,), world [m]."""
+        """Centre of mass and the nearest edge point of the foot, both on the ground (3,), world [m]."""
         x, y = self.centre()[:2].tolist()
         margins = self._edges[:, :2] @ np.array([x, y]) - self._edges[:, 2]
         k = int(margins.argmin())

@@ -1,14 +1,13 @@
 """What a law can act on: any quantity of an arm with one row, eqs (9)–(13), Petrič & Žlajpah 2011.
 
-The paper's first task x_a is general; its example is the distance of two arms. Let h(q) be a quantity that
-must not fall below h_m, J_a = ∂h/∂q its row, and w the speed at which h falls while the joints are at rest,
-so that ḣ = J_a q̇ − w. With λ = (h_m/h)ⁿ, eq. (31), and u = −J_a q̇_n, eq. (32) is
+Let h(q) be a quantity that must not fall below h_m, such as the distance of two arms, J_a = ∂h/∂q its row,
+and w the speed at which h falls while the joints are at rest: ḣ = J_a q̇ − w. With λ = (h_m/h)ⁿ, eq. (31),
+and u = −J_a q̇_n, eq. (32) is
 
     q̇ = q̇_n + J_a^# λ (v + u),      ḣ = λ v − (1 − λ) u − w,
 
-as long as J_a is not singular and no joint bound acts: the same line as for the distance, in the unit of h.
-So `controllers.budget` holds for every first task: it rests at h* = h_m ((u + v)/(u + w))^(1/n), and a step
-must be shorter than 2 h_m/[n (v + u)]. A law is told h, J_a and w, and does not know what they are of.
+while J_a is not singular and no joint bound acts. So `controllers.budget` holds in the unit of h: it rests at
+h* = h_m ((u + v)/(u + w))^(1/n), and a step must be shorter than 2 h_m/[n (v + u)].
 """
 
 from abc import ABC, abstractmethod
@@ -22,9 +21,9 @@ class Margin(NamedTuple):
     """A first task at the present posture, in its unit.
 
     Attributes:
-        value: h; negative where the quantity is beyond its limit.
+        value: h; negative beyond the limit.
         row: J_a = ∂h/∂q (n,) [unit/rad].
-        approach: w [unit/s], how fast h falls while the arm's joints are at rest.
+        approach: w [unit/s].
     """
 
     value: float
@@ -40,11 +39,8 @@ class FirstTask(ABC):
         nominal_rate: v ≥ 0 [unit/s], its rate at full priority.
 
     Attributes:
-        name: in plain words, such as "distance from its stops".
         unit: of h; "" for a ratio.
-        authority: |J_a| [unit/rad] below which its pseudo-inverse is damped: a joint moves h too little
-            there.
-        critical_value, nominal_rate: as given.
+        authority: |J_a| [unit/rad] below which its pseudo-inverse is damped.
     """
 
     name: str
@@ -56,6 +52,4 @@ class FirstTask(ABC):
 
     @abstractmethod
     def margin(self) -> Margin:
-        """Return h, J_a and w at the configuration of the last `Kinematics.update`; the row is an array of
-        its own.
-        """
+        """h, J_a and w at the last `Kinematics.update`; J_a is a new array."""

@@ -10,7 +10,7 @@ from controllers.kinematics import Array, Kinematics
 
 
 class Moved(Protocol):
-    """An arm, or anything else that some columns of q move."""
+    """Anything that some columns of q move."""
 
     @property
     def joints(self) -> slice:
@@ -22,9 +22,7 @@ class JointPlacements:
     """Placements of some joints of an arm.
 
     Args:
-        kinematics: of all arms.
-        arm: with these joints.
-        joints: ids of joints of the model.
+        joints: ids in the model.
 
     Attributes:
         moving: number of the arm's joints that move each of them (k,).
@@ -42,7 +40,7 @@ class JointPlacements:
         self._live = one_view(placed)
 
     def read(self) -> Array:
-        """Rotation by columns, then origin [m], of each joint in the world (k, 12); the array is reused."""
+        """Rotation by columns, then origin [m], of each joint, world (k, 12); reused."""
         if self._live is not None:
             return self._live
         np.concatenate(self._views, out=self._read.reshape(-1))
@@ -50,9 +48,9 @@ class JointPlacements:
 
 
 def one_view(placed: Sequence[pin.SE3]) -> Array | None:
-    """Rotation by columns, then origin [m], of placements as one live view (k, 12), without a copy.
+    """Rotation by columns, then origin [m], as one live view (k, 12).
 
-    None if they are not one after the other in Pinocchio's memory: those of adjacent joints are.
+    None unless the placements are adjacent in Pinocchio's memory, like those of adjacent joints.
     """
     parts = [part.__array_interface__["data"][0] for M in placed for part in (M.rotation, M.translation)]
     if not parts or parts != [parts[0] + 96 * i + offset for i in range(len(placed)) for offset in (0, 72)]:

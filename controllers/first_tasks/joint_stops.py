@@ -1,13 +1,12 @@
-"""A joint's way to its stops: the smooth minimum over both stops of every joint.
+"""The smooth minimum of the ways to both stops of every joint.
 
     h = −ln Σ exp(−β m_k) / β over m = (q_i − q_i,low, q_i,high − q_i),      J_a = Σ p_k ∂m_k/∂q,
 
-with p_k = exp(−β m_k) / Σ exp(−β m_l) and ∂m_k/∂q = ± e_i. h is at most ln(2n)/β below the least way that
-is left. J_a vanishes where one joint is in the middle of its range and every other is as far from its
-stops; λ is small there.
+with p_k = exp(−β m_k) / Σ exp(−β m_l) and ∂m_k/∂q = ± e_i. h is at most ln(2n)/β below the least way. J_a
+vanishes where every joint is in the middle of its range; λ is small there.
 
-Source: the outlook of Petrič & Žlajpah 2011 names "constraining the joint space"; the smooth minimum is
-ours. Another way is to weight the joints: Chan & Dubey, IEEE Trans. Robotics and Automation 11(2), 1995.
+Source: ours, for "constraining the joint space" in the outlook of Petrič & Žlajpah 2011. Chan & Dubey (IEEE
+Trans. Robotics and Automation 11(2), 1995) weight the joints instead.
 """
 
 import math
@@ -20,7 +19,7 @@ from controllers.first_tasks.first_task import FirstTask, Margin
 from controllers.kinematics import Array
 
 SHARPNESS: Final = 60.0
-"""β [1/rad]: for seven joints h is at most 2.5° below the least way that is left."""
+"""β [1/rad]: for seven joints h is at most 2.5° below the least way."""
 
 
 @loop("float64(float64[:], float64[:], float64[:], float64, float64[:])", fills=("row",))
@@ -46,10 +45,8 @@ class JointStops(FirstTask):
     """h: smooth minimum of the ways of all joints to their stops [rad].
 
     Args:
-        positions: q (n,) of the arm, a live view [rad].
-        lowest, highest: its stops (n,) [rad].
-        critical_value: h_m [rad].
-        nominal_rate: v [rad/s].
+        positions: q (n,), a live view [rad].
+        lowest, highest: (n,) [rad].
     """
 
     name = "way to the joint stops"

@@ -1,13 +1,13 @@
 """Links of an arm over fixed boxes: a bench, a floor.
 
-The distance of a capsule from a box has a kink where its axis is parallel to a face: the nearest point jumps from one end to the
-other. As in `controllers.convex_distance` a strictly convex problem finds it. With the signed distance b of a point from the box,
-which is a convex function, the capsule's centre c, half axis a and radius r,
+The distance of a capsule from a box has a kink where its axis is parallel to a face. As in
+`controllers.convex_distance` a strictly convex problem avoids it. With the signed distance b of a point from
+the box, a convex function, the capsule's centre c, half axis a and radius r,
 
     m = min over s in [−1, 1] of b(c + s a) + (κ/4)(s² − 1) − r,      ∂m/∂q = ∇b(P)ᵀ J_P at P = c + s a,
 
-so that m is at most κ/4 below the true distance, never above it, and has one derivative wherever the axis is outside the box. Over
-all capsules and boxes h is the smooth minimum of m, and J_a its gradient.
+so that m is 0 to κ/4 below the true distance, and differentiable wherever the axis is outside the box. h is
+the smooth minimum of m over all capsules and boxes.
 
 Source: ours; x_a of Petrič & Žlajpah 2011 for what Sugiura et al. (IROS 2007) do between the links.
 """
@@ -28,15 +28,15 @@ SHARPNESS: Final = 100.0
 """β [1/m]."""
 
 ROUNDING: Final = 0.010
-"""κ [m]: h is at most 2.5 mm below the smooth minimum of the true distances."""
+"""κ [m]: at most 2.5 mm of distance."""
 
 HALVINGS: Final = 40
-"""Of the interval in which s is looked for: what is left is below 1e-11."""
+"""Bisections for s: the interval left is below 1e-11."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinkCapsule:
-    """A capsule that moves with a joint: id of the joint, centre and half axis (3,) in its frame, and radius [m]."""
+    """A capsule that moves with a joint (id); centre and half axis (3,) in its frame, and radius [m]."""
 
     joint: int
     centre: Array
@@ -46,7 +46,7 @@ class LinkCapsule:
 
 @loop("UniTuple(float64, 4)(float64, float64, float64, float64[:])")
 def box_distance(px: float, py: float, pz: float, box: Vector) -> tuple[float, float, float, float]:
-    """Signed distance of a point from a box [m], and its gradient. `box`: centre and half sizes (6,), world
+    """Signed distance of a point from a box [m], and its gradient; `box`: centre and half sizes (6,), world
     [m].
     """
     x, y, z = px - box[0], py - box[1], pz - box[2]
@@ -67,14 +67,7 @@ def box_distance(px: float, py: float, pz: float, box: Vector) -> tuple[float, f
 def slope_along(
     cx: float, cy: float, cz: float, ax: float, ay: float, az: float, s: float, kappa: float, box: Vector
 ) -> float:
-    """Derivative by s of the minimised function [m]; increasing in s.
-
-    Args:
-        cx, cy, cz, ax, ay, az: centre and half axis, world [m].
-        s: from −1 to 1.
-        kappa: κ [m].
-        box: centre and half sizes (6,), world [m].
-    """
+    """Derivative by s of the minimised function [m]; see `capsule_over_box`."""
     _, gx, gy, gz = box_distance(cx + s * ax, cy + s * ay, cz + s * az, box)
     return gx * ax + gy * ay + gz * az + 0.5 * kappa * s
 
@@ -85,13 +78,12 @@ def slope_along(
 def capsule_over_box(
     cx: float, cy: float, cz: float, ax: float, ay: float, az: float, radius: float, kappa: float, box: Vector
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return m of a capsule and a box [m], the point P on the axis, world [m], and ∇b there.
+    """m of a capsule and a box [m], the point P on the axis, world [m], and ∇b there.
 
     Args:
         cx, cy, cz, ax, ay, az: centre and half axis, world [m].
-        radius: of the capsule [m].
-        kappa: κ [m].
-        box: centre and half sizes (6,), world [m].
+        radius, kappa: [m].
+        box: see `box_distance`.
     """
     low, high = -1.0, 1.0
     # Mostly an end is the nearest.
@@ -131,12 +123,10 @@ def links_over_boxes(
 
     Args:
         placements, moving: of the capsules' joints, see `JointPlacements`.
-        capsules: centre and half axis in the frame of the joint (k, 6) [m].
-        radii: (k,) [m].
+        capsules, radii: centre and half axis in the joint's frame (k, 6) [m], and (k,) [m].
         boxes: centres and half sizes (b, 6), world [m].
-        jacobian: of the arm's joints (6, n), world axes and the world's origin.
-        beta: β [1/m].
-        kappa: κ [m].
+        jacobian: the arm's columns (6, n), see `Kinematics`.
+        beta, kappa: β [1/m], κ [m].
     """
     count, n = len(capsules) * len(boxes), len(row)
     margins, lines = np.empty(count), np.empty((count, 6))
@@ -171,15 +161,11 @@ def links_over_boxes(
 
 
 class LinksOverBoxes(FirstTask):
-    """h: smooth minimum of the distances of capsules of an arm from fixed boxes [m].
+    """h: smooth minimum of the distances of an arm's capsules from fixed boxes [m].
 
     Args:
-        kinematics: of all arms.
-        arm: which one.
-        capsules: of it, at least one.
-        boxes: centres and half sizes (b, 6), at least one; their edges are along the world's axes [m].
-        critical_value: h_m [m].
-        nominal_rate: v [m/s].
+        capsules: at least one.
+        boxes: centres and half sizes (b, 6), at least one, world axes [m].
     """
 
     name = "distance from boxes"

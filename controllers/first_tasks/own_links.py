@@ -2,12 +2,11 @@
 
     h = −ln Σ exp(−β d_i) / β,      J_a = Σ p_i nᵀ (J_Q − J_P),
 
-with d_i the strictly convex distance of two capsules (`controllers.convex_distance`), P and Q their nearest
-points and n the line from P to Q: the distance of the arms, between the links of one of them. The joints that
-move both links do not count. Far from each other J_a may be nearly 0, where λ is, too.
+with d_i the distance of `controllers.convex_distance`, P and Q the nearest points and n the line from P to Q.
+Far from each other J_a may be nearly 0, like λ.
 
-Source: self-collision as a task by distance in Sugiura, Gienger, Janssen & Goerick, IROS 2007; the distance
-of the closest points and its row are eqs (26), (27), Petrič & Žlajpah 2011.
+Source: self-collision as a task in Sugiura, Gienger, Janssen & Goerick, IROS 2007; row by eqs (26), (27),
+Petrič & Žlajpah 2011.
 """
 
 from typing import Final
@@ -27,14 +26,10 @@ ROUNDING: Final = 1e-4
 
 
 class OwnLinks(FirstTask):
-    """h: smooth minimum of the distances of capsules of one arm from its own, or from fixed ones [m].
+    """h: smooth minimum of the distances of one arm's capsules from its own, or from fixed ones [m].
 
     Args:
-        kinematics: of all arms.
-        arm: which one.
-        geometry: bodies and pairs; the pairs are those that count, at least one.
-        critical_value: h_m [m].
-        nominal_rate: v [m/s].
+        geometry: bodies and at least one pair.
     """
 
     name = "distance of its own links"

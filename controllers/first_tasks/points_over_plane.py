@@ -1,17 +1,16 @@
-"""Points of an arm over a plane: a wall, a table or the floor that hand, wrist and elbow stay on one side of.
+"""Points of an arm on one side of a plane: a wall, a table or the floor.
 
     m_k = n · (p_k − o) − r_k,      h = −ln Σ exp(−β m_k) / β,      J_a = Σ p_k nᵀ J_k,
 
-with the unit normal n, a point o of the plane, and r_k the radius about the point p_k. A plane that moves
-with the velocity ȯ and turns with ω takes from h what the arm does not do:
+with the unit normal n, a point o of the plane, and the radius r_k about the point p_k. For a plane that moves
+with the velocity ȯ and turns with ω,
 
     w = −∂h/∂t = Σ p_k [n · ȯ − (ω × n) · (p_k − o)].
 
-J_a vanishes only where no joint moves the nearest point along n, such as straight above the shoulder of an
-arm that is stretched out.
+J_a vanishes only where no joint moves the nearest point along n, for example straight above the shoulder of a
+stretched arm.
 
-Source: a virtual wall of a repulsive field in Khatib, Int. J. Robotics Research 5(1), 1986; here as x_a
-of Petrič & Žlajpah 2011.
+Source: x_a of Petrič & Žlajpah 2011 for the virtual wall of Khatib, Int. J. Robotics Research 5(1), 1986.
 """
 
 import math
@@ -36,9 +35,9 @@ class ArmPoint:
     """A point that moves with a joint.
 
     Attributes:
-        joint: its id in the model.
+        joint: id in the model.
         place: in the frame of the joint (3,) [m].
-        radius: of what stays on one side, about it [m].
+        radius: about the point [m].
     """
 
     joint: int
@@ -47,7 +46,7 @@ class ArmPoint:
 
 
 def landmarks(model: pin.Model, arm: Arm, radius: float = 0.0) -> tuple[ArmPoint, ...]:
-    """Elbow, wrist and hand of an arm, with a radius about each [m]."""
+    """Elbow, wrist and hand of an arm; `radius` about each [m]."""
     hand, centre = model.frames[arm.hand], np.zeros(3)
     return (
         ArmPoint(arm.elbow, centre, radius),
@@ -62,7 +61,7 @@ def _at_rest() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane that may move; the arm stays where its normal points to.
+    """A plane that may move; the arm stays on the side of the normal.
 
     Attributes:
         normal: n (3,), of length 1, world.
@@ -100,7 +99,7 @@ def points_over_plane(
     Args:
         placements, moving: of the points' joints, see `JointPlacements`.
         places, radii: of the points in the frames of their joints (k, 3), (k,) [m].
-        jacobian: of the arm's joints (6, n), world axes and the world's origin.
+        jacobian: the arm's columns (6, n), see `Kinematics`.
         plane: see `Plane.numbers` (12,).
         beta: β [1/m].
     """
@@ -143,12 +142,8 @@ class PointsOverPlane(FirstTask):
     """h: smooth minimum of the distances of points of the arm from a plane [m].
 
     Args:
-        kinematics: of all arms.
-        arm: which one.
-        points: of it, at least one; `landmarks` gives elbow, wrist and hand.
-        plane: where it is at first; `plane` may be set later.
-        critical_value: h_m [m].
-        nominal_rate: v [m/s].
+        points: at least one, for example `landmarks`.
+        plane: may be set later.
     """
 
     name = "distance from a plane"
@@ -185,7 +180,7 @@ class PointsOverPlane(FirstTask):
         return Margin(h, row, w)
 
     def nearest_point(self) -> Array:
-        """Return the point (3,) of the arm that is nearest to the plane, on the side that faces it, world [m]."""
+        """Point (3,) of the arm's surface nearest to the plane, world [m]."""
         plane, placed = self._plane, self._placements.read()
         points = np.array(
             [M[:9].reshape(3, 3).T @ place + M[9:] for M, place in zip(placed, self._places, strict=True)]

@@ -2,11 +2,10 @@
 
     h = −(h_m/β') ln Σ exp(−β' h_k/h_m,k),      J_a = Σ p_k (h_m/h_m,k) J_k,      w = Σ p_k (h_m/h_m,k) w_k,
 
-in the unit of the first one and with its h_m and v. λ is that of the least ratio, whatever the units. A task with another threshold is
-kept at the rate h_m,k/h_m · v. J_a vanishes between two that oppose each other with equal ratios: no law can win there. Of tasks with
-one threshold it is their plain smooth minimum.
+in the unit of the first one and with its h_m and v. A task with another threshold is kept at the rate
+h_m,k/h_m · v. J_a vanishes between two opposed tasks with equal ratios: no law can win there.
 
-Source: ours. Others keep several at once by products of projectors: Mansard, Khatib & Kheddar, IEEE Trans. Robotics 25(3), 2009.
+Source: ours. Mansard, Khatib & Kheddar (IEEE Trans. Robotics 25(3), 2009) use products of projectors.
 """
 
 from collections.abc import Sequence
@@ -18,12 +17,11 @@ from controllers.proximity import smooth_minimum
 
 
 class SeveralAtOnce(FirstTask):
-    """h: smooth minimum of the ratios of several first tasks of one arm, in the unit of the first.
+    """h: smooth minimum of several first tasks of one arm, in the unit of the first.
 
     Args:
         tasks: at least one.
-        name: of them together.
-        sharpness: β', a pure number.
+        sharpness: β', dimensionless.
     """
 
     def __init__(self, tasks: Sequence[FirstTask], name: str, sharpness: float = 3.0) -> None:

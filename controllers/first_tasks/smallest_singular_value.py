@@ -1,15 +1,14 @@
-"""How far an arm is from a singular posture: the smallest singular value of J of the hand's place.
+"""Distance from a singular posture: the smallest singular value of J of the hand's position.
 
 With J (3, n), J Jᵀ u = σ² u for its smallest eigenvalue, and v = Jᵀ u / σ,
 
     h = σ,      ∂σ/∂q_l = uᵀ (∂J/∂q_l) v,      ∂J_i/∂q_l = z_l × J_i for l ≤ i, z_i × J_l for l > i,
 
-where J_i is column i and z_i the axis of joint i; all joints are revolute. σ has one derivative where it is
-neither 0 nor equal to the second smallest singular value. At σ = 0 it is as sharp as |x| at 0; the row is 0
-there.
+where J_i is column i and z_i the axis of joint i, revolute. σ is differentiable where it is neither 0 nor
+equal to the second smallest singular value; at σ = 0 it has a kink, and the row is 0.
 
-Sources: singular values as measures of manipulability in Yoshikawa, Int. J. Robotics Research 4(2),
-1985; their derivative from perturbation theory (first order); as x_a of Petrič & Žlajpah 2011 it is ours.
+Sources: Yoshikawa, Int. J. Robotics Research 4(2), 1985 (manipulability); first-order perturbation theory; as
+x_a of Petrič & Žlajpah 2011 ours.
 """
 
 import math
@@ -22,10 +21,10 @@ from controllers.first_tasks.first_task import FirstTask, Margin
 from controllers.kinematics import Arm, Kinematics, fill_point_jacobian
 
 SWEEPS: Final = 6
-"""Sweeps of Jacobi's method; from 5 on a 3 × 3 matrix has no rest that float64 can hold."""
+"""Sweeps of Jacobi's method; after 5 a 3 × 3 matrix has converged in float64."""
 
 NOTHING: Final = 1e-120
-"""Entries beside the diagonal below which nothing is left to turn."""
+"""Off-diagonal entries below this count as 0."""
 
 LEAST: Final = 1e-9
 """σ below which v is taken as 0 [m/rad]."""
@@ -33,8 +32,8 @@ LEAST: Final = 1e-9
 
 @loop("void(float64[:, :], float64[:, :])", fills=("A", "vectors"))
 def diagonalise(A: Matrix, vectors: Matrix) -> None:
-    """Turn a symmetric A (m, m) into the diagonal matrix of its eigenvalues, and fill their vectors, the
-    columns (m, m): Jacobi.
+    """Turn a symmetric A (m, m) into its diagonal of eigenvalues; fill their vectors, the columns (m, m):
+    Jacobi.
     """
     m = len(A)
     for i in range(m):
@@ -64,8 +63,8 @@ def smallest_singular_value(jacobian: Matrix, hand: Vector, row: Vector) -> floa
     """σ [m/rad] of J of the hand's position; fills ∂σ/∂q (n,) [m/rad²].
 
     Args:
-        jacobian: of the arm's joints (6, n), world axes and the world's origin.
-        hand: its place (3,), world [m].
+        jacobian: the arm's columns (6, n), see `Kinematics`.
+        hand: its position (3,), world [m].
     """
     n = len(row)
     J, A, vectors = np.empty((3, n)), np.empty((3, 3)), np.empty((3, 3))
@@ -105,14 +104,7 @@ def smallest_singular_value(jacobian: Matrix, hand: Vector, row: Vector) -> floa
 
 
 class SmallestSingularValue(FirstTask):
-    """h: smallest singular value σ of J of the hand's place [m/rad].
-
-    Args:
-        kinematics: of all arms.
-        arm: which one.
-        critical_value: h_m [m/rad].
-        nominal_rate: v [m/rad/s].
-    """
+    """h: smallest singular value σ of J of the hand's position [m/rad]."""
 
     name = "smallest singular value of J"
     unit = "m/rad"

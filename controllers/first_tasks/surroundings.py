@@ -1,12 +1,10 @@
-"""What one arm can meet apart from the other arm, in one loop: its own links, fixed capsules and fixed boxes.
+"""One arm's own links, fixed capsules and fixed boxes in one loop.
 
     h = −ln Σ exp(−β m_i) / β,      J_a = Σ p_i n_iᵀ J_i,
 
-over every meeting i: of two capsules by their strictly convex distance (`controllers.convex_distance`), of a
-capsule and a box as in `links_over_boxes`. The same as the smooth minimum of `OwnLinks` and `LinksOverBoxes`,
-for a part of the time: a meeting that is far from the nearest one counts for nothing, and its row is left out.
-
-A stage of an arm costs one call, `keep_clear`: h, J_a, and the law of eq. (32), one-sided, in place of q̇_n.
+over every meeting i: of two capsules as in `controllers.convex_distance`, of a capsule and a box as in
+`links_over_boxes`. Faster than `OwnLinks` and `LinksOverBoxes`: meetings far from the nearest one are left
+out.
 """
 
 import math
@@ -35,11 +33,11 @@ CONVEXITY: Final = 1e-4
 """ε between capsules [m²]: at most 7 mm of distance."""
 
 FAR: Final = 0.2
-"""A meeting that is this much farther than the nearest one is left out [m]: its share is below 3e-9."""
+"""Meetings farther than the nearest one by this are left out [m]: their share is below 3e-9."""
 
 activation = loop("float64(float64, float64, float64)")(plain_activation)
 row_damping = loop("float64(float64)")(plain_row_damping)
-"""The same functions as everywhere, here inside of a loop."""
+"""The usual functions, inside a loop."""
 
 
 @loop(
@@ -55,18 +53,17 @@ def margin_of_all(
     contacts: Matrix,
     row: Vector,
 ) -> float:
-    """Return h [m], fill J_a (n,) [m/rad] and what every meeting looks like.
+    """Fill J_a (n,) [m/rad] and every contact; return h [m].
 
     Args:
         placements: of the joints that carry bodies (j, 12), see `JointPlacements`.
         bodies: unit axis, centre [m], half length [m], radius [m], in the frame of the row of `placements`
-            that comes last; −1 for the world (k, 9).
-        meetings: first body; second body, or box b as −1 − b; columns of J from which and up to which the
-            joints move them towards or away from each other (m, 4).
+            that follows; −1 for the world (k, 9).
+        meetings: first body; second body, or box b as −1 − b; first and end column of J of the joints that
+            change their distance (m, 4).
         boxes: centres and half sizes (b, 6), world [m].
-        jacobian: of the arm's joints (6, n), world axes and the world's origin.
-        contacts: filled with the margin, a point of the line of contact and the direction in which the
-            moving one leaves the other (m, 7).
+        jacobian: the arm's columns (6, n), see `Kinematics`.
+        contacts: margin, point and direction of the line of contact, away from the other body (m, 7).
     """
     frames, n = np.empty((len(bodies), 6)), len(row)
     for k in range(len(bodies)):
@@ -132,15 +129,14 @@ def keep_clear(
     upper: Vector,
     velocities: Vector,
 ) -> bool:
-    """Replace q̇_n (n,) by q̇ of the one-sided law [rad/s]; return False, with q̇_n unchanged, if that is
+    """Replace q̇_n (n,) by q̇ of the one-sided law, eq. (32) [rad/s]; False, with q̇_n unchanged, if q̇ is
     outside the bounds.
 
     Args:
         placements, bodies, meetings, boxes, jacobian, contacts, row: see `margin_of_all`.
-        critical_value: h_m [m].
+        critical_value, nominal_rate: h_m [m], v [m/s].
         order: n.
-        nominal_rate: v [m/s].
-        lower, upper: bounds of q̇ (n,) [rad/s].
+        lower, upper: (n,) [rad/s].
     """
     h = margin_of_all(placements, bodies, meetings, boxes, jacobian, contacts, row)
     square = rate = 0.0
@@ -160,11 +156,10 @@ def keep_clear(
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two things that can meet.
+    """Two capsules, or a capsule and a box, that can meet.
 
     Attributes:
-        first, second: index of a capsule each; `second` is that of a box if `over_box`.
-        over_box: True for a capsule and a box.
+        first, second: indices of capsules; `second` of a box if `over_box`.
     """
 
     first: int
@@ -176,15 +171,11 @@ class Surroundings(FirstTask):
     """h: smooth minimum of the distances of an arm from its own links, fixed capsules and boxes [m].
 
     Args:
-        kinematics: of all arms.
         moved: the arm, or the ball.
-        joints: ids of its joints, from the base outward.
-        names: of the capsules.
-        capsules: of the arm, or fixed: their joint is 0 and their place in the world.
+        joints: ids, from the base outward.
+        capsules: of the arm, or fixed: with joint 0, in the world frame.
         meetings: at least one.
-        boxes: centres and half sizes (b, 6); their edges are along the world's axes [m].
-        critical_value: h_m [m].
-        nominal_rate: v [m/s].
+        boxes: centres and half sizes (b, 6), world axes [m].
     """
 
     name = "distance from table, stand and itself"
@@ -215,7 +206,7 @@ class Surroundings(FirstTask):
         self._meetings = np.array([_indices(meeting, counts) for meeting in meetings], np.int64)
         self._boxes, self._jacobian = boxes, kinematics.jacobian[:, columns]
         self.contacts = np.empty((len(meetings), 7))
-        """Of every meeting, see `margin_of_all`; filled by each call."""
+        """See `margin_of_all`; filled by each call."""
         self._row = np.empty(self._jacobian.shape[1])
         self._seen = (
             self._placements.read(),
@@ -232,14 +223,13 @@ class Surroundings(FirstTask):
         return Margin(margin_of_all(*self._seen, row), row)
 
     def inner_of(self, meeting: Meeting) -> int:
-        """Capsule of a meeting of two that fewer joints move; the point in `contacts` is on its axis."""
+        """Capsule of a pair that fewer joints move; the point in `contacts` is on its axis."""
         return min(meeting.second, meeting.first, key=lambda capsule: self._moving[capsule])
 
     def law(self, order: float, lower: Array, upper: Array) -> Callable[[Array], bool]:
-        """Return the one-sided law of eq. (32) with this task: it replaces q̇_n (n,) in place, see `keep_clear`.
+        """Law of `keep_clear`: it replaces q̇_n (n,) in place.
 
         Args:
-            order: n.
             lower, upper: live bounds of q̇ (n,) [rad/s].
         """
         read = self._placements.read
@@ -259,7 +249,7 @@ def _body(capsule: LinkCapsule, carrier: int) -> list[float]:
 
 
 def _indices(meeting: Meeting, moving: Sequence[int]) -> tuple[int, int, int, int]:
-    """Row of `meetings` of `margin_of_all`. `moving`: number of columns that move each capsule."""
+    """Row of `meetings` of `margin_of_all`; `moving`: number of columns that move each capsule."""
     first, second = meeting.first, meeting.second
     if meeting.over_box:
         return first, -1 - second, 0, moving[first]

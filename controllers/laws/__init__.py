@@ -1,1 +1,1 @@
-"""The laws: one a file, all with one signature, `(Situation) -> joint velocities`. A law is pure and knows nothing else."""
+"""The laws, one a file: pure functions `(Situation) -> joint velocities`."""

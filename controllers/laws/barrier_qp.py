@@ -1,6 +1,4 @@
-"""One inequality per pair, all pairs at once: velocity damper and control barrier function; Faverjon &
-Tournassoud 1987.
-"""
+"""One inequality per pair, all pairs at once."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -16,7 +14,7 @@ HARDNESS: Final = 1e-8
 """ρ of a regular row [m²/rad²]; avoidable violations stay below about 1e-6 m/s."""
 
 FREE_SPEED: Final = 1.0
-"""Approach speed that nothing in the room exceeds [m/s]; a pair that permits it does not constrain the arm."""
+"""Approach speed that nothing in the room exceeds [m/s]."""
 
 _SOFT: Final = 8
 
@@ -28,24 +26,21 @@ class BarrierQP(Law):
     """min |q̇ − q̇_n|²  subject to  J_d,i q̇ ≥ −γ (d_i − d_m) + w_i  for every pair i,  and  lower ≤ q̇ ≤
     upper.
 
-    B. Faverjon and P. Tournassoud, A local based approach for path planning of manipulators with a high
-    number of degrees of freedom, ICRA 1987; γ is their ξ / (d_i − d_s), here at every distance. The same
-    inequality is the control barrier function condition ḣ ≥ −γ h for h = d − d_m (Ames et al., ECC 2019). The
-    task may approach more slowly the nearer it is; slower motion is unchanged. For one pair J_d q̇ = max(−u,
-    −γ (d − d_m) + w).
+    Faverjon & Tournassoud, ICRA 1987 (velocity damper); γ is their ξ / (d_i − d_s), here at every distance.
+    It is also the control barrier function condition ḣ ≥ −γ h for h = d − d_m (Ames et al., ECC 2019). The
+    task may approach more slowly the nearer it is; slower motion is unchanged.
 
-    w, the obstacle's approach, counts only with `feed_forward`; without it d falls below d_m by w / γ before
-    a resting arm follows.
+    Without `feed_forward` w is ignored, and d falls below d_m by w / γ before a resting arm follows.
 
-    A quadratic programme in n unknowns, solved by DAQP (Arnström, Bemporad & Axehill, IEEE Trans. Automatic
-    Control 67(8), 2022) without a warm start, so that equal situations give equal bits. The bounds are hard.
-    The rows are soft, so that a solution always exists: s² / (2 μ²) damps a row like its pseudo-inverse
-    elsewhere, a regular row hardly at all. Of two pairs that conflict each is violated a little.
+    DAQP (Arnström, Bemporad & Axehill, IEEE Trans. Automatic Control 67(8), 2022) starts cold, so that equal
+    situations give equal bits. The bounds are hard. The rows are soft, so that a solution always exists: the
+    cost s² / (2 μ²) of a shortfall s damps a row like its pseudo-inverse elsewhere, and two conflicting pairs
+    are each violated a little.
 
     Attributes:
         critical_distance: d_m [m], where no approach is permitted.
-        barrier_gain: γ [1/s]; the bound needs γ dt < 1 to hold in discrete time.
-        feed_forward: include the obstacle's speed w.
+        barrier_gain: γ [1/s]; γ dt < 1 keeps the bound in discrete time.
+        feed_forward: include w.
     """
 
     wants_all_pairs: ClassVar[bool] = True
@@ -55,7 +50,7 @@ class BarrierQP(Law):
     feed_forward: bool = False
 
     def activation(self, distance: float) -> float:
-        """1 − the permitted approach speed as a share of 1 m/s: 1 up to d_m, 0 where any speed is permitted."""
+        """1 − permitted approach speed / (1 m/s), in [0, 1]."""
         permitted = self.barrier_gain * (distance - self.critical_distance)
         return min(max(1.0 - permitted / FREE_SPEED, 0.0), 1.0)
 
@@ -90,7 +85,7 @@ class BarrierQP(Law):
 
 
 def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
-    """Rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s] of all pairs, or of the only known one."""
+    """Rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s]."""
     rows, distances, approaches = situation.rows, situation.distances, situation.approaches
     if rows is None or distances is None:
         rows, distances, approaches = (
@@ -114,14 +109,13 @@ def nearest(
     weight: Array | None = None,
 ) -> Array | None:
     """Velocity (n,) nearest to q̇_n with rows · q̇ ≥ least (soft) and within the bounds; None if the solver
-    finds none.
+    fails.
 
     Args:
         nominal: q̇_n (n,) [rad/s].
-        rows: (pairs, n) [m/rad].
-        least: (pairs,) [m/s].
+        rows, least: (pairs, n) [m/rad], (pairs,) [m/s].
         lower, upper: (n,) [rad/s]; None for no bounds.
-        weight: (n, n) metric; None for |q̇ − q̇_n|².
+        weight: (n, n) metric; None for I.
     """
     n, pairs = len(nominal), len(rows)
     first = 0 if lower is None or upper is None else n

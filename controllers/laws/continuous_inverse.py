@@ -1,4 +1,4 @@
-"""The continuous inverse of a stack with rows that come and go; Mansard, Remazeilles & Chaumette 2009."""
+"""The continuous inverse of a stack with variable rows."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,19 +15,17 @@ from controllers.laws.task_space import free_part, mostly_free_part
 class ContinuousInverse(BlendLaw):
     """q̇ = S^⊕ [v; ẋ_b] with S = [J_d; J], H = diag(λ, I) and S^⊕ = (1 − λ) [0, J^#] + λ [J_d; J]^#.
 
-    N. Mansard, A. Remazeilles and F. Chaumette, Continuity of varying-feature-set control laws, IEEE Trans.
-    Automatic Control 54(11), 2009. The pseudo-inverse of H S jumps with its rank when a row of H becomes
-    zero. Theirs weights the inverses of all sets of rows by their activations; one variable row makes two
-    sets.
+    Mansard, Remazeilles & Chaumette, IEEE Trans. Automatic Control 54(11), 2009. The pseudo-inverse of H S
+    jumps with its rank when a row of H becomes zero; theirs weights the inverses of all sets of rows by their
+    activations.
 
-    Distance and hand are in one stack without priority. With enough freedom both are reached, and J_d q̇ = λ
-    v − (1 − λ) u as in the paper, without motion of the hand. Otherwise [J_d; J]^# is the least-squares
-    compromise: 1 m/s of distance counts as much as 1 m/s (or 1 rad/s) of the task. d_m is then not kept, and
-    a task that uses every joint (no `task_jacobian`, J = I) leaves |J_d|² / (1 + |J_d|²) of the retreat.
+    Distance and hand have no priority. With enough freedom both are reached: J_d q̇ = λ v − (1 − λ) u without
+    motion of the hand. Otherwise [J_d; J]^# is the least-squares compromise, where 1 m/s of distance counts
+    as much as 1 m/s (or 1 rad/s) of the task: d_m is not kept, and a task that uses every joint (J = I)
+    leaves |J_d|² / (1 + |J_d|²) of the retreat.
 
-    Written as a change of q̇_n, with ẋ_b = J q̇_n: joints that neither row nor hand needs move as q̇_n. If
-    the hand leaves less than 0.12 m/rad of J_d, the stack is damped, up to 0.06 m/rad at 0, so that it stays
-    bounded between its two ranks.
+    Written as a change of q̇_n, with ẋ_b = J q̇_n, so that unused joints follow q̇_n. If the hand leaves less
+    than 0.12 m/rad of J_d, damping up to 0.06 m/rad bounds q̇.
     """
 
     wants_task: ClassVar[bool] = True

@@ -1,4 +1,4 @@
-"""A law with a drawn λ(d): the paper's blend of retreat and pull with any activation instead of eq. (31)."""
+"""The paper's blend of retreat and pull with a drawn λ(d)."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,6 @@ class DrawnCurve(RetreatLaw):
 
     Attributes:
         curve: the points, see `controllers.curve`; constant beyond both ends.
-        nominal_velocity: v [m/s].
     """
 
     curve: str

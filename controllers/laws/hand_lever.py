@@ -1,4 +1,4 @@
-"""A law in which a lever gives λ: the paper's blend of retreat and pull without eq. (31)."""
+"""The paper's blend of retreat and pull with λ from a lever."""
 
 import math
 from dataclasses import dataclass
@@ -8,11 +8,10 @@ from controllers.laws.row_law import RetreatLaw
 
 @dataclass(frozen=True)
 class HandLever(RetreatLaw):
-    """J_d q̇ = λ v − (1 − λ) u with λ from a lever, independent of the distance.
+    """J_d q̇ = λ v − (1 − λ) u, with λ independent of the distance.
 
     Attributes:
         hand_lever: λ, in [0, 1].
-        nominal_velocity: v [m/s].
     """
 
     hand_lever: float

@@ -1,6 +1,4 @@
-"""Intermediate desired values: the first task fades in, the second is solved in its true null space; Lee,
-Mansard & Park 2012.
-"""
+"""The first task fades in, the second is solved in its true null space."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -11,7 +9,7 @@ from controllers.laws.situation import AUTHORITY, Situation, along_row, row_damp
 from controllers.laws.task_space import free_part, mostly_free_part
 
 TASK_DAMPING: Final = 0.2
-"""μ where the hand leaves no freedom [m/rad]: 1 rad of joint motion counts as much as 0.2 m of hand motion."""
+"""μ where the hand leaves no freedom [m/rad]: 1 rad costs as much as 0.2 m of hand motion."""
 
 
 @dataclass(frozen=True)
@@ -19,20 +17,18 @@ class IntermediateValue(BlendLaw):
     """q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ), with ẋ_aⁱ = λ ẋ_a + (1 − λ) J_a q̇_n, J_a = J_d
     and ẋ_a = v.
 
-    J. Lee, N. Mansard and J. Park, Intermediate desired value approach for task transition of robots in
-    kinematic control, IEEE Trans. Robotics 28(6), 2012. The first task asks for a value between v and its
-    undisturbed one; with λ of eq. (31) the distance rate is the paper's, J_d q̇ = λ v − (1 − λ) u.
+    Lee, Mansard & Park, IEEE Trans. Robotics 28(6), 2012. With λ of eq. (31) the distance rate is the
+    paper's, J_d q̇ = λ v − (1 − λ) u.
 
-    The second task differs: the paper cuts J_b^# ẋ_b to the null space of J_d, which moves the hand even if
-    other joints could compensate. Here the hand's task is solved again in that null space: of all q̇ with
-    that distance rate, those nearest to the hand's velocity, and of these the one nearest to q̇_n. For J_b =
-    I nothing can compensate, and the law is the paper's.
+    The paper cuts J_b^# ẋ_b to the null space of J_d, which moves the hand even if other joints could
+    compensate. Here the hand's task is solved again there: of all q̇ with that distance rate, those nearest
+    to the hand's velocity, and of these the one nearest to q̇_n. For J_b = I the law is the paper's.
 
-    Written as a change of q̇_n, so that joint motion without effect on the hand is kept: Δ along (J_d N_b)ᵀ,
-    scaled to J_d Δ = λ (v + u). Where |J_d N_b| < 0.12 m/rad, hand and obstacle compete for the same joints
-    (an algorithmic singularity) and (J_b N_a)^# would grow without bound. There the hand yields gradually: Δ
-    has the least |J_b Δ|² + μ² |Δ|², with μ growing from 0 to 0.2 m/rad. The hand never moves more than with
-    the paper's law, and the distance rate is not affected.
+    Written as a change Δ of q̇_n, so that joint motion without effect on the hand is kept: along (J_d N_b)ᵀ,
+    scaled to J_d Δ = λ (v + u). Where |J_d N_b| < 0.12 m/rad (an algorithmic singularity), the hand yields
+    gradually, as (J_b N_a)^# would grow without bound: Δ has the least |J_b Δ|² + μ² |Δ|², with μ growing
+    from 0 to 0.2 m/rad. The distance rate is unaffected, and the hand never moves more than with the paper's
+    law.
     """
 
     wants_task: ClassVar[bool] = True

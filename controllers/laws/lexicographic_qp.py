@@ -1,4 +1,4 @@
-"""One inequality per pair first, the hand second, the posture last; Kanoun, Lamiraux & Wieber 2011."""
+"""One inequality per pair first, the hand second, the posture last."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -10,7 +10,7 @@ from controllers.laws.barrier_qp import BarrierQP, nearest, pair_rates
 from controllers.laws.situation import Situation
 
 POSTURE_WEIGHT: Final = 0.02
-"""ε [m/rad]: a joint counts as much as a hand that it moves by 20 mm per radian."""
+"""ε [m/rad]: a joint counts as a hand motion of 20 mm per radian."""
 
 
 @dataclass(frozen=True)
@@ -18,17 +18,13 @@ class LexicographicQP(BarrierQP):
     """min |J (q̇ − q̇_n)|² + ε² |q̇ − q̇_n|² over all q̇ that satisfy the rows of `BarrierQP` as well as
     possible, and the bounds.
 
-    O. Kanoun, F. Lamiraux and P.-B. Wieber, Kinematic control of redundant manipulators: generalizing the
-    task-priority framework to inequality tasks, IEEE Trans. Robotics 27(4), 2011; solved faster by A.
-    Escande, N. Mansard and P.-B. Wieber, Hierarchical quadratic programming, Int. J. Robotics Research 33(7),
-    2014. Level 1: the inequalities of all pairs; level 2: the hand's task; level 3: the joint velocities; the
-    bounds always hold. A flat programme weights hand and joints alike and moves the hand needlessly; here it
-    moves only if the rows leave no other way.
+    Kanoun, Lamiraux & Wieber, IEEE Trans. Robotics 27(4), 2011; solved faster by Escande, Mansard & Wieber,
+    Int. J. Robotics Research 33(7), 2014. Level 1: the inequalities of all pairs; level 2: the hand's task;
+    level 3: the joint velocities. Unlike in `BarrierQP`, the hand moves only if the rows leave no other way.
 
-    Two programmes in n unknowns: the flat one finds how well every row can be satisfied, which the second one
-    requires. Level 3 is only a weight ε, which bounds the joint velocities near a singular hand and moves the
-    hand by about ε² of what they would save. A task that uses every joint (no `task_jacobian`) gives the flat
-    programme.
+    `BarrierQP` finds how well every row can be satisfied; a second programme requires it. Level 3 is only a
+    weight ε, which bounds the joint velocities near a singular hand and moves the hand by about ε² of their
+    saving. A task that uses every joint (no `task_jacobian`) gives `BarrierQP`.
     """
 
     wants_task: ClassVar[bool] = True

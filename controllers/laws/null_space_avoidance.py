@@ -1,4 +1,4 @@
-"""The hand first: avoidance gets only the freedom that the hand leaves; Žlajpah & Nemec 2002."""
+"""The hand first: avoidance gets only the freedom that the hand leaves."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,20 +16,16 @@ from controllers.laws.task_space import free_part
 class NullSpaceAvoidance(RetreatLaw):
     """q̇ = q̇_n + N (J_d N)^# α(d) (v + u), with N = I − J^# J of the hand's task and u = −J_d q̇_n.
 
-    After L. Žlajpah and B. Nemec, Kinematic control algorithms for on-line obstacle avoidance for redundant
-    manipulators, IROS 2002, with the reverse order of the paper's tasks: J q̇ = J q̇_n always. α rises from 0
-    at the influence distance to 1 at the critical distance as half a cosine. The retreat at α = 1 is v, for
-    comparison with the other laws. It is damped where J_d N vanishes: an elbow can swing aside, the hand
-    itself does not give way. A task that uses every joint (no `task_jacobian`) leaves q̇ = q̇_n. c = α (v +
-    u) is reached if the hand leaves enough freedom.
+    After Žlajpah & Nemec, IROS 2002, with the reverse order of the paper's tasks: J q̇ = J q̇_n always. The
+    retreat at α = 1 is v. c = α (v + u) is reached if the hand leaves enough freedom, and damped where J_d N
+    vanishes. A task that uses every joint (no `task_jacobian`) leaves q̇ = q̇_n.
 
-    Bounds shorten the whole evasive motion: q̇_n + s Δ with the largest s ≤ 1 inside them. Clipping joint by
-    joint would move the hand.
+    Bounds shorten the evasive motion to q̇_n + s Δ with the largest s ≤ 1; clipping joint by joint would move
+    the hand.
 
     Attributes:
         critical_distance: d_m [m].
         influence_distance: d_i [m], where avoidance begins; d_i ≤ d_m makes a hard switch at d_m.
-        nominal_velocity: v [m/s].
     """
 
     wants_task: ClassVar[bool] = True
@@ -39,7 +35,6 @@ class NullSpaceAvoidance(RetreatLaw):
     nominal_velocity: float
 
     def activation(self, distance: float) -> float:
-        """α(d), see `buffered_activation`."""
         return buffered_activation(distance, self.critical_distance, self.influence_distance)
 
     def __call__(self, situation: Situation) -> Array:
@@ -57,7 +52,6 @@ class NullSpaceAvoidance(RetreatLaw):
 
 
 def _largest_share(nominal: Array, change: Array, lower: Array, upper: Array) -> float:
-    """Largest s in [0, 1] for which nominal + s · change is within the bounds; all (n,)."""
     velocities = nominal + change
     if not (np.count_nonzero(velocities < lower) or np.count_nonzero(velocities > upper)):
         return 1.0

@@ -1,4 +1,4 @@
-"""Base classes of the laws that change only the speed along the line of contact."""
+"""Laws that change only the speed along the line of contact."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -9,10 +9,9 @@ from controllers.laws.situation import Law, Situation, along_row
 
 
 class RowLaw(Law):
-    """q̇ = q̇_n + J_d^# c: one row, one number c, everything orthogonal to J_d unchanged.
+    """q̇ = q̇_n + J_d^# c, with everything orthogonal to J_d unchanged.
 
-    c(d, u, w) defines such a law. A law that reaches the same distance rate by other joints overrides
-    `__call__` only.
+    A law that reaches the same distance rate by other joints overrides only `__call__`.
     """
 
     @abstractmethod
@@ -20,7 +19,6 @@ class RowLaw(Law):
         """c [m/s], added to the distance rate J_d q̇_n = −u, at d [m], u [m/s] and w [m/s]."""
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """J_d q̇ = c − u [m/s]."""
         del square
         return self.correction(distance, pull, approach) - pull
 
@@ -30,7 +28,7 @@ class RowLaw(Law):
 
 
 class RetreatLaw(RowLaw):
-    """J_d q̇ = λ(d) v − (1 − λ(d)) u: retreat at v replaces the pull as λ grows.
+    """J_d q̇ = λ(d) v − (1 − λ(d)) u: c = λ (v + u).
 
     Attributes:
         nominal_velocity: v [m/s].
@@ -39,19 +37,16 @@ class RetreatLaw(RowLaw):
     nominal_velocity: float
 
     def correction(self, distance: float, pull: float, approach: float) -> float:
-        """c = λ (v + u) [m/s]."""
         del approach
         return self.activation(distance) * (self.nominal_velocity + pull)
 
 
 @dataclass(frozen=True)
 class BlendLaw(RetreatLaw):
-    """J_d q̇ = λ(d) v − (1 − λ(d)) u: a law that blends retreat and pull with the paper's activation, eq.
-    (31).
+    """A `RetreatLaw` with the paper's activation, eq. (31).
 
     Attributes:
         critical_distance: d_m [m].
-        nominal_velocity: v [m/s].
     """
 
     critical_distance: float
@@ -59,5 +54,4 @@ class BlendLaw(RetreatLaw):
     nominal_velocity: float
 
     def activation(self, distance: float) -> float:
-        """λ(d), eq. (31)."""
         return activation(distance, self.critical_distance, self.order)

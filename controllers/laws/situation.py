@@ -1,6 +1,6 @@
 """What a law knows in one tick, and the interface of a law.
 
-The process of a custom law imports this file; it must need only NumPy.
+The process of a custom law imports this file: it must need only NumPy.
 """
 
 from __future__ import annotations
@@ -17,26 +17,25 @@ AUTHORITY: Final = 0.12
 """|J_d| [m/rad] below which the pseudo-inverse of J_d is damped."""
 
 FIRM_LEVER: Final = 0.95
-"""s below which the lever of an arm counts as weak, see `lever`."""
+"""s below which the lever is weak, see `lever`."""
 
 ROW_DAMPING: Final = 0.06
-"""Damping at J_d = 0 [m/rad]: |J_d^#| stays below 11 rad/m, largest near |J_d| = 0.07 m/rad."""
+"""Damping at J_d = 0 [m/rad]: |J_d^#| stays below 11 rad/m, largest near 0.07 m/rad."""
 
 
 class Situation(NamedTuple):
-    """One arm, one tick; or both arms with their joints concatenated (n = 14), if they share one row.
+    """One arm, one tick; or both arms with concatenated joints (n = 14), if they share one row.
 
     Attributes:
         positions: q (n,) [rad].
-        nominal: q̇_n (n,), the task's velocities, already inside the arm's velocity bounds [rad/s].
-        row: J_d (n,), gradient of the distance with respect to this arm's joints, positive away from the
-            obstacle [m/rad].
+        nominal: q̇_n (n,) of the task, within the arm's velocity bounds [rad/s].
+        row: J_d (n,), gradient of the distance by this arm's joints, positive away from the obstacle [m/rad].
         distance: d that the law acts on [m], signed.
         approach: w, speed of the obstacle's closest point towards the arm [m/s].
         task_jacobian: J (m, n) of the task of `nominal` [m/rad, rad/rad]; None if the task uses every joint,
             J = I.
         lower, upper: bounds of q̇ (n,) [rad/s]; None if unbounded.
-        rows: J_d (pairs, n) of every pair, for laws that use several [m/rad]; None if only `row` is known.
+        rows: J_d (pairs, n) of every pair [m/rad]; None if only `row` is known.
         distances: d (pairs,) of every pair, signed [m]; given with `rows`.
         approaches: w (pairs,) of every pair [m/s]; None if the obstacles are at rest.
     """
@@ -67,7 +66,7 @@ class Law(Protocol):
     """A map from a situation to joint velocities (n,) [rad/s].
 
     Attributes:
-        wants_all_pairs: it reads `rows`, `distances` and `approaches`; otherwise they need not be computed.
+        wants_all_pairs: it reads `rows`, `distances` and `approaches`.
         wants_task: it reads `task_jacobian`.
     """
 
@@ -76,7 +75,7 @@ class Law(Protocol):
 
     @abstractmethod
     def __call__(self, situation: Situation) -> Array:
-        """q̇ (n,) [rad/s]; may be the array `situation.nominal` itself if nothing changes.
+        """q̇ (n,) [rad/s]; may be the array `situation.nominal` itself.
 
         Raises:
             Unanswered: only a law that is computed elsewhere.
@@ -85,8 +84,7 @@ class Law(Protocol):
 
     @abstractmethod
     def activation(self, distance: float) -> float:
-        """Activation λ of the avoidance at a distance [m], in [0, 1], as shown on the page; 0 at d = ∞, a
-        room without obstacles.
+        """Activation λ of the avoidance at a distance [m], in [0, 1]; 0 at d = ∞.
 
         Raises:
             Unanswered: as a call.
@@ -95,34 +93,27 @@ class Law(Protocol):
 
     @abstractmethod
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """J_d q̇ [m/s] of the law for one pair alone, without bounds and with a regular J_d.
+        """J_d q̇ [m/s] of the law for one pair, without bounds and with a regular J_d.
 
         Args:
-            distance: d [m], signed.
-            pull: u [m/s].
-            approach: w [m/s].
+            distance, pull, approach: d, u, w, see `Situation`.
             square: |J_d|² [m²/rad²]; only for a law that pushes instead of prescribing a speed.
         """
         ...
 
 
 def along_row(nominal: Array, row: Array, correction: float) -> Array:
-    """q̇_n + J_d^# c (n,) [rad/s]; c [m/s] is the desired change of the distance rate J_d q̇, J_d a row (n,)
-    [m/rad].
+    """q̇_n + J_d^# c (n,) [rad/s], for a row J_d (n,) [m/rad] and a change c of the distance rate [m/s].
 
-    J_d^# = J_dᵀ / (J_d J_dᵀ + μ²) with μ = 0 for |J_d| ≥ 0.12 m/rad, growing smoothly to 0.06 m/rad at J_d =
-    0: the exact pseudo-inverse, eq. (5), except near J_d = 0, where speeds stay bounded.
+    J_d^# = J_dᵀ / (J_d J_dᵀ + μ²), eq. (5), with μ = 0 for |J_d| ≥ 0.12 m/rad, smoothly to 0.06 m/rad
+    at J_d = 0, so that speeds stay bounded.
     """
     square = float(row.dot(row))
     return nominal + row * (correction / (square + row_damping(square)))
 
 
 def lever(square: float) -> float:
-    """s = |J_d|² / (|J_d|² + μ²) for |J_d|² = `square`: the share of a change of the distance rate that J_d^#
-    achieves.
-
-    1 while J_d is regular, towards 0 where no joint moves the closest point along the line of contact.
-    """
+    """s = |J_d|² / (|J_d|² + μ²) for |J_d|² = `square`: the share of a rate change that J_d^# achieves."""
     return square / (square + row_damping(square))
 
 
@@ -135,7 +126,7 @@ def row_damping(square: float) -> float:
 
 
 def row_dampings(squares: Array) -> Array:
-    """`row_damping` of many rows: |J_d|² (pairs,) → (pairs,) [m²/rad²]."""
+    """`row_damping` of many rows (pairs,) [m²/rad²]."""
     dampings = squares * (-ROW_DAMPING / (AUTHORITY * AUTHORITY))
     dampings += ROW_DAMPING
     np.maximum(dampings, 0.0, out=dampings)

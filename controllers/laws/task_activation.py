@@ -1,6 +1,4 @@
-"""Task activation in a hierarchy: an inequality task has priority as far as it is active; Simetti & Casalino
-2016.
-"""
+"""An inequality task has priority as far as it is active."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +12,7 @@ from controllers.laws.row_law import RetreatLaw
 from controllers.laws.situation import Situation, row_damping, row_dampings
 
 DIRECTION_WEIGHT: Final = 1.0
-"""η [m²/rad²]: cost of a motion against the first task for the second one."""
+"""η [m²/rad²]: cost of the second task's motion against the first."""
 
 
 @dataclass(frozen=True)
@@ -23,26 +21,22 @@ class TaskActivation(RetreatLaw):
     with X = J_k Q_{k−1}, Q_k = Q_{k−1} (I − X^{#,A,I} X),  W_k = X X^{#,A,Q},  X^{#,A,Q} = (Xᵀ A X + η
     (I−Q)ᵀ(I−Q) + Vᵀ P V)^{−1} Xᵀ A A,  Q = Q_{k−1}.
 
-    E. Simetti and G. Casalino, A novel practical technique to integrate inequality control objectives and
-    task transitions in priority based control, J. Intelligent & Robotic Systems 84, 2016. The activation A
-    rises from 0 to 1 in a buffer before the threshold. An inactive task uses no freedom, an active one all
-    that it needs; in between three regularisations make q̇ continuous. Level 1 is the distance, A = a(d), J_1
-    = J_d, ẋ_1 = v. Level 2 is the hand, A = I, J_2 = J, ẋ_2 = J q̇_n. Theirs begins at ρ_0 = 0; with q̇_n
-    joints that no level needs follow the task.
+    Simetti & Casalino, J. Intelligent & Robotic Systems 84, 2016. The activation A rises from 0 to 1 in a
+    buffer before the threshold. An inactive task uses no freedom, an active one all that it needs; in between
+    three regularisations make q̇ continuous. Level 1 is the distance, A = a(d), J_1 = J_d, ẋ_1 = v. Level 2
+    is the hand, A = I, J_2 = J (I without a `task_jacobian`), ẋ_2 = J q̇_n. Theirs begins at ρ_0 = 0; here
+    unused joints follow q̇_n.
 
-    For one row, level 1 is J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 =
-    I − a J_d^# J_d is the paper's N', eq. (13). While a < 1, Q_1 leaves the share 1 − a of J_d to the hand,
-    which uses it to undo its own error: the distance rate lies between −u and that of level 1, J_d q̇ = a² (v
-    + u) − u, which is reached where the hand does not feel the row. At a = 1 it is v, whatever the hand
-    wants. Where the hand needs J_d itself, η makes it let go by degrees as a → 1; a task that uses every
-    joint (no `task_jacobian`) is J = I.
+    For one row, J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 = I − a J_d^#
+    J_d is the paper's N', eq. (13). While a < 1, the hand uses the share 1 − a of J_d to undo its own error:
+    J_d q̇ is between −u and a² (v + u) − u, which is reached where the hand does not feel the row. At a = 1
+    it is v. If the hand needs J_d itself, η makes it yield gradually as a → 1.
 
-    P is the damping of `row_damping`, for the row and for the singular values of the hand's level.
+    P is the damping of `row_damping`, for the row and the singular values of the hand's level.
 
     Attributes:
         critical_distance: d_m [m], where a = 1.
         influence_distance: d_0 [m], where a = 0.
-        nominal_velocity: v [m/s].
     """
 
     wants_task: ClassVar[bool] = True
@@ -52,11 +46,10 @@ class TaskActivation(RetreatLaw):
     nominal_velocity: float
 
     def row_activation(self, distance: float) -> float:
-        """a(d), see `buffered_activation`."""
         return buffered_activation(distance, self.critical_distance, self.influence_distance)
 
     def activation(self, distance: float) -> float:
-        """a², the share of v in the distance rate of level 1."""
+        """a², the share of v in level 1."""
         return self.row_activation(distance) ** 2
 
     def __call__(self, situation: Situation) -> Array:
@@ -80,6 +73,6 @@ class TaskActivation(RetreatLaw):
 
 
 def _damped(X: Array, velocity: Array) -> Array:
-    """(Xᵀ X + Vᵀ P V)^{−1} Xᵀ ẋ (n,) for X (m, n) and ẋ (m,); P damps small singular values of X."""
+    """(Xᵀ X + Vᵀ P V)^{−1} Xᵀ ẋ (n,) for X (m, n) and ẋ (m,)."""
     squares, directions = np.linalg.eigh(X.dot(X.T))
     return directions.dot(directions.T.dot(velocity) / (squares + row_dampings(squares))).dot(X)

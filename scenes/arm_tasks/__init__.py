@@ -1,1 +1,1 @@
-"""Tasks of the arms and the ball: each asks for velocities of some joints; one kind a file."""
+"""Tasks of the arms and the ball, one kind a file."""

@@ -8,11 +8,11 @@ Memory = tuple[Array, ...]
 
 
 class ArmTask:
-    """Moves some of the joints.
+    """Asks for velocities of some joints.
 
     Attributes:
-        joints: its columns in q.
-        squared_error: of its task in the last `nominal`, [m²] of a hand's position or [rad²] of joints.
+        joints: columns in q.
+        squared_error: in the last `nominal`, of a hand's position [m²] or of joints [rad²].
         desired: q (n,) that it follows [rad], or None.
     """
 
@@ -23,11 +23,11 @@ class ArmTask:
 
     @property
     def task_jacobian(self) -> Array | None:
-        """J (m, n) of its task in the last `nominal`; None if the task uses every joint."""
+        """J (m, n) of the task in the last `nominal`; None if it uses every joint."""
         return self._jacobian
 
     def own_velocity(self, others: slice) -> Array | None:
-        """q̇_n (n,) of the last `nominal` for resting other joints; None if it does not copy their velocity."""
+        """q̇_n (n,) of the last `nominal` with other joints at rest; None if it does not copy a velocity."""
         del others
         return None
 
@@ -38,7 +38,7 @@ class ArmTask:
         """q̇_n (n,) inside the task's bounds [rad/s].
 
         Args:
-            target: a task uses the targets meant for it.
+            target: ignored if meant for another task.
             time: since the start [s].
         """
         raise NotImplementedError

@@ -1,6 +1,4 @@
-"""An arm that follows joint angles: the slave of a master, or one arm of an imitation (Fig. 4: direct control
-of the joints).
-"""
+"""An arm that follows joint angles (Fig. 4: direct control of the joints)."""
 
 import numpy as np
 
@@ -44,8 +42,7 @@ class Slave(JointFollower):
     """Every joint copies one of the other arm: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's
     signs.
 
-    The rig's start postures correspond to each other, wherever the arms begin. Surplus joints of a slave stay
-    as they are.
+    q_s0 and q_m0 are the rig's start postures. Surplus joints do not move.
 
     Args:
         signs: of the mirror (n,).
@@ -62,7 +59,7 @@ class Slave(JointFollower):
         self._from, self._to = world.room.start[master.joints], world.room.start[slave.joints]
 
     def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
-        """q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
+        """q_d (n,) [rad] and its velocity (n,), the master's of the last step [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
         return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[

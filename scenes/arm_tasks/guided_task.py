@@ -1,4 +1,4 @@
-"""The arm that a person holds: the hand's target → the arm's motion, at no more than a person's speed."""
+"""The arm that a person holds, at no more than a person's speed."""
 
 from typing import Final
 
@@ -29,22 +29,19 @@ TURN_SPEED: Final = 1.5
 """Largest angular speed of the hand [rad/s]."""
 
 PULL_DAMPING: Final = 0.1
-"""μ of a pulled link [m/rad]: a pull may go beyond the reach, and an outstretched arm must not tremble."""
+"""μ of a pulled link [m/rad], against trembling beyond the reach."""
 
 PULL_REST: Final = 0.4
 """ρ of a pulled link: weight of the hand's motion."""
 
 SWEEPS: Final = 4
-"""Number of rounds in which the joints of a pulled arm compensate, one after the other, for those at their
-bounds.
-"""
+"""Rounds in which the other joints compensate for those at their bounds."""
 
 
 class GuidedTask(ArmTask):
-    """Follows a hand, an elbow, a pulled link or joint positions, redundancy-resolved and inside the arm's
-    joint bounds.
+    """Follows a hand, an elbow, a pulled link or joint positions inside the joint bounds.
 
-    No point of its axis (elbow, wrist, hand tip) moves faster than `hand_speed`, so no closest point does: a
+    No point of its axis (elbow, wrist, hand tip) is faster than `hand_speed`, so no closest point is: a
     capsule's normal meets the axis.
     """
 
@@ -69,16 +66,13 @@ class GuidedTask(ArmTask):
 
     @property
     def task_jacobian(self) -> Array:
-        """J (3, n) of the hand's position in the last `nominal`."""
         return self._kinematics.hand_jacobian(self._arm, 3) if self._jacobian is None else self._jacobian
 
     def begin(self) -> None:
         self._velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
-        """q̇ (n,) of the arm in the person's hand [rad/s]; the array is reused. Without a target the arm
-        comes to rest.
-        """
+        """q̇ (n,) [rad/s]; the array is reused. Without a target the arm comes to rest."""
         del time
         # The camera's last frame is evaluated later, with the arms of that time.
         held = settings.hardware.frame_rate > 0.0
@@ -99,7 +93,7 @@ class GuidedTask(ArmTask):
             speed = fill_smoothed(
                 self._wanted(target, top_speed), share, box.lower, box.upper, self._reach, dq
             )
-        # Each joint moves no point faster than its rate times the arm's length beyond it: this is usually enough.
+        # Bound by each joint's rate times the arm's length beyond it; usually enough.
         if speed > top_speed:
             np.concatenate(self._placed, out=self._placements.reshape(-1))
             fastest = fastest_of(self._placements, self._ends, self._moving, self._spatial, dq)
@@ -138,7 +132,7 @@ class GuidedTask(ArmTask):
         dq = dposv(hessian, gradient)[1]
         if self._box.contains(dq):
             return dq
-        # Projected Gauss-Seidel: joints taken out at their bounds, as in `fill_inside_box`, would tremble at the edge of the reach.
+        # Projected Gauss-Seidel: taking joints out at their bounds would make the arm tremble when stretched.
         dq, lower, upper = self._box.clip(dq), self._box.lower, self._box.upper
         for _ in range(SWEEPS):
             for i, row in enumerate(hessian):
@@ -153,7 +147,7 @@ class GuidedTask(ArmTask):
 
 
 def _reach(robot: Robot) -> Array:
-    """Largest reach of the arm beyond each joint (n,) [m]: along the joints to the farthest capsule end."""
+    """Reach beyond each joint (n,) [m]: along the joints to the farthest capsule end."""
     model = robot.model
     ways = np.array(
         [float(np.linalg.norm(model.jointPlacements[j].translation)) for j in range(1, model.njoints)]
@@ -168,7 +162,7 @@ def _reach(robot: Robot) -> Array:
 
 
 def _axis_ends(robot: Robot) -> list[tuple[int, Array]]:
-    """Joint and position in its frame (3,) of every moving capsule end; coinciding ends count once."""
+    """Joint and position in its frame (3,) of all different moving capsule ends."""
     data, ends, ways = robot.model.createData(), [], []
     postures = [np.zeros(robot.model.nq), np.full(robot.model.nq, 0.3), np.full(robot.model.nq, -0.7)]
     for capsule in robot.capsules:

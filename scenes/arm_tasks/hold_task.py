@@ -1,4 +1,4 @@
-"""A hand that keeps its place, or follows a moving one."""
+"""A hand that keeps a place."""
 
 from collections.abc import Callable
 from typing import Final
@@ -15,22 +15,22 @@ from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
 
 Path = Callable[[float, Array], tuple[Array, Array]]
-"""(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
+"""(time [s], start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
 
 _STILL: Final = np.zeros(3)
 
 SELF_MOTION_SPEED: Final = 0.6
-"""Largest |q̇₀| towards a posture [rad/s]: 0.1 mm of the hand's error at usual gains."""
+"""Largest |q̇₀| towards a posture [rad/s]: 0.1 mm of error at usual gains."""
 
 
 class HoldTask(ArmTask):
     """q̇_n = J^#(ẋ_d + K e) + N q̇₀, eqs (7), (8): the hand is drawn to its place.
 
     Args:
-        path: motion of the place; None if it is fixed.
-        movable: a person may move the place and pull the elbow (q̇₀) with a `HandTarget`, either with a
-            `LinkTarget`, or lead all joints (q̇₀) with a `JointTarget`, all in the hand's null space.
-        overdriven: K is multiplied by the settings' `overdrive`.
+        path: motion of the place, or None.
+        movable: a person may move the place, pull the elbow or a link, or lead all joints (`HandTarget`,
+            `LinkTarget`, `JointTarget`), in the null space (q̇₀).
+        overdriven: K is multiplied by `overdrive`.
     """
 
     def __init__(
@@ -43,13 +43,13 @@ class HoldTask(ArmTask):
     ) -> None:
         self.joints = arm.joints
         self.place: Array = np.zeros(3)
-        """Desired position of the hand (3,), world [m]."""
+        """Desired position (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
-        """Its desired rotation (3, 3)."""
+        """Desired rotation (3, 3)."""
         self.home: Array = self.place
-        """The hand at the beginning (3,), world [m]; start of the path."""
+        """The hand at the beginning (3,), world [m]."""
         self.path_began = -1.0
-        """Time at which the place began to move by itself [s]; −1 before that."""
+        """Start time of the path [s]; −1 before that."""
         self._overdriven = overdriven
         self._room, self._kinematics, self._arm = world.room, world.kinematics, arm
         self._path, self._movable = path, movable
@@ -107,7 +107,7 @@ class HoldTask(ArmTask):
         return bounded_task(dq, J, self._box, settings.bounds)
 
     def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
-        """q̇₀ (n,) of a pull at a link [rad/s]; a pull at a link of the hand moves the place instead."""
+        """q̇₀ (n,) of a pull [rad/s]; None for a link of the hand, which moves the place."""
         joint = self._arm.joint(target.joint)
         if joint >= self._arm.wrist:
             grip = self._kinematics.data.oMi[joint].act(target.offset)

@@ -1,1 +1,1 @@
-"""The robot of the paper: the KUKA LWR 4+, all made by us from its published numbers."""
+"""The robot of the paper, made from published numbers."""

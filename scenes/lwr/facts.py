@@ -1,9 +1,9 @@
-"""The KUKA LWR 4+ in numbers: kinematics, limits, masses and the simple collision model.
+"""The KUKA LWR 4+ in numbers, for URDF, model and shells.
 
-URDF, Pinocchio model and visual shells are generated from this file. Kinematics: standard DH parameters a =
-0, alpha = (+90, -90, -90, +90, +90, -90, 0) deg, d = (310, 0, 400, 0, 390, 0, 78) mm, here as joint origins
-along the previous z axis. Position, velocity and torque limits: KUKA LWR 4+ data sheet; velocity limits as in
-the IJS RobotBlockSet. KUKA publishes no inertias: masses and centres of mass are common estimates.
+Kinematics: standard DH parameters a = 0, alpha = (+90, -90, -90, +90, +90, -90, 0) deg, d = (310, 0, 400, 0,
+390, 0, 78) mm, here as joint origins along the previous z axis. Limits: KUKA LWR 4+ data sheet; velocity
+limits as in the IJS RobotBlockSet. KUKA publishes no inertias: masses and centres of mass are common
+estimates.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Joint:
-    """One revolute joint; its frame is that of the link behind it, parallel to the base frame at q = 0.
+    """A revolute joint; its frame is that of the link behind it, parallel to the base frame at q = 0.
 
     Attributes:
-        name: KUKA's number of the joint, "j1" (A1) … "j7" (A6).
-        origin: height above the joint before it [m]; for j1 above the mounting face.
+        name: KUKA's number, "j1" (A1) … "j7" (A6).
+        origin: height above the joint before it, or the mounting face [m].
         axis: unit axis in the joint frame.
         position_limit: symmetric [rad].
         velocity_limit: [rad/s].
@@ -60,7 +60,7 @@ JOINT_LABELS: Final = (
 )
 
 MASSES: Final = (1.210, 2.303, 2.303, 2.303, 2.303, 1.601, 1.493, 0.109)
-"""Links 0 (base) … 7 (flange) [kg]."""
+"""Links 0 … 7 [kg]."""
 
 CENTRES_OF_MASS: Final = (
     (0.0, 0.0, 0.048),
@@ -72,7 +72,7 @@ CENTRES_OF_MASS: Final = (
     (0.0, -0.005, -0.003),
     (0.0, 0.0, -0.016),
 )
-"""Links 0 … 7, in the frame of the link [m]."""
+"""In the frames of links 0 … 7 [m]."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class CapsuleFact:
 
     Attributes:
         link: 0 (base) … 7 (flange).
-        start, end: z of the two sphere centres in that frame [m].
+        start, end: z of the sphere centres in that frame [m].
         radius: [m].
     """
 
@@ -98,6 +98,6 @@ CAPSULES: Final = (
     CapsuleFact("forearm", 4, 0.0, 0.390, 0.065),
     CapsuleFact("hand", 6, 0.0, 0.128, 0.050),
 )
-"""The simple model. A roll joint turns its segment about its own axis and never moves these capsules, so one
-capsule per segment is enough. The hand reaches 50 mm beyond the flange to include the tool.
+"""A roll joint never moves these capsules: one per segment is enough. The hand includes the tool, 50 mm
+beyond the flange.
 """

@@ -1,10 +1,9 @@
-"""Appearance of the LWR 4+: eight generated shells, inside the collision capsules at every joint angle.
+"""Appearance of the LWR 4+: eight generated shells, in link frames and metres; z runs along the arm.
 
-A pitch joint joins two shells side by side: the link before it bulges to one side of the y axis, the link
-behind it to the other, alternately along the arm, each with a round cover. A roll joint joins two tubes end
-to end with a thin dark ring. Shells are in link frames, in metres; z runs along the arm.
+They are inside the collision capsules at every joint angle, so visible contact is contact in the model.
 
-Because the shells are inside the collision capsules, visible contact is contact in the model.
+A pitch joint joins two shells side by side, which bulge to opposite sides of the y axis, alternately along
+the arm. A roll joint joins two tubes with a thin dark ring.
 """
 
 from __future__ import annotations
@@ -70,7 +69,7 @@ PALETTES: Final[Mapping[str, glb.GlbPalette]] = MappingProxyType(
 )
 
 SEEN_THROUGH: Final = ("ghost", "wish")
-"""Transparent palettes: of a second run, and of an arm's desired posture."""
+"""Transparent palettes: of a second run, and of a desired posture."""
 
 SECTIONS: Final = 56
 
@@ -80,19 +79,19 @@ SKIN: Final = 0.0008
 COARSE_SHARE: Final = 0.08
 
 FEW: Final = 24
-"""Sections of revolved parts of a coarse shell: a ring thinned out like the rest would be ragged."""
+"""Sections of revolved coarse parts; thinning would make them ragged."""
 
 RAISED: Final = ("cover", "ring", "trim")
 
 PROUD: Final = 0.0007
-"""Additional height of parts on a coarse shell [m]: less than `SKIN`, so they stay inside the capsules."""
+"""Additional height of coarse parts [m]; less than `SKIN`, to stay inside the capsules."""
 
 GHOST_INSET: Final = 0.0012
 COARSE_INSET: Final = 0.004
 """Reduction of a ghost's radius [m]."""
 
 GAP: Final = 0.0012
-"""Half of the slit between the two shells of a pitch joint [m]."""
+"""Half of the slit of a pitch joint [m]."""
 
 UP: Final = np.eye(3)
 TO_MINUS_Y: Final = np.diag([-1.0, -1.0, 1.0])
@@ -100,22 +99,20 @@ FROM_JOINT_TO_MINUS_Y: Final = np.diag([1.0, -1.0, -1.0])
 FROM_JOINT_TO_PLUS_Y: Final = np.diag([-1.0, 1.0, -1.0])
 
 Y_UP: Final = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-"""Rotation from revolved about z to revolved about y, height along +y."""
+"""Turns a shape revolved about z to +y."""
 
 Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
 
 
 @dataclass(frozen=True)
 class Casting:
-    """Half of a pitch joint with its tube, drawn from the roll joint (z = 0) to the pitch joint (z = length), bulging to +y.
+    """Half of a pitch joint with its tube, from the roll joint (z = 0) to the pitch joint (z = length),
+    bulging to +y; all in metres.
 
     Attributes:
-        length: from the roll joint to the pitch joint [m].
-        tube: radius of the tube [m].
-        drum: radius of the joint housing about the pitch axis [m].
-        ball: radius of the capsule's sphere at the pitch joint [m].
-        wall: radius of the capsule along the tube [m].
-        slit: y of the plane in which the two halves meet [m].
+        tube, drum: radii of the tube and of the housing about the pitch axis.
+        ball, wall: radii of the capsule at the pitch joint and along the tube.
+        slit: y of the plane between the two halves.
     """
 
     length: float
@@ -167,9 +164,6 @@ class Casting:
 
 
 def _lid(ball: float, coarse: bool) -> trimesh.Trimesh:
-    """Lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the
-    radius.
-    """
     edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
     if coarse:
         return revolve([(edge, seat), (edge, rise), (0.6 * edge, top - 0.3 * (top - rise)), (0.0, top)], FEW)
@@ -192,7 +186,6 @@ def _ring(z: float, radius: float, coarse: bool) -> trimesh.Trimesh:
 def _hoop(
     inner: float, outer: float, low: float, high: float, edge: float, steps: int, coarse: bool
 ) -> trimesh.Trimesh:
-    """Ring between two radii and two heights, its outer edges rounded with a radius `edge`."""
     if coarse:
         return revolve([(outer, low), (outer, high)], FEW)
     return revolve(rounded([(inner, low), (outer, low), (outer, high), (inner, high)], edge, steps), SECTIONS)
@@ -206,7 +199,6 @@ WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0
 
 
 def _cast(casting: Casting, turn: Array, coarse: bool) -> Parts:
-    """Parts of one link, turned upside down if the pitch joint comes first."""
     parts, tube = {"body": casting.shell(), "cover": casting.cover(coarse)}, casting.tube
     if turn[2, 2] > 0:
         parts["ring"] = casting.seam(coarse)
@@ -218,7 +210,6 @@ def _cast(casting: Casting, turn: Array, coarse: bool) -> Parts:
 
 
 def _base(coarse: bool) -> Parts:
-    """Link 0: a foot with bolts, and a pedestal up to the first roll joint."""
     edge = [(0, 0), (0.0742, 0), (0.0742, 0.010), (0.066, 0.0125)]
     pedestal = [(0.0615, 0.022), (0.0585, 0.060), (0.0585, 0.102), (0.0545, 0.106)]
     foot = rounded([*edge, *pedestal], 0.004)
@@ -231,7 +222,6 @@ def _base(coarse: bool) -> Parts:
 
 
 def _wrist(coarse: bool) -> Parts:
-    """Link 6: the dark ball beside the end of the forearm, and the neck of the flange."""
     ball, slit = facts.CAPSULES[2].radius - SKIN, WRIST.slit - GAP
     radius, flat = ball - 0.001, 0.79 * ball
     bow = np.linspace(np.arcsin(-slit / radius) + 0.06, np.arcsin(flat / radius), 16)
@@ -254,7 +244,7 @@ def _wrist(coarse: bool) -> Parts:
 
 
 def _tool(coarse: bool) -> Parts:
-    """Link 7: the 80 mm flange disc, and beyond it a slim handle to guide the hand by; it fills part of the hand capsule."""
+    """Link 7: flange disc and handle, which fills part of the hand capsule."""
     disc = rounded([(0.030, -0.019), (0.040, -0.019), (0.040, 0.0), (0.0, 0.0)], 0.0018, 3)
     neck = rounded(
         [(0.031, 0.0), (0.031, 0.006), (0.0235, 0.010), (0.0185, 0.019), (0.0185, 0.022)], 0.004, 3
@@ -276,8 +266,8 @@ def _tool(coarse: bool) -> Parts:
 
 @functools.cache
 def link_meshes(coarse: bool) -> tuple[Parts, ...]:
-    """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not
-    change them.
+    """Links 0 (base) … 7 (flange and handle): material → mesh in the link frame [m]. Shared: do not change
+    them.
 
     Args:
         coarse: few triangles, for a browser without a graphics card.
@@ -307,7 +297,7 @@ def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
 
 
 def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
-    """One link as a GLB file in one of the PALETTES; a coarse one is one mesh with colours on its vertices.
+    """One link as a GLB file; a coarse one is one mesh with colours on its vertices.
 
     Raises:
         ValueError: unknown palette.

@@ -1,13 +1,10 @@
-"""Writes the LWR 4+ as a URDF from `facts`, `lwr.urdf` beside this file, for other programs.
+"""Writes `lwr.urdf` from `facts`: python -m scenes.lwr.urdf.
 
-No <capsule>, which yourdfpy cannot read: a capsule is a cylinder and two spheres. No mesh files.
+yourdfpy cannot read <capsule>: a capsule is a cylinder and two spheres.
 
-KUKA publishes no inertias. A link is a solid cylinder of uniform density with its mass, as thick as its
-capsule and as long as its share of the segment (the two links of a segment meet at its roll joint), centred
-in the link's centre of mass. Such a body exists, so the tensor is positive definite and satisfies the
-triangle inequality.
-
-    python -m scenes.lwr.urdf        rewrites lwr.urdf
+KUKA publishes no inertias. A link is a solid uniform cylinder with its mass, as thick as its capsule and as
+long as its share of the segment (whose links meet at the roll joint), about its centre of mass: the tensor is
+positive definite and satisfies the triangle inequality.
 """
 
 from pathlib import Path
@@ -30,7 +27,7 @@ def capsule_share(link: int) -> tuple[CapsuleFact, float, float]:
 
 
 def link_inertia(link: int) -> tuple[float, float, float]:
-    """Principal moments (xx, yy, zz) about the centre of mass, along the axes of the link's frame [kg m²]."""
+    """Principal moments (xx, yy, zz) about the centre of mass, along the link's axes [kg m²]."""
     capsule, start, end = capsule_share(link)
     m, r, h = MASSES[link], capsule.radius, end - start
     across = m * (3 * r**2 + h**2) / 12
@@ -84,7 +81,7 @@ def _link(robot: xml.Element, number: int) -> None:
 
 
 def lwr_urdf() -> str:
-    """One arm: links link0 … link7, joints j1 … j7, and a fixed frame "flange"; SI units, XML text."""
+    """One arm as XML: links link0 … link7, joints j1 … j7, and a fixed frame "flange"; SI units."""
     robot = xml.Element("robot", name="lwr4plus")
     for name, rgba in (("orange", "0.95 0.41 0.05 1"), ("anthracite", "0.17 0.18 0.21 1")):
         xml.SubElement(xml.SubElement(robot, "material", name=name), "color", rgba=rgba)

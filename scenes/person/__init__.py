@@ -1,1 +1,1 @@
-"""A person in front of the robots: two arms as four angles each, where they come from, and what they ask of the robots."""
+"""A person who moves the robots' arms."""

@@ -1,25 +1,22 @@
-"""A person's arms as four angles each, named as in the paper: shoulder flexion, abduction, external rotation,
-elbow flexion, always in this order.
+"""A person's arms as four angles each, named and ordered as in the paper.
 
-The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders.
-Stand with both arms hanging, palms towards the thighs: all four angles of either arm are zero. From there, in
-this order,
+The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders. For
+hanging arms, palms towards the thighs, all angles are zero. From there
 
-    flexion    swings the straight arm forward and up: 90° points ahead, 180° overhead, negative is behind the back;
-    abduction  then lifts it sideways, away from the body: 90° is a T, whatever the flexion was;
-    rotation   then turns it about its own axis, outward positive: with a bent elbow the forearm swings from ahead to the outside;
-    elbow      bends: 0° straight, 90° a right angle, with the forearm pointing ahead if all others are zero.
+    flexion    swings the straight arm forward: 90° points ahead, 180° overhead, negative is behind the back;
+    abduction  then lifts it sideways, away from the body: 90° is a T, whatever the flexion;
+    rotation   then turns it about its own axis, outward positive: a bent forearm swings from ahead outwards;
+    elbow      bends: 0° straight, 90° with the forearm ahead if all others are zero.
 
-In formulas, with s = +1 for the left arm and −1 for the right,
+With s = +1 for the left arm and −1 for the right, so that mirrored arms have equal angles,
 
-    R = Ry(−flexion) Rx(s abduction) Rz(s rotation),   upper arm = R (0, 0, −1),   forearm = R (sin elbow, 0, −cos elbow).
+    R = Ry(−flexion) Rx(s abduction) Rz(s rotation),
+    upper arm = R (0, 0, −1),   forearm = R (sin elbow, 0, −cos elbow).
 
-The sign s gives mirrored arms the same angles. The joint coordinate recommendations of the International
-Society of Biomechanics for the elbow and the drawn human model use the same order of axes.
+The International Society of Biomechanics (for the elbow) and the drawn model use the same order of axes.
 
-Three angles of a direction and a roll always have a singular posture, here the T: at 90° of abduction flexion
-and rotation turn about the same line. With a straight elbow the rotation is not visible. In both cases the
-last value is kept.
+At 90° of abduction flexion and rotation turn about the same line; at a straight elbow the rotation is not
+visible. There the last value is kept.
 """
 
 import math
@@ -32,7 +29,7 @@ from controllers.kinematics import Array
 from scenes.settings import ArmName
 
 TRUSTED_SINE: Final = 0.1
-"""Least sine of the bone's angle off an axis from which the measured angle about it is used as it is."""
+"""From this sine of the bone's angle off an axis on, the measured angle about the axis is used unchanged."""
 
 SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 
@@ -40,13 +37,11 @@ SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 SHOULDER_WIDTH: Final = 0.42
 UPPER_ARM: Final = 0.276
 FOREARM: Final = 0.287
-"""Lengths of the drawn human model, a man of 1.8 m: shoulder to shoulder, shoulder to elbow, elbow to wrist
-[m].
-"""
+"""Shoulder to shoulder, to elbow, to wrist of the drawn model, a man of 1.8 m [m]."""
 
 
 class BodyPoints(NamedTuple):
-    """Tracked points of a person, in any right-handed frame and any unit.
+    """Tracked points of a person, in any right-handed frame and unit.
 
     Attributes:
         shoulders, elbows, wrists: (2, 3), left first.
@@ -67,18 +62,17 @@ def wrapped(angle: float) -> float:
 
 @loop("float64(float64, float64, float64, float64)")
 def remembered(angle: float, previous: float, sine: float, trusted: float) -> float:
-    """Angle about an axis, continued from its previous value.
+    """Angle about an axis, continued from its previous value [rad].
 
     Args:
-        angle: as measured; meaningless if `sine` is 0 [rad].
-        previous: value of the sample before [rad].
-        sine: of the angle between the bone and the axis, 0 … 1.
-        trusted: sine from which the measured value is used as it is.
+        angle: as measured; meaningless if `sine` is 0.
+        previous: of the last sample.
+        sine: of the angle between bone and axis, 0 … 1.
+        trusted: sine from which `angle` is used unchanged.
 
     Returns:
-        For a large sine the measured angle, plus turns to the one nearest to the previous; for 0 the previous
-            one; in between a smooth mixture, so that rest near the singular posture still finds the true
-            value after some samples [rad].
+        For a large sine the angle, in the turn nearest to the previous one; for 0 the previous one; in
+        between a smooth mixture, which converges to the true value at rest.
     """
     s = min(max(sine / trusted, 0.0), 1.0)
     return previous + s * s * (3.0 - 2.0 * s) * wrapped(angle - previous)
@@ -86,7 +80,7 @@ def remembered(angle: float, previous: float, sine: float, trusted: float) -> fl
 
 @loop("void(float64[:], float64, float64[:, :])", fills=("R",))
 def fill_arm_rotation(angles: Vector, sign: float, R: Matrix) -> None:
-    """Fill R (3, 3) of the upper arm in the torso frame. `angles`: (4,) [rad]; `sign`: s of the arm."""
+    """Fill R (3, 3), see `arm_rotation`. `sign`: s of the arm."""
     f, a, r = angles[0], sign * angles[1], sign * angles[2]
     cf, sf = math.cos(f), math.sin(f)
     ca, sa = math.cos(a), math.sin(a)
@@ -98,7 +92,7 @@ def fill_arm_rotation(angles: Vector, sign: float, R: Matrix) -> None:
 
 @loop("void(float64[:], float64, float64[:], float64[:])", fills=("upper", "forearm"))
 def fill_directions(angles: Vector, sign: float, upper: Vector, forearm: Vector) -> None:
-    """Fill the unit vectors (3,) of upper arm and forearm, see `arm_directions`."""
+    """See `arm_directions`."""
     R = np.empty((3, 3))
     fill_arm_rotation(angles, sign, R)
     ce, se = math.cos(angles[3]), math.sin(angles[3])
@@ -108,14 +102,14 @@ def fill_directions(angles: Vector, sign: float, upper: Vector, forearm: Vector)
 
 
 def arm_rotation(angles: Array, side: ArmName) -> Array:
-    """R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
+    """R (3, 3) of the upper arm in the torso frame. `angles`: (4,) [rad]."""
     R = np.empty((3, 3))
     fill_arm_rotation(angles, SIGN[side], R)
     return R
 
 
 def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
-    """Unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
+    """Unit vectors (3,) of upper arm and forearm, towards the hand, torso frame. `angles`: (4,) [rad]."""
     upper, forearm = np.empty(3), np.empty(3)
     fill_directions(angles, SIGN[side], upper, forearm)
     return upper, forearm
@@ -124,14 +118,13 @@ def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
 def direction_angles(
     upper: Array, forearm: Array, side: ArmName, previous: Array | None = None, trusted: float = TRUSTED_SINE
 ) -> Array:
-    """The four angles (4,) [rad] of an arm from the directions of its bones.
+    """Angles (4,) [rad] of an arm from the directions of its bones.
 
     Args:
         upper, forearm: unit vectors (3,) towards the hand, torso frame.
-        previous: angles (4,) of the sample before; the result continues them and may leave the usual ranges
-            and gather whole turns. Without, flexion and rotation are in −π … π, abduction in ±π/2, elbow in 0
-            … π.
-        trusted: see `remembered`; a smaller value follows the directions closer, with faster angles.
+        previous: angles (4,) of the last sample; the result continues them and may gather whole turns.
+            Without, flexion and rotation are in −π … π, abduction in ±π/2, elbow in 0 … π.
+        trusted: see `remembered`; a smaller value follows closer, with faster angles.
     """
     sign = SIGN[side]
     (ux, uy, uz), (wx, wy, wz) = upper.tolist(), forearm.tolist()
@@ -168,14 +161,12 @@ def arm_points(angles: Array, side: ArmName) -> tuple[Array, Array, Array]:
 
 
 def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:
-    """R (3, 3) of the torso, columns forward, left, up; None if the three points are on one line or not
-    finite.
+    """R (3, 3) of the torso, columns forward, left, up; None if the points are on one line or not finite.
 
-    Up is from the hips to between the shoulders; left is across the shoulders, made orthogonal to it.
+    Up is from the hips to between the shoulders.
 
     Args:
-        left_shoulder, right_shoulder: (3,), in any one frame and unit.
-        hips: (3,), the point between them.
+        left_shoulder, right_shoulder, hips: (3,), in one frame and unit.
     """
     up = _unit((left_shoulder + right_shoulder) / 2.0 - hips)
     across = _unit(left_shoulder - right_shoulder)
@@ -189,11 +180,7 @@ def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> 
 
 
 def body_angles(points: BodyPoints, previous: Array | None = None) -> Array | None:
-    """Angles (2, 4) of both arms [rad], left first; None if the points are not a body.
-
-    Args:
-        previous: of the sample before (2, 4).
-    """
+    """Angles (2, 4) of both arms [rad], left first; None if the points are not a body. `previous`: (2, 4)."""
     R = torso_rotation(points.shoulders[0], points.shoulders[1], points.hips)
     if R is None:
         return None

@@ -1,9 +1,8 @@
 """The drawn person: the human model of example-robot-data, in five parts of which four turn.
 
-Its URDF follows the joint coordinates of the International Society of Biomechanics: x forward, y up, z right,
-shoulder about Z (flexion), X (abduction), Y (rotation), elbow about Z. Standing with hanging arms, palms
-towards the thighs, it is turned into the torso frame of `scenes.person.angles` and cut at shoulders and
-elbows. We add a yoke between chest and shoulders.
+Its URDF follows the International Society of Biomechanics: x forward, y up, z right, shoulder about Z
+(flexion), X (abduction), Y (rotation), elbow about Z. It is turned into the torso frame, cut at shoulders and
+elbows, and gets a yoke.
 """
 
 import importlib.metadata
@@ -31,12 +30,12 @@ MATERIAL: Final = glb.Material("#8394a6", 0.7)
 SHARE: Final = 0.16
 
 SHOULDER_HEIGHT: Final = 1.380
-"""Height of the model's shoulders above its soles [m], the origin of the body node."""
+"""Shoulders above the model's soles [m]."""
 
 TORSO_FROM_MODEL: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 PALM_TURN: Final = math.pi / 2.0
-"""Pronation from the model's zero, which shows its palms, to palms at the thighs [rad]."""
+"""Pronation from the model's zero to palms at the thighs [rad]."""
 
 YOKE: Final = ((0.0, -0.225), (0.030, -0.222), (0.040, -0.19), (0.050, -0.10), (0.052, 0.0))
 """Half of the yoke's profile: radius, and place from shoulder (−) to chest (0) [m]."""
@@ -49,10 +48,9 @@ class BodyPart(NamedTuple):
     """A node of the drawing.
 
     Attributes:
-        parent: name of its parent node; "" for the body itself.
-        glb: its mesh, in the node's frame, as a GLB file.
-        pose: in the parent's frame at zero angles; that of the body puts its soles on the floor z = 0, and
-            may be replaced. `body_poses` has the later rotations.
+        parent: "" for the body.
+        glb: mesh in the node's frame.
+        pose: in the parent's frame at zero angles; that of the body puts its soles on the floor z = 0.
     """
 
     name: str
@@ -66,12 +64,12 @@ _CUTS: Final = {
     for side in SIGN
     for part, link in (("upper_arm", "upperarm"), ("forearm", "lowerarm"))
 }
-"""Node → link of the URDF; the node begins at the joint of this link."""
+"""Node → URDF link at whose joint it begins."""
 
 
 @cache
 def body_parts() -> tuple[BodyPart, ...]:
-    """Nodes, parents first, about 330 kB in total.
+    """Nodes, parents first, about 330 kB.
 
     Raises:
         MissingPackage: example-robot-data is not installed, or without its human model.
@@ -93,7 +91,7 @@ def body_parts() -> tuple[BodyPart, ...]:
 
 
 def body_poses(angles: Array) -> dict[str, Quaternion]:
-    """Moving node → its rotation in its parent's frame. `angles`: (2, 4) of both arms [rad], left first."""
+    """Node → rotation in its parent's frame. `angles`: (2, 4) [rad], left arm first."""
     poses: dict[str, Quaternion] = {}
     for i, side in enumerate(SIGN):
         turn = pin.Quaternion(arm_rotation(angles[i], side))
@@ -128,7 +126,7 @@ def _build() -> tuple[bytes, ...]:
 
 
 def person_meshes() -> dict[str, "trimesh.Trimesh"]:
-    """Node → all its triangles, in the node's frame [m].
+    """Node → mesh in its frame [m].
 
     Raises:
         MissingPackage: the human model is missing.
@@ -153,7 +151,7 @@ def person_meshes() -> dict[str, "trimesh.Trimesh"]:
     for i, shape in enumerate(shapes.geometryObjects):
         supports = model.supports[shape.parentJoint].tolist()
         carried = [name for name, joint in joints.items() if joint in supports]
-        # A forearm hangs on its upper arm too: the last joint along the chain counts.
+        # Both joints carry a forearm: the last one along the chain counts.
         name = max(carried, key=lambda n: supports.index(joints[n]), default="body")
         piece = trimesh.load(shape.meshPath, force="mesh")
         assert isinstance(piece, trimesh.Trimesh)

@@ -1,8 +1,7 @@
-"""Scripted people: our gestures in endless loops, each a pure function of its name, a seed and the time.
+"""Scripted people: looped gestures, pure functions of name, seed and time.
 
-A clip is a row of postures from `REST` to `REST` with quintics between them, smooth up to accelerations. The
-seed chooses the leading arm, the counts and the pace. On the torso, without avoidance, clap and cross make
-the robots' arms collide.
+Quintics join postures from `REST` to `REST`, smooth up to accelerations. The seed sets leading arm, counts
+and pace. On the torso, without avoidance, clap and cross make the robots' arms collide.
 """
 
 from collections.abc import Callable
@@ -16,20 +15,20 @@ from scenes.settings import ClipName
 from scenes.targets import between, quintic
 
 ClipArm = tuple[float, float, float, float]
-"""The four angles of one arm, see `scenes.person.angles`; degrees, only in this file."""
+"""Angles as in `scenes.person.angles`, but in degrees."""
 
 REST_ARM: Final[ClipArm] = (20.0, 14.0, 0.0, 75.0)
 
 REST: Final[Array] = np.radians([REST_ARM, REST_ARM])
-"""Start and end of every clip (2, 4) [rad]: elbows at the sides, forearms ahead. Read only."""
+"""Start and end of every clip (2, 4) [rad]. Read only."""
 
 
 class Key(NamedTuple):
     """A posture and the time to reach it.
 
     Attributes:
-        seconds: since the key before; 0 for the first.
-        lead, other: the leading arm and the other one [deg].
+        seconds: since the last key; 0 for the first.
+        lead, other: arms [deg].
     """
 
     seconds: float
@@ -38,10 +37,7 @@ class Key(NamedTuple):
 
 
 class Clip:
-    """A gesture that loops.
-
-    Args:
-        name: of the gesture; "medley" is all others in turn.
+    """A looped gesture; "medley" is all others in turn.
 
     Attributes:
         duration: of one loop [s].
@@ -69,7 +65,6 @@ class Clip:
         self.duration = float(self._times[-1])
 
     def angles(self, time: float) -> Array:
-        """Angles (2, 4) at a time [s], left arm first [rad]."""
         i, j, share = between(self._times, time % self.duration)
         return self._poses[i] + quintic(share)[0] * (self._poses[j] - self._poses[i])
 

@@ -1,4 +1,4 @@
-"""A figure with draggable wrists and elbows: a person without a camera."""
+"""A person without a camera."""
 
 import math
 from typing import Final, NamedTuple
@@ -23,20 +23,20 @@ MOST_BENT: Final = float(np.radians(150.0))
 """Largest elbow angle [rad]."""
 
 TRUSTED_SINE: Final = 1e-3
-"""A hand that drags holds the point exactly, so that almost nothing is remembered at a singular posture."""
+"""So small that a dragged hand holds the point exactly."""
 
 
 SETTLING: Final = 4
-"""Number of corrections of the wrist for the turn of the forearm, per pull at a hand."""
+"""Corrections of the wrist for the forearm's turn."""
 
 
 class Grasp(NamedTuple):
     """Grasped point of an arm.
 
     Attributes:
-        forearm: beyond the middle of the forearm.
+        forearm: True beyond the forearm's middle.
         along: beyond the wrist, along the forearm [m].
-        aside: off the axis of its bone (3,), or off the elbow [m].
+        aside: off the bone's axis (3,), or off the elbow [m].
     """
 
     side: ArmName
@@ -46,11 +46,10 @@ class Grasp(NamedTuple):
 
 
 class Figure:
-    """A person who stays as they were dragged; a `PersonSource`. Points are in the torso frame, its origin
-    halfway between the shoulders.
+    """A figure with draggable wrists and elbows; a `PersonSource`. Points are in the torso frame.
 
     Args:
-        start: angles (2, 4) of both arms [rad].
+        start: angles (2, 4) [rad].
     """
 
     def __init__(self, start: Array = REST) -> None:
@@ -61,11 +60,9 @@ class Figure:
         self._angles = dict(zip(SIGN, self._start, strict=True))
 
     def angles(self, time: float = 0.0) -> Array:
-        """Present angles (2, 4) of both arms [rad], left first; `time` is ignored."""
         return np.array(list(self._angles.values()))
 
     def points(self, side: ArmName) -> tuple[Array, Array, Array]:
-        """Shoulder, elbow and wrist (3,) of an arm [m]."""
         return arm_points(self._angles[side], side)
 
     def drag_wrist(self, side: ArmName, point: Array) -> None:
@@ -94,7 +91,7 @@ class Figure:
 
     def drag_elbow(self, side: ArmName, point: Array) -> None:
         """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if
-        the elbow can bend that far.
+        possible.
         """
         shoulder, _, _ = self.points(side)
         way = np.asarray(point, float) - shoulder
@@ -113,9 +110,7 @@ class Figure:
         self._take(side, upper, forearm)
 
     def grasp(self, side: ArmName, forearm: bool, point: Array) -> Grasp:
-        """Grasp of an upper arm or a forearm at a point (3,) [m]; a forearm near its elbow is held at the
-        elbow.
-        """
+        """Grasp at a point (3,) [m]; a forearm near its elbow is held at the elbow."""
         shoulder, elbow, wrist = self.points(side)
         if not forearm:
             upper = (elbow - shoulder) / UPPER_ARM
@@ -144,9 +139,7 @@ class Figure:
 
 
 def _across(vector: Array, axis: Array, least: float) -> Array | None:
-    """Unit vector of the component of a vector normal to a unit axis; None if that is not longer than
-    `least`.
-    """
+    """Unit vector of the part normal to a unit axis; None if that is not longer than `least`."""
     rest = vector - float(vector @ axis) * axis
     length = norm(rest)
     return rest / length if length > least else None

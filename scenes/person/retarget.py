@@ -1,9 +1,7 @@
-"""Retargeting of a person's arms: joints 1 … 4 of an LWR that point its upper arm and forearm like the
-person's.
+"""Joints 1 … 4 of an LWR that point its upper arm and forearm like a person's.
 
-The first three axes of the LWR, z, −y, z, meet in the shoulder; the fourth, +y, is the elbow
-(`scenes.lwr.facts`). With ū and f̄ the directions of the person's upper arm and forearm in the frame of the
-robot's base, the joints solve
+Axes 1 to 3 of the LWR, z, −y, z, meet in the shoulder; the fourth, +y, is the elbow (`scenes.lwr.facts`).
+With the directions ū and f̄ of the person's upper arm and forearm in the base's frame,
 
     ū = Rz(q1) Ry(−q2) ẑ,      w = [Rz(q1) Ry(−q2)]ᵀ f̄ = Rz(q3) Ry(q4) ẑ,
 
@@ -11,11 +9,8 @@ so that, with σ and ε = ±1 for the four branches,
 
     q1 = atan2(−σ ū_y, −σ ū_x),  q2 = σ acos ū_z,  q3 = atan2(ε w_y, ε w_x),  q4 = ε acos w_z.
 
-q1 is undefined for an upper arm on the base's axis, q3 for a forearm on the upper arm's; there the previous
-value is kept, and q2 and q4 minimise the error. Likewise each joint in turn is clipped to its limits, and the
-next one minimises the error.
-
-The result is filtered: a low-pass, a top speed, and a hold while no person is seen.
+q1 of an upper arm on the base's axis, and q3 of a forearm on the upper arm's, keep their previous values.
+Each joint in turn is clipped to its limits; the next one minimises the error.
 """
 
 import math
@@ -35,10 +30,10 @@ LIMIT_MARGIN: Final = float(np.radians(3.0))
 """Clearance of desired joints from their stops [rad]."""
 
 TRUSTED_SINE: Final = 0.05
-"""q1 and q3 are used as they are if the sine of the bone's angle off the axis is at least this."""
+"""Least sine of the bone's angle off the axis for an unchanged q1 and q3."""
 
 EXACT: Final = 1e-9
-"""A smaller error of a direction counts as none [rad]."""
+"""A smaller error of a direction counts as 0 [rad]."""
 
 _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN]])
 
@@ -50,15 +45,14 @@ _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOIN
 def fill_joints(
     upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
-    """Fill q1 … q4 (4,) [rad] of one LWR: of the branches without error the one nearest to the sample before.
+    """Fill q1 … q4 (4,) [rad] of one LWR: of the branches without error the nearest to the last sample.
 
     Args:
         upper, forearm: unit vectors (3,) towards the hand, world.
-        base: R (3, 3) of the robot's base in the world.
-        limits: of q1 … q4 (4,) [rad].
-        known: there is a sample before; otherwise the natural branch is preferred.
-        before: q1 … q4 of that sample (4,).
-        joints: filled (4,).
+        base: R (3, 3) of the base, world.
+        limits: (4,) [rad].
+        known: False without a last sample: the natural branch is preferred.
+        before: joints of that sample (4,) [rad].
     """
     ux = upper[0] * base[0, 0] + upper[1] * base[1, 0] + upper[2] * base[2, 0]
     uy = upper[0] * base[0, 1] + upper[1] * base[1, 1] + upper[2] * base[2, 1]
@@ -98,14 +92,13 @@ def pan_tilt(
     known: bool,
     before: float,
 ) -> tuple[float, float, float]:
-    """Pan about z and a tilt after it that point at (x, y, z), and their error [rad].
+    """Pan about z and a tilt after it that point at the unit vector (x, y, z), and their error [rad].
 
     Args:
-        x, y, z: a unit vector.
         branch: desired sign of the tilt.
         sense: +1 if a positive tilt leans towards +x at pan = 0, −1 if towards −x.
         pan_limit, tilt_limit: [rad].
-        known: there is a sample before.
+        known: False without a last sample.
         before: pan of that sample [rad].
     """
     lean = math.sqrt(x * x + y * y)
@@ -132,33 +125,28 @@ def pan_tilt(
 def fill_robot_arm(
     angles: Vector, sign: float, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
-    """Fill q1 … q4 (4,) [rad] for one arm's angles (4,) [rad]; `sign`: s of the arm, the rest as in
-    `fill_joints`.
-    """
+    """As `fill_joints`, from one arm's angles (4,) [rad]. `sign`: s of the arm."""
     upper, forearm = np.empty(3), np.empty(3)
     fill_directions(angles, sign, upper, forearm)
     fill_joints(upper, forearm, base, limits, known, before, joints)
 
 
 class Retargeter:
-    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, continued
-    from the sample before.
-    """
+    """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots."""
 
     def __init__(self, rig: Rig) -> None:
         self._bases = tuple(base.rotation.copy() for base in rig.bases)
         self._previous: Array | None = None
 
     def reset(self, joints: Array | None = None) -> None:
-        """Continue from these q1 … q4 (2, 4) [rad], or choose a branch again."""
+        """Continue from these joints (2, 4) [rad], or choose a branch again."""
         self._previous = None if joints is None else joints.copy()
 
     def joints(self, angles: Array) -> Array:
-        """q1 … q4 of both robots (2, 4) [rad], left robot first, inside their limits; at first in the natural
-        branch.
+        """q1 … q4 (2, 4) [rad], left robot first, inside their limits.
 
         Args:
-            angles: of the person (2, 4) [rad], the person's left arm first.
+            angles: (2, 4) [rad], the person's left arm first.
         """
         wanted = np.empty((2, DRIVEN))
         for i, side in enumerate(SIGN):
@@ -170,7 +158,7 @@ class Retargeter:
         return wanted.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """q1 … q4 of the sample before (2, 4) [rad], () without one."""
+        """Joints of the last sample (2, 4) [rad], or ()."""
         return () if self._previous is None else (self._previous.copy(),)
 
     def remember(self, memory: tuple[Array, ...]) -> None:
@@ -181,7 +169,7 @@ CUTOFF: Final = 3.0
 """Cutoff above a person's gestures and below a camera's noise [Hz]."""
 
 TOP_RATE: Final = 1.6
-"""Just below the slowest joint of an LWR, 100 °/s [rad/s]."""
+"""Just below the slowest LWR joint, 100 °/s [rad/s]."""
 
 
 @loop(
@@ -191,7 +179,7 @@ TOP_RATE: Final = 1.6
 def fill_filtered(
     goal: Matrix, omega: float, top_rate: float, dt: float, values: Matrix, rates: Matrix
 ) -> None:
-    """Move values towards a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
+    """See `AngleFilter`; all arrays are (rows, k)."""
     for i in range(goal.shape[0]):
         for j in range(goal.shape[1]):
             gap = goal[i, j] - values[i, j]
@@ -204,20 +192,19 @@ def fill_filtered(
 
 
 class AngleFilter:
-    """A first-order low-pass with a top speed: every output y follows its input x by
+    """A first-order low-pass with a top speed: the output y follows the input x by
 
         ẏ = clip(ω (x − y), ± top_rate),   ω = 2π cutoff,
 
-    solved exactly for a constant input in a step, so that two steps of dt/2 equal one of dt.
+    solved exactly for a constant input: two steps of dt/2 equal one of dt.
 
     Args:
-        start: the output before the first step (rows, k) [rad].
-        cutoff_hz: [Hz].
+        start: first output (rows, k) [rad].
         top_rate: [rad/s].
 
     Attributes:
-        values: the output, shaped like `start` [rad].
-        rates: its mean speed during the last step [rad/s].
+        values: output [rad].
+        rates: its mean speed in the last step [rad/s].
         lost_for: time without input [s].
     """
 
@@ -236,8 +223,8 @@ class AngleFilter:
         """Output after dt > 0 [s], a new array.
 
         Args:
-            wanted: input, shaped like `start` [rad]; None, or not finite, if no person is seen: the output
-                comes to rest at the last input.
+            wanted: input [rad]; None, or not finite, if no person is seen: the output comes to rest at the
+                last input.
         """
         if wanted is None or not np.isfinite(wanted).all():
             self.lost_for += dt
@@ -248,7 +235,7 @@ class AngleFilter:
         return self.values.copy()
 
     def memory(self) -> tuple[Array, ...]:
-        """State for the next step, as copies: three arrays shaped like `start`, and a number ()."""
+        """State for the next step, as copies."""
         return self.values.copy(), self.rates.copy(), self._goal.copy(), np.array(self.lost_for)
 
     def remember(self, memory: tuple[Array, ...]) -> None:

@@ -1,4 +1,4 @@
-"""Interface of the sources of a person's arms."""
+"""Sources of a person's angles."""
 
 from typing import Protocol
 
@@ -15,8 +15,8 @@ class MissingPackage(DuetError):
 
 class PersonSource(Protocol):
     def angles(self, time: float) -> Array | None:
-        """The four angles of both arms at a time [s] of the run: (2, 4) [rad], left first, see
-        `scenes.person.angles`; a new array. None while no person is seen.
+        """Angles (2, 4) [rad] of both arms at a time [s], left first, a new array; None while no person is
+        seen.
         """
         ...
 
@@ -25,7 +25,7 @@ class PersonTarget:
     """A person as a source of targets.
 
     Args:
-        loop: period of a repeated source [s]; None for a source without end.
+        loop: period of a repeated source [s].
     """
 
     def __init__(self, source: PersonSource, loop: float | None = None) -> None:
@@ -36,14 +36,14 @@ class PersonTarget:
 
 
 class SampledAngles:
-    """A person through samples: straight between two of them, at rest before the first and after the last.
+    """A person through samples: straight between two, at rest before and after.
 
     Args:
         times: (k,) [s], strictly increasing, at least one.
-        table: angles (k, 2, 4) [rad]; NaN in a row means that no person was seen.
+        table: angles (k, 2, 4) [rad]; NaN if no person was seen.
 
     Raises:
-        ValueError: shapes that do not fit, or times that do not increase.
+        ValueError: wrong shapes, or times that do not increase.
     """
 
     def __init__(self, times: Array, table: Array) -> None:
@@ -58,7 +58,7 @@ class SampledAngles:
         return float(self.times[-1])
 
     def angles(self, time: float) -> Array | None:
-        """Angles (2, 4) at a time [s], or None next to a sample without a person."""
+        """Angles at a time [s]; None next to a sample without a person."""
         i, j, part = between(self.times, time)
         angles = (
             self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])

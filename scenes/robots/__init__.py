@@ -1,6 +1,6 @@
 """The arms: the paper's, two of the package example-robot-data, and those added at the start.
 
-Fitted capsules are cached: fitting takes most of a second and gives a few numbers.
+Capsules are cached, as fitting takes most of a second.
 """
 
 import importlib.metadata
@@ -27,7 +27,7 @@ SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
 
 @cache
 def robot(name: str) -> Robot:
-    """Robot by its name, built once and shared: do not change it.
+    """Robot by its name, cached and shared: do not change it.
 
     Raises:
         BadSetting: unknown robot, or its package is not installed.
@@ -64,11 +64,6 @@ def robot(name: str) -> Robot:
 
 
 def _example_robot(name: str) -> Robot:
-    """Robot of the package.
-
-    Raises:
-        BadSetting: the package is not installed, or not all of it.
-    """
     example = EXAMPLES[name]
     model, _ = load_example(example)
 
@@ -84,7 +79,7 @@ def _example_robot(name: str) -> Robot:
 def _stored(
     name: str, package: str, fit: Callable[[], tuple[Capsule, ...]], sources: Sequence[Path] = ()
 ) -> tuple[Capsule, ...]:
-    """Capsules of a robot, fitted again if one of our sources, or the package, has changed."""
+    """Capsules, fitted again after a change of a source or the package."""
     # The LWR does without.
     from scenes import glb
 

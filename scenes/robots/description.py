@@ -1,4 +1,4 @@
-"""A robot arm for the rest of Duet: one Pinocchio model, its capsules and its landmarks."""
+"""Description of a robot arm."""
 
 from dataclasses import dataclass
 
@@ -13,9 +13,8 @@ class Capsule:
     """A collision capsule of one arm.
 
     Attributes:
-        name: display name of the part.
-        joint: index of the joint that carries it, 0 for the base.
-        start, end: sphere centres (3,) in the frame of that joint [m]; never the same point.
+        joint: index of its joint, 0 for the base.
+        start, end: sphere centres (3,) in the frame of that joint [m]; never equal.
         radius: [m].
     """
 
@@ -33,8 +32,8 @@ class Robot:
     Attributes:
         key: value of the setting `robot`.
         model: the arm alone, base at the origin.
-        shoulder, elbow, wrist: indices of the joints at these points.
-        capsules: its collision model, base first.
+        shoulder, elbow, wrist: indices of joints.
+        capsules: collision model, base first.
         labels: display names of the joints.
     """
 

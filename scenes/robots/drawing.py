@@ -1,4 +1,4 @@
-"""Appearance of the robots: one GLB per link in one of our palettes, and the frames of the links."""
+"""Appearance of the robots: GLB files and frames of the links."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ TRIANGLES: Final = 30_000
 COARSE_TRIANGLES: Final = 4_200
 
 CREASE: Final = float(np.radians(35))
-"""Angle between faces from which there is an edge."""
+"""Smallest angle between faces at an edge [rad]."""
 
 COARSE_CREASE: Final = float(np.radians(70))
 
 SMALLEST: Final = 0.006
-"""Smallest loose piece that is kept [m]."""
+"""Smallest loose piece [m]."""
 
 COARSE_SMALLEST: Final = 0.030
 
 WELD: Final = 0.0003
-"""Pitch of a grid that merges vertices in one cell [m]: thinner slivers stop the thinning."""
+"""Pitch of a grid that merges vertices [m]: slivers stop the thinning."""
 
 COARSE_WELD: Final = 0.001
 
 FINEST: Final = 1e-6
-"""Pitch of that grid for shapes that would vanish [m]."""
+"""Pitch for shapes that would vanish [m]."""
 
 HUB: Final = 0.005
-"""Radius of the ball drawn for a link of a file without a shape [m]."""
+"""Radius of the ball for a link without a shape [m]."""
 
 PROUD: Final = 0.003
 """Distance of coarse pieces from the coarse body [m]."""
@@ -59,9 +59,9 @@ class JointFrame(NamedTuple):
     """Frame of a link on the link before it.
 
     Attributes:
-        position: of its origin in the frame of the joint before it (3,) [m].
-        rotation: of its frame at angle 0, in the frame of the joint before it (w, x, y, z).
-        axis: of its rotation, in its own frame (3,).
+        position: of its origin in the previous joint's frame (3,) [m].
+        rotation: at angle 0 in that frame (w, x, y, z).
+        axis: of rotation, in its own frame (3,).
     """
 
     name: str
@@ -91,8 +91,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     """Base and links of a robot as GLB files, in the frames of their joints.
 
     Args:
-        palette: of `scenes.lwr.shells`: "orange", "silver", or the transparent "ghost".
-        coarse: few triangles, one mesh per link, for a browser without a graphics card.
+        palette, coarse: as in `scenes.lwr.shells`.
 
     Raises:
         BadSetting: as `robot`.
@@ -112,7 +111,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 
 def draw_given(name: str) -> None:
-    """Build all drawings of a given robot, in all palettes, for the user's cache.
+    """Build all drawings of a given robot for the cache.
 
     Raises:
         BadInputFile: it cannot be drawn.
@@ -134,7 +133,7 @@ def draw_given(name: str) -> None:
 
 @functools.cache
 def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
-    """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
+    """Base and links: material → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:
         BadSetting: as `robot`.
@@ -185,9 +184,7 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
 
 def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-    """Joint, material, vertices in the joint's frame (k, 3) and faces (l, 3) of every shape of a robot of the
-    package.
-    """
+    """Joint, material, vertices in its frame (k, 3) and faces (l, 3) of every shape."""
     example = EXAMPLES[name]
     colours, paints = np.array(list(example.paints), float), list(example.paints.values())
     _, shapes = load_example(example, pin.GeometryType.VISUAL)
@@ -199,12 +196,11 @@ def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int
 
 
 def _weight(piece: trimesh.Trimesh) -> float:
-    """Weight of a piece in the distribution of triangles: large and intricate ones get more."""
     return float(piece.area**0.75 * len(piece.faces) ** 0.25)
 
 
 def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.Trimesh:
-    """The mesh with the vertices of every grid cell at their mean, without the triangles that vanish."""
+    """Mesh with the vertices of every grid cell at their mean."""
     import trimesh
 
     _, cell, count = np.unique(
@@ -219,9 +215,7 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
-    """The mesh with about `count` triangles, kept where the shape needs them (quadric error metric), with
-    original vertices.
-    """
+    """As `scenes.surfaces.thinned_mesh`, with about `count` triangles."""
     import fast_simplification
     import trimesh
     from scipy.spatial import KDTree
@@ -239,7 +233,7 @@ def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
 
 
 def _creased(piece: trimesh.Trimesh, crease: float) -> trimesh.Trimesh:
-    """The mesh with its vertices doubled along sharp edges: the viewer smooths over every shared vertex."""
+    """The mesh with doubled vertices along sharp edges: the viewer smooths over shared ones."""
     import trimesh
 
     smooth = trimesh.graph.smooth_shade(piece, angle=crease, facet_minarea=None)

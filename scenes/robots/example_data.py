@@ -1,4 +1,4 @@
-"""Arms of the package example-robot-data: its files, and what Duet adds."""
+"""Arms of the package example-robot-data, with what Duet adds."""
 
 import importlib.metadata
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ class Segment:
     """Contents of one capsule.
 
     Attributes:
-        joint: index of the joint that carries the capsule and encloses its link.
-        rolled: index of a neighbouring joint also enclosed, at any angle between the two; or None.
-        ball: joint and radius: also encloses this ball about the origin of a joint at rest in its frame [m].
-        without: radius of a ball about the rolled link's own joint that another capsule encloses [m].
+        joint: carries the capsule, which encloses its link.
+        rolled: a neighbouring joint, enclosed at any angle; or None.
+        ball: joint at rest in the capsule's frame, and radius of an enclosed ball about it [m].
+        without: radius of a ball about the rolled joint that another capsule encloses [m].
     """
 
     name: str
@@ -42,18 +42,15 @@ class Example:
     """Additions to a robot of the package.
 
     Attributes:
-        key: value of the setting `robot`.
         urdf: in the package's folder of robots.
-        locked: joints → their fixed position; they are not part of the arm.
-        shoulder, elbow, wrist: indices of the joints at these points.
-        segments: of its collision model, base first.
-        labels: display names of the joints.
-        starts: rig → start posture of the left and the right arm (n,) [deg]: clear of the other arm, elbow
-            bent, hand in front, away from its own base, which cannot give way. The two of a torso mirror each
-            other.
-        views: rig → height of the middle of the view, and its width and height [m].
-        paints: colour in the package's files → material of our palettes; the nearest counts.
-        column: height of a column under its foot, part of its base [m].
+        locked: joints outside the arm → fixed position.
+        shoulder, elbow, wrist: indices of joints.
+        segments: base first.
+        starts: rig → left and right posture (n,) [deg]: clear of the other arm, elbow bent, hand in front,
+            away from its own base, which cannot give way; mirrored on a torso.
+        views: rig → height of the view's middle, width and height [m].
+        paints: colour in the package → nearest material.
+        column: height of a column under its foot [m].
     """
 
     key: RobotName
@@ -86,7 +83,7 @@ class Example:
 
 
 SHOULDER: Final = 0.141
-"""Radius of the ball in which the Panda's shoulder turns [m]."""
+"""Radius of the ball of the Panda's shoulder [m]."""
 
 PANDA: Final = Example(
     "panda",
@@ -99,7 +96,7 @@ PANDA: Final = Example(
     4,
     6,
     (
-        # The shoulder turns its axis with joint 1; both halves of it stay inside this ball; beyond it there is the upper arm's tube.
+        # Both halves of the shoulder, turned by joint 1, stay inside this ball; beyond it is the upper arm.
         Segment("pedestal", 0, rolled=1, ball=(2, SHOULDER)),
         Segment("upper arm", 3, rolled=2, without=SHOULDER),
         Segment("elbow", 4),
@@ -171,8 +168,7 @@ EXAMPLES: Final[dict[str, Example]] = {example.key: example for example in (PAND
 def load_example(
     example: Example, kind: pin.GeometryType | None = None
 ) -> tuple[pin.Model, pin.GeometryModel]:
-    """Model of a robot without its locked joints, and its collision or visual shapes with their meshes; none
-    without a kind.
+    """Model without locked joints, and its collision or visual shapes, if any.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -213,10 +209,10 @@ _REMEDY: Final = LazyText(
 
 
 def urdf_files() -> tuple[Path, ...]:
-    """Every URDF file of the package, sorted.
+    """URDF files of the package, sorted.
 
     Raises:
-        BadSetting: the package is not installed, or not all of it.
+        BadSetting: as `load_example`.
     """
     return tuple(sorted(_robots_folder().rglob("*.urdf")))
 

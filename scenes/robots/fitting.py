@@ -1,4 +1,4 @@
-"""Collision meshes of an arm → a few capsules around them; links that only roll against each other share one."""
+"""Fits a few capsules around an arm's collision meshes."""
 
 import contextlib
 from typing import Final
@@ -18,17 +18,17 @@ TURNS: Final = 32
 BALL_POINTS: Final = 400
 
 FLAT: Final = 1e-9
-"""Relative spread of points in a direction that is only rounding."""
+"""Relative spread of points that is only rounding."""
 
 FINE: Final = 0.008
-"""Longest edge of the triangles if a link is covered by two capsules [m]."""
+"""Longest triangle edge of a link in two capsules [m]."""
 
 
 def fit_example(example: Example) -> tuple[Capsule, ...]:
     """Capsules of a robot of the package.
 
     Raises:
-        BadSetting: the package is not installed, or not all of it.
+        BadSetting: as `load_example`.
     """
     model, collision = load_example(example, pin.GeometryType.COLLISION)
     shapes = [link_triangles(collision, joint) for joint in range(model.njoints)]
@@ -53,7 +53,7 @@ def fit_example(example: Example) -> tuple[Capsule, ...]:
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:
-    """Corners (k, 3, 3) of the triangles of all shapes that move with a joint, in its frame [m]."""
+    """Triangles (k, 3, 3) that move with a joint, in its frame [m]."""
     found = [np.zeros((0, 3, 3))]
     for body in shapes.geometryObjects:
         if body.parentJoint == joint:
@@ -86,7 +86,7 @@ def _refined(triangles: Array) -> Array:
 
 
 def _sphere(radius: float) -> Array:
-    """Points (k, 3) just outside a sphere about the origin, on a golden spiral; their hull contains it."""
+    """Points (k, 3) whose hull contains a sphere about the origin."""
     k = np.arange(BALL_POINTS)
     z, turn = 1.0 - (2.0 * k + 1.0) / BALL_POINTS, k * np.pi * (3.0 - np.sqrt(5.0))
     points = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z])
@@ -95,14 +95,14 @@ def _sphere(radius: float) -> Array:
 
 
 def column_rim(height: float) -> Array:
-    """Points (k, 3) around the foot of a column under a base; their hull contains its lower rim."""
+    """Points (k, 3) whose hull contains the lower rim of a column."""
     angle = 2.0 * np.pi * np.arange(TURNS) / TURNS
     r = COLUMN_RADIUS / np.cos(np.pi / TURNS)
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])
 
 
 def hull_corners(points: Array) -> Array:
-    """Corners (k, 3) of the convex hull of points (n, 3), which may be coplanar, collinear or equal [m]."""
+    """Corners (k, 3) of the convex hull of points (n, 3), also coplanar, collinear or equal ones."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):
@@ -120,7 +120,7 @@ def hull_corners(points: Array) -> Array:
 
 
 def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
-    """Points in the frame of a neighbouring carrier; their hull contains the swept volume of a joint's link."""
+    """Points in a neighbouring carrier's frame whose hull contains the swept volume of a joint's link."""
     points = hull_corners(points)
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]
@@ -135,12 +135,10 @@ def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
 
 
 GRID: Final = 0.001
-"""Pitch of a grid for ends and radii, which are rounded up [m]: last bits of a search differ between
-machines, a robot's capsules must not.
-"""
+"""Pitch of ends and radii [m]: the last bits of a search differ between machines."""
 
 SHORTEST: Final = 0.010
-"""Shortest axis [m]: Coal prefers one, and a sphere is nearly a capsule as short as this."""
+"""Shortest axis [m]: Coal prefers one to a sphere."""
 
 RESTARTS: Final = 2
 
@@ -148,8 +146,8 @@ RESTARTS: Final = 2
 def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
     """Sphere centres (3,) and radius of a capsule around points (k, 3) [m], of the least volume found.
 
-    For a given axis line, the radius and the ends follow directly, so only the four numbers of the line are
-    searched for (Nelder & Mead 1965), from each principal axis of the points.
+    Radius and ends follow from the axis line, whose four numbers are searched for (Nelder & Mead 1965), from
+    each principal axis.
     """
     hull = hull_corners(points)
     centre = (hull.min(axis=0) + hull.max(axis=0)) / 2.0
@@ -167,7 +165,6 @@ def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
 
 
 def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
-    """Ends of the best capsule near an axis line through a centre."""
     # Any vector that is not along the axis gives two directions across it.
     x = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     x /= np.linalg.norm(x)
@@ -195,7 +192,7 @@ def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def _shortest(points: Array, centre: Array, direction: Array) -> tuple[Array, Array]:
-    """Ends of the shortest capsule around an axis line that is as thick as the points need."""
+    """Ends of the shortest capsule about an axis line, as thick as the points need."""
     away = points - centre
     along = away @ direction
     square = np.maximum(np.einsum("ij,ij->i", away, away) - along * along, 0.0)

@@ -17,15 +17,14 @@ if TYPE_CHECKING:
 
 
 def mesh_pieces(path: Path, checked: bool = False) -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
-    """Vertices in the frame of the file (k, 3), faces (l, 3) and colour (3,) in 0 … 255 of every mesh in a
-    file.
+    """Vertices (k, 3), faces (l, 3) and colour (3,) in 0 … 255 of every mesh in a file, in the file's frame.
 
     Args:
         checked: for users' files: apply the unit of the format (COLLADA, 3MF), turn mirrored parts outside
             again, and refuse corners that are not finite.
 
     Raises:
-        ValueError: see `checked`; and what trimesh raises.
+        ValueError: see `checked`; and as trimesh.
     """
     import trimesh
 

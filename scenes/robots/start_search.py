@@ -1,6 +1,4 @@
-"""Start postures of arms: known ones, or else hand in front, elbow high and bent, far from singular postures
-and stops.
-"""
+"""Start postures of arms, far from singular postures and stops."""
 
 from functools import cache
 from typing import Final
@@ -26,7 +24,7 @@ STOP: Final = np.radians(17.0)
 
 
 def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None:
-    """Known start posture q (n,) [rad] of an arm, a copy; None if unknown."""
+    """Known start q (n,) [rad] of an arm, a copy, or None."""
     if robot_name == "lwr" and rig_name in RIGS:
         return RIGS[rig_name].starts[side == "right"].copy()
     if robot_name not in EXAMPLES or rig_name not in RIGS:
@@ -35,10 +33,10 @@ def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None
 
 
 def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, rig_name: str) -> list[Array]:
-    """Start postures q (n,) [rad] of an arm, the best first; only the known one, if any.
+    """Start postures q (n,) [rad], the best first; only the known one, if any.
 
     Args:
-        base, other: poses of its base and of the other arm's in the world; the same for a single arm.
+        base, other: poses of both bases, world; equal for a single arm.
     """
     known = start_posture(made.key, rig_name, side)
     if known is not None:
@@ -48,7 +46,7 @@ def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, ri
 
 
 def arm_reach(made: Robot) -> float:
-    """Length along the joints from the shoulder to the hand [m]."""
+    """Length along the joints from shoulder to hand [m]."""
     model = made.model
     hand = model.frames[model.getFrameId(made.hand)].placement.translation
     ways = (
@@ -59,9 +57,7 @@ def arm_reach(made: Robot) -> float:
 
 
 def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float, float, float]:
-    """Position of the hand in the world [m]: before an upright arm, on the side towards the other; before a
-    torso's chest.
-    """
+    """Goal of the hand, world [m]."""
     reach = arm_reach(made)
     distance = float(np.linalg.norm(away[:2]))
     out = 1.0 if side == "left" else -1.0
@@ -80,7 +76,7 @@ def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float
 
 @cache
 def _searched(key: str, place: bytes, goal: tuple[float, float, float]) -> tuple[Array, ...]:
-    """Postures from a random search, always the same. `place`: the base's pose (4, 4) as bytes for the cache."""
+    """Random search, always the same. `place`: pose of the base (4, 4) as bytes."""
     made = robot(key)
     model, data, base = made.model, made.model.createData(), pin.SE3(np.frombuffer(place).reshape(4, 4))
     low, high = model.lowerPositionLimit + STOP, model.upperPositionLimit - STOP

@@ -1,5 +1,3 @@
-"""Cost of a step and of one visitor."""
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""`lwr-duet bench`: cost of a step and of one visitor."""
+"""The command `lwr-duet bench`."""
 
 from dataclasses import dataclass
 from pathlib import Path

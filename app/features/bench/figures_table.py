@@ -1,4 +1,4 @@
-"""Table of measured figures, and of ratios to an earlier run on the same machine, which mean more than times."""
+"""Tables of figures, and of ratios to an earlier run on the same machine."""
 
 import json
 import platform
@@ -16,13 +16,12 @@ BenchFigures = dict[str, dict[str, float]]
 """Measured thing → figure → value."""
 
 BenchRows = Iterator[tuple[str, dict[str, float]]]
-"""Rows of `BenchFigures`, one by one."""
 
 MOST_BYTES: Final = 10_000_000
 
 
 def printed(rows: BenchRows) -> dict[str, Any]:
-    """Print every row as soon as it is measured; return the figures for JSON."""
+    """Print each row when measured; return the figures for JSON."""
     figures: BenchFigures = {}
     for name, row in rows:
         figures[name] = row
@@ -34,7 +33,7 @@ def printed(rows: BenchRows) -> dict[str, Any]:
 
 
 def read_figures(path: Path) -> dict[str, Any]:
-    """Raises `BadInputFile` if the file cannot be read, or does not hold figures."""
+    """Raises `BadInputFile` without readable figures."""
     try:
         result = json.loads(input_content(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
@@ -45,7 +44,7 @@ def read_figures(path: Path) -> dict[str, Any]:
 
 
 def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
-    """Ratios new : old of every figure that both have."""
+    """Ratios new : old of common figures."""
     ratios: BenchFigures = {}
     for name, figures in now["figures"].items():
         old = before["figures"].get(name, {})

@@ -23,16 +23,11 @@ BLOCK: Final = 200
 """Steps of one scene before the next one's turn."""
 
 RESTLESS: Final = "hold, soft minimum, bounds at work"
-"""Scene with a guided hand that jumps between two places at 1 m/s, which drives the avoiding arm to its
-velocity bounds."""
+"""A hand that jumps between two places at 1 m/s drives the avoiding arm to its velocity bounds."""
 
 
 def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
-    """All figures.
-
-    Args:
-        seconds: duration of each measurement of a visitor [s].
-    """
+    """All figures. `seconds`: duration of each measurement of a visitor [s]."""
     yield from measure_steps(steps, robot).items()
     yield "one visitor", measure_visitor(seconds)
     yield "one visitor, ghost and four plots", measure_visitor(seconds, FULL_PAGE)
@@ -63,7 +58,7 @@ def _scenes(robot: str) -> dict[str, RunSettings]:
 
 
 class _Restless:
-    """Target that alternates each second between the other arm's hand and the start."""
+    """Alternates each second between the other arm's hand and the start."""
 
     def __init__(self, simulation: Simulation) -> None:
         kinematics = simulation.kinematics
@@ -76,8 +71,7 @@ class _Restless:
 
 
 def measure_steps(steps: int, robot: str) -> dict[str, dict[str, float]]:
-    """Scene → median and 99th percentile of one step of both arms [µs], and share of steps at a bound;
-    interleaved."""
+    """Scene → median and 99th percentile of a step of both arms [µs], and share at a bound; interleaved."""
     load_now()
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes(robot).items():

@@ -1,4 +1,4 @@
-"""Processor time and memory of a process with its descendants, from /proc."""
+"""Use of processor and memory, from /proc."""
 
 import math
 import os
@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 
 class Used(NamedTuple):
-    """Use of a process with its descendants.
+    """Use of a process with its descendants; nan without /proc.
 
     Attributes:
-        seconds: processor time so far [s]; nan without /proc, as the memory.
-        memory: pages shared by several processes count once [B].
+        seconds: processor time so far [s].
+        memory: shared pages count once [B].
     """
 
     seconds: float

@@ -1,5 +1,3 @@
-"""A class: answers, groups, board, and report."""
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 

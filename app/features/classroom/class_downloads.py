@@ -1,4 +1,4 @@
-"""Downloads of the class's report as a page, a table, or a file a student."""
+"""Downloads of the class's report."""
 
 import time
 from collections.abc import Callable
@@ -20,13 +20,13 @@ from app.settings import Language
 from app.text.templates import macros
 
 Summaries = Callable[[], tuple[ClassSummary, ClassSummary | None]]
-"""Returns the reports of this class so far and of the last one, or None."""
+"""Reports of this class and of the last one, or None."""
 
 KINDS: Final = ("HTML", "CSV", "ZIP")
 
 
 class MakeReport(Action, newest_by=("client", "which", "kind")):
-    """Make the report on this class (0) or the last one (1). `kind`: of `KINDS`."""
+    """Make the report of this class (`which` = 0) or the last one (1); `kind`: of `KINDS`."""
 
     client: int
     which: int
@@ -34,11 +34,7 @@ class MakeReport(Action, newest_by=("client", "which", "kind")):
 
 
 class ClassDownloads:
-    """Download buttons for this class and the last one; on the shared session's thread.
-
-    Args:
-        book: in the teacher's language.
-    """
+    """Download buttons; on the shared session's thread. `book`: in the teacher's language."""
 
     def __init__(
         self,

@@ -23,16 +23,14 @@ class ClassRecord:
     """State of a class in addition to its shared session.
 
     Attributes:
-        saved: time [s since 1970].
-        ballots: question → tab id → ballot of the last round.
-        students: ids of the tabs that do not lead.
-        earlier: question → ballots of its earlier rounds, oldest first.
-        passed: lesson and step → tabs that passed the challenge.
-        hand_ins: reports by tab id.
-        pages_only, pageless: see `app.features.classroom.ballots.Ballots`.
-        names, pace: invented names by tab id, and open steps for exploring students.
-        nearest: lesson and step of a duel → smallest d − d_m of the class [m].
-        groups: see `app.features.classroom.breakout_places.BreakoutPlaces`.
+        saved: [s since 1970].
+        ballots: of the last round, by tab id.
+        students: tabs that do not lead.
+        earlier: oldest round first.
+        passed: tabs that passed a step's challenge.
+        hand_ins, names: reports and invented names by tab id.
+        nearest: smallest d − d_m of the class in a duel [m].
+        pages_only, pageless, groups: see `Ballots` and `BreakoutPlaces`.
     """
 
     saved: float = 0.0
@@ -60,7 +58,7 @@ def with_class(record: VisitorRecord, room: ClassRecord | None, last: ClassSumma
 
 
 def class_of(record: VisitorRecord) -> ClassRecord | None:
-    """Class of a shared session; None if it has ended."""
+    """None if the class has ended."""
     return part_of(record, _CLASS, ClassRecord)
 
 
@@ -69,7 +67,7 @@ def last_class_of(record: VisitorRecord) -> ClassSummary | None:
 
 
 def interrupted(store: SessionStore) -> VisitorRecord | None:
-    """Shared session interrupted less than `AWAY` ago, to be resumed, or None. Waits for the disk."""
+    """Shared session interrupted less than `AWAY` ago, or None. Waits for the disk."""
     record = store.named(NAME)
     room = None if record is None else class_of(record)
     return record if room is not None and abs(time() - room.saved) < AWAY else None

@@ -1,4 +1,4 @@
-"""A class's report as a printable HTML page, as one lab report a student, and as a table."""
+"""A class's report as HTML, ZIP or CSV."""
 
 import io
 import re
@@ -36,11 +36,7 @@ from scenes.wanted import while_wanted
 
 
 def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
-    """Report as one HTML file; all texts of students are escaped.
-
-    Args:
-        lessons: in the language of the report.
-    """
+    """Report as one HTML file; students' texts are escaped. `lessons`: in the report's language."""
     set_language(language)
     learned, asked = gains(summary.paired, lessons), summary.asked_in(lessons)
     steps = while_wanted(_steps(lessons, asked))
@@ -70,9 +66,7 @@ def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], languag
 
 
 def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, list[str]]]:
-    """Yield every step with a hand-in, and a mark for each: ✓ or ✗ for the prediction, ★ for a passed
-    challenge, · for other work.
-    """
+    """Marks of hand-ins: ✓ or ✗ for the prediction, ★ for a passed challenge, · for other work."""
     done = [from_json(one.progress).steps for one in summary.hand_ins]
     for lesson, index, step in _steps(_untested(lessons), {step for steps in done for step in steps}):
         marks: list[str] = []
@@ -87,9 +81,7 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
 def _overview(
     summary: ClassSummary, lessons: Sequence[Lesson]
 ) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
-    """Yield steps with answers or a passed challenge: number of answers, shares of right ones in the first
-    and last round, passes.
-    """
+    """Number of answers, shares of right ones in the first and last round, and passes."""
     asked = summary.asked_in(lessons)
     for lesson, index, step in _steps(lessons, {*asked, *summary.passed}):
         question = lesson.id, step.id
@@ -109,7 +101,7 @@ def _overview(
 
 @dataclass(frozen=True)
 class _Question(PaperStep):
-    """A step with a question, and the class's answers."""
+    """A question with the class's answers."""
 
     asked: AskedQuestion
 
@@ -151,11 +143,7 @@ def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple
 
 
 def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
-    """ZIP archive of hand-ins, one lab report a student without plots of runs, for `lwr-duet grade`.
-
-    Args:
-        lessons, language: as in `class_report_bytes`.
-    """
+    """Lab reports without plots of runs, for `lwr-duet grade`."""
     set_language(language)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -168,7 +156,7 @@ def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: 
 
 
 def report_names(reports: Sequence[HandIn]) -> list[str]:
-    """Unique names of the reports: unnamed and repeated ones get a number."""
+    """Unique names; unnamed and repeated ones get a number."""
     names: list[str] = []
     for report in reports:
         base = report.name or tr("without a name")
@@ -201,7 +189,7 @@ COLUMNS: Final = (
 
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:
-    """Table as CSV in UTF-8, with a byte order mark for spreadsheets; for the columns see `class.md`."""
+    """CSV in UTF-8 with a byte order mark for spreadsheets; columns: see `class.md`."""
     set_language("en")
     found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
     rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)

@@ -9,11 +9,7 @@ from app.features.lessons.tally import QuestionId, Switch, Tally
 
 @dataclass(frozen=True)
 class AskedQuestion:
-    """A question that a class has answered.
-
-    Attributes:
-        switches: from the first round to the last one; () for one round.
-    """
+    """An answered question. `switches`: from the first round to the last one; () for one round."""
 
     question: QuestionId
     rounds: tuple[Tally, ...]
@@ -25,9 +21,9 @@ class HandIn:
     """One student's hand-in.
 
     Attributes:
-        name: typed by the student; may be "".
+        name: may be "".
         progress: JSON, see `app.features.lessons.progress.to_json`.
-        answers: question of the class → answer in every round, or None.
+        answers: in every round, or None.
     """
 
     name: str
@@ -40,12 +36,11 @@ class ClassSummary:
     """Report of a class; only `hand_ins` has names.
 
     Attributes:
-        saved: time [s since 1970].
+        saved: [s since 1970].
         asked: in the order of the first answers.
-        passed: lesson and step → number of students who passed.
+        passed: number of students.
         hand_ins: by name, unnamed ones last.
-        paired: question of a repeated test → answers before and after (0-based) of each student who gave
-            both.
+        paired: question of a repeated test → answers before and after (0-based).
     """
 
     saved: float

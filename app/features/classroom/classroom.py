@@ -1,4 +1,4 @@
-"""State of a class: present students, question, and the teacher's decisions."""
+"""State of a class."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -27,19 +27,13 @@ class Poll:
     """The question in the shared session, with the class's answers.
 
     Attributes:
-        question: lesson and step.
         choices: Markdown.
-        open: true until the reveal, or until the outcome is shown.
-        outcome: measured lines; empty before it is shown.
-        right: the confirmed choice; None before the outcome.
-        verdicts: on each choice; empty before the outcome.
-        drawing: None if the question asks for no curve.
-        truth: true curve; () before the outcome.
-        first: counts of the first round; None if there was only one.
-        switches: from the first round to this one.
+        open: until the reveal or the outcome.
+        outcome, right, verdicts, truth: empty or None before the outcome.
+        first, switches: see `Counts`.
         round: 1-based.
         staged: answers that the run is compared with: the chosen one, or all of a tie.
-        unseen: true on a projector before the reveal: no answers, empty axes.
+        unseen: on a projector before the reveal: no answers, empty axes.
     """
 
     question: QuestionId
@@ -66,15 +60,12 @@ _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...
 class Classroom:
     """The class that the teacher leads. Belongs to the frame loop's thread.
 
-    Args:
-        most: largest number of breakout sessions.
-        record: of a class to resume.
-
     Attributes:
-        free: true while the students explore; otherwise they follow.
+        free: the students explore; otherwise they follow.
         elsewhere: students with breakout sessions in other processes.
-        load: of the server; None before it was measured.
-        pace, wanted: open steps for them, None for all; the student of the run to show, or "".
+        load: None before it was measured.
+        pace: open steps while they explore; None for all.
+        wanted: student whose run is to be shown, or "".
     """
 
     def __init__(self, most: int, record: ClassRecord = NEW_CLASS) -> None:
@@ -108,7 +99,7 @@ class Classroom:
 
     @property
     def here(self) -> tuple[str, ...]:
-        """All students, once each, in the order of arrival; those elsewhere last."""
+        """In the order of arrival; those elsewhere last."""
         return tuple(dict.fromkeys((*(student for student, _ in self._here.values()), *self.elsewhere)))
 
     @property
@@ -117,13 +108,13 @@ class Classroom:
 
     @property
     def groups(self) -> dict[str, int]:
-        """Group with a breakout session → present students; a student alone is a group of one."""
+        """Group with a breakout session → present students."""
         return Counter(self.places.groups[student] for student in self.here if self.places.holds(student))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
     def explore(self) -> None:
-        """Send all students to breakout sessions; no groups if there is a place for each."""
+        """No groups if there is a place for each student."""
         if not self.free and len(self.here) <= self.places.most:
             self.places.groups.clear()
         self.free = True
@@ -133,7 +124,7 @@ class Classroom:
         self.places.take_all()
 
     def settle(self, able: tuple[str, ...], now: float) -> None:
-        """Give places to able students while the class explores. `now`: the clock [s]."""
+        """Give places to able students while the class explores. `now`: time [s]."""
         self.waiting = 0
         if self.free:
             self.places.give(able, now)
@@ -144,8 +135,7 @@ class Classroom:
     def poll(self, walk: Walkthrough | None, book: LessonBook | None = None) -> Poll | None:
         """The shared session's question, or None.
 
-        Args:
-            book: in the reader's language; None for the session's.
+        `book`: in the reader's language; None for the session's.
         """
         at = None if walk is None else walk.in_book(book)
         if walk is None or at is None or at.step.question is None:
@@ -180,7 +170,7 @@ class Classroom:
         )
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
-        """Texts of a question, cached for each language: they are needed every frame."""
+        """Cached for each language: needed every frame."""
         cached = self._texts.get(lesson.language)
         if cached is not None and cached[0] is step and cached[1] is outcome:
             return cached[2]
@@ -197,7 +187,7 @@ class Classroom:
         return texts
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
-        """Record a student's answer to the current question; false if it is closed."""
+        """False if the question is closed."""
         poll = self.poll(walk)
         if poll is None or not poll.open or not 0 <= choice < len(poll.choices):
             return False
@@ -205,7 +195,7 @@ class Classroom:
         return self.ballots.answer(poll.question, student, choice)
 
     def draw(self, walk: Walkthrough | None, student: str, question: QuestionId, curve: Curve) -> bool:
-        """Record a student's curve, if its question is the current one; false if it is closed."""
+        """False if the question is closed, or not the current one."""
         poll = self.poll(walk)
         if poll is None or not poll.open or poll.question != question or poll.drawing is None:
             return False
@@ -219,7 +209,7 @@ class Classroom:
             self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))
 
     def progress_of(self, student: str, walk: Walkthrough) -> str:
-        """Progress as JSON, at the shared session's step with a student's own answers."""
+        """JSON: the shared session's step with the student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
         for question, ballot in self.ballots.ballots_of(student).items():
             progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
@@ -228,7 +218,7 @@ class Classroom:
     # ---- what is left behind -----------------------------------------------------------------------------------------------
 
     def note(self, group: str, progress: str, now: float) -> None:
-        """Record a group's progress (JSON) for each of its students. `now`: the clock [s]."""
+        """Record a group's progress (JSON) for each student. `now`: time [s]."""
         self.board.note(group, progress, now)
         for student in self.places.members(group) or (group,):
             self.work.note(student, progress)
@@ -237,10 +227,10 @@ class Classroom:
         return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
 
     def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
-        """Record a report: work in the own session, and answers here; false if it is empty.
+        """False if the report is empty.
 
         Args:
-            walk: the shared session's, for outcomes; None without a lesson.
+            walk: the shared session's, for outcomes.
             progress: of the own session, as JSON; "" in the shared one.
         """
         if progress:

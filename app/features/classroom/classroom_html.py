@@ -1,4 +1,4 @@
-"""HTML of a class: histogram, headcount, and a student's ballot."""
+"""HTML of a class."""
 
 from typing import Final
 
@@ -21,8 +21,7 @@ _NONE: Final = Ballot()
 def poll_html(poll: Poll, live: bool = False) -> Markup:
     """Histogram and curves of the answers, with the measured result once known.
 
-    Args:
-        live: true for the teacher's, before the reveal.
+    `live`: for the teacher, before the reveal.
     """
     tally = poll.tally
     count = tr("{count} answered", count=tally.handed_in) + drawn_too(tally)
@@ -35,7 +34,7 @@ def poll_html(poll: Poll, live: bool = False) -> Markup:
 
 
 def voters_html(voters: VoterCount) -> Markup:
-    """Origin of the votes, for the teacher; "" before the first vote."""
+    """Empty before the first vote."""
     if not voters.votes:
         return Markup()
     pills = [
@@ -58,7 +57,7 @@ def _tie(poll: Poll) -> str:
 
 
 def tied_html(poll: Poll) -> Markup:
-    """Verdicts on tied answers, in place of the one on the chosen answer; "" without a tie."""
+    """Verdicts on tied answers; "" without a tie."""
     if len(poll.staged) < 2:
         return Markup()
     verdicts = [
@@ -70,7 +69,6 @@ def tied_html(poll: Poll) -> Markup:
 
 
 def _near(poll: Poll, curve: Curve) -> Markup:
-    """Distance of a curve from the run; "" without a curve."""
     if poll.drawing is None or not curve:
         return Markup()
     return macros("features/lessons/panel/lesson.html").drawn(
@@ -79,7 +77,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
-    """Students, their activity, and the server's load. `expected`: number of students; 0 if unknown."""
+    """Students (0 `expected`: unknown), their activity, and the server's load."""
     present, exploring = classroom.heads
     students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]
@@ -108,9 +106,7 @@ def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
 def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = True) -> Markup:
     """Lines on a student's ballot: instructions, and after the run the verdict.
 
-    Args:
-        first: the ballot of the first round of a repeated question.
-        keys: true if the reader has a keyboard.
+    `first`: ballot of the first round; `keys`: the reader has a keyboard.
     """
     curves, near = Markup(), Markup()
     if poll.verdicts and poll.drawing is not None and ballot.curve:

@@ -1,6 +1,4 @@
-"""Students' own progress and hand-ins, and the board: a row a student, under an invented name, and a column a
-step.
-"""
+"""Students' own progress and hand-ins, and the teacher's board."""
 
 from collections.abc import Mapping
 from random import SystemRandom
@@ -21,14 +19,9 @@ MOST: Final = 1000
 
 
 class StudentWork:
-    """Progress, passed challenges and hand-ins; a report has only work that the student hands in.
+    """Progress, passed challenges and hand-ins; a report has only handed-in work.
 
-    Args:
-        record: of a class to resume.
-
-    Attributes:
-        passed: challenge → students who passed it.
-        nearest: lesson and step of a duel → smallest d − d_m of all pushes [m].
+    `nearest`: smallest d − d_m of all pushes in a duel [m].
     """
 
     def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
@@ -38,7 +31,7 @@ class StudentWork:
         self._progress = {student: report.progress for student, report in record.hand_ins.items()}
 
     def note(self, student: str, progress: str) -> None:
-        """Record a student's progress (JSON); passed challenges stay passed, and records are kept."""
+        """Record a student's progress (JSON): passed challenges and smallest distances are kept."""
         remember(self._progress, student, progress, MOST)
         for question, done in from_json(progress).steps.items():
             if done.passed:
@@ -60,7 +53,7 @@ class StudentWork:
         return found
 
     def hand_in(self, student: str, report: HandIn | None) -> None:
-        """Record a report, replacing an earlier one; None withdraws it."""
+        """None withdraws the report."""
         if report is None:
             self.hand_ins.pop(student, None)
         else:
@@ -68,7 +61,7 @@ class StudentWork:
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
-    """Text of at most `longest` characters, on one line, without invisible characters."""
+    """One line of at most `longest` visible characters."""
     line = " ".join(text.split())
     return "".join(character for character in line if character.isprintable())[:longest].strip()
 
@@ -83,13 +76,11 @@ NAMES: Final = tuple(
 """Mathematicians: enough that a lecture hall's names need no numbers."""
 
 STUCK: Final = 180.0
-"""Time at one place of a step after which a student is stuck [s]."""
+"""Time at one place after which a student is stuck [s]."""
 
 
 class Cell(NamedTuple):
-    """One student's step. `tries`: at its challenge; `here`: the student is there; `minutes`: stuck time, or
-    0.
-    """
+    """One student's step. `tries`: at its challenge; `minutes`: stuck time, or 0."""
 
     finished: bool = False
     tries: int = 0
@@ -117,7 +108,7 @@ class ProgressBoard:
     # ---- invented names ----------------------------------------------------------------------------------------------------
 
     def name_of(self, student: str) -> str:
-        """A student's invented name, drawn once."""
+        """Invented name, drawn once."""
         if student not in self.names:
             turn, taken = 0, set(self.names.values())
             while not self._drawn:
@@ -136,7 +127,7 @@ class ProgressBoard:
     # ---- progress ----------------------------------------------------------------------------------------------------------
 
     def note(self, student: str, progress: str, now: float) -> None:
-        """Record a student's progress (JSON). `now`: the clock [s]."""
+        """Record a student's progress (JSON). `now`: time [s]."""
         self.name_of(student)
         seen = from_json(progress)
         place = seen.lesson, seen.step, seen.phase, seen.at(seen.lesson, seen.step).passed
@@ -149,10 +140,8 @@ class ProgressBoard:
     def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[BoardRow, ...]:
         """Rows of the exploring students, by name.
 
-        Args:
-            groups: number of students in each.
-            at: the board's lesson, and the first step of all.
-            now: the clock [s].
+        `groups`: number of students in each; `at`: the board's lesson, and the first step; `now`: time
+        [s].
         """
         return tuple(
             sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items())

@@ -1,6 +1,4 @@
-"""Answers of a class as bars, curves and words; a repeated question has two bars an answer, the first round's
-pale.
-"""
+"""Answers of a class as bars, curves and words."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -18,9 +16,7 @@ from app.text.templates import macros
 def cloud_html(
     drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False
 ) -> Markup:
-    """Curves of a class, their medians, and the known truth; "" without a curve, unless `asked` shows empty
-    axes.
-    """
+    """Curves of a class, median and truth; "" without a curve, unless `asked` shows empty axes."""
     number, newest = rounds[-1]
     earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves
     if drawing is None or not (curves or earlier or asked):
@@ -34,7 +30,7 @@ def cloud_html(
 
 
 def drawn_too(tally: Tally) -> str:
-    """Numbers of students who chose and who drew, to follow their total; "" without a drawing."""
+    """Numbers of students who chose and who drew; "" without a drawing."""
     return (
         f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})"
         if tally.curves
@@ -43,7 +39,7 @@ def drawn_too(tally: Tally) -> str:
 
 
 def tie_text(tally: Tally) -> str:
-    """Sentence that names the tied answers; empty if there is no tie."""
+    """Names of the tied answers; "" without a tie."""
     if len(tally.favourites) < 2:
         return ""
     *others, last = (str(i + 1) for i in tally.favourites)
@@ -52,9 +48,7 @@ def tie_text(tally: Tally) -> str:
 
 
 def switches_text(switches: Sequence[Switch], right: int | None) -> str:
-    """Number of changed answers, and which, once known from and to the right one; "" if no student answered
-    twice.
-    """
+    """Changed answers; "" if no student answered twice."""
     both = sum(one.students for one in switches)
     moved = [one for one in switches if one.before != one.after]
     if not both:

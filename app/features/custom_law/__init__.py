@@ -1,5 +1,3 @@
-"""A custom law: a function in a file, run in its own process, reloaded on save, and tested."""
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,4 +1,4 @@
-"""Runs and situations for the tests: the product's scenes, bounds and integration."""
+"""Runs and situations for the tests, with the product's scenes, bounds and integration."""
 
 import itertools
 import math
@@ -21,17 +21,16 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
 PIECES: Final = 48
-"""Parts of a run; a curve has the worst value of each."""
 
 
 @dataclass(frozen=True)
 class TrialCurve:
-    """Plot data of a run: the worst value in each of `PIECES` parts.
+    """Worst value in each of `PIECES` parts of a run.
 
     Attributes:
         quantity: "d" [m], "e" [m] or "dq_step" [rad/s].
         seconds: length of the run.
-        lines: name (may be "") → values [SI]; None for an infinite value.
+        lines: name or "" → values [SI]; None for infinity.
     """
 
     quantity: Literal["d", "e", "dq_step"]
@@ -42,11 +41,11 @@ class TrialCurve:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """Result of one test.
+    """Result of a test.
 
     Attributes:
-        reason: which condition, and its margin; a `Message`.
-        line: 1-based line of the file where it failed, or None.
+        reason: condition, and its margin.
+        line: 1-based line of the file where it failed.
         as_template: true if all answers so far are those of the template's law.
     """
 
@@ -59,7 +58,7 @@ class TrialResult:
 
 
 def worst_values(values: Array, least: bool = False) -> list[float | None]:
-    """Largest (or least) value in each of `PIECES` parts of values (steps,); None where it is infinite."""
+    """Largest (or least) value in each of `PIECES` parts of (steps,); None for infinity."""
     edges = np.linspace(0, len(values), PIECES + 1)
     parts = [values[int(a) : max(int(b), int(a) + 1)] for a, b in itertools.pairwise(edges)]
     found = [float((part.min() if least else part.max()) if len(part) else math.inf) for part in parts]
@@ -73,17 +72,12 @@ def distance_curve(table: Array) -> TrialCurve:
 
 
 def error_curve(table: Array, limit: float) -> TrialCurve:
-    """|e| over a run; see `distance_curve`."""
     e, seconds = np.sqrt(table[:, COLUMN["e2"]]), float(table[-1, COLUMN["t"]])
     return TrialCurve("e", seconds, limit, {"": worst_values(e)})
 
 
 class Candidate(Law, Protocol):
-    """A law that may fail.
-
-    Attributes:
-        seconds: duration of the last call [s].
-    """
+    """A law that may fail. `seconds`: duration of its last call."""
 
     @property
     def problem(self) -> LawProblem | None: ...
@@ -93,36 +87,36 @@ class Candidate(Law, Protocol):
 
 
 CRITICAL_DISTANCE: Final = 0.15
-"""d_m in the tests [m]."""
+"""d_m [m]."""
 
 DT: Final = 0.005
-"""Default time step [s]."""
+"""Time step [s]."""
 
 FAR: Final = 2.5
-"""Distance of a far obstacle, in d_m."""
+"""Distance of a far obstacle [d_m]."""
 
 DEPTH: Final = 0.05
 """Initial overlap of the arms [m]."""
 
 LENGTHS: Final = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-6, 0.0)
-"""|J_d| of the situations near a singularity [m/rad]."""
+"""|J_d| near a singularity [m/rad]."""
 
 TOP_SPEED: Final = 1.92
-"""Top speed of the joints in these situations [rad/s], the LWR's slowest."""
+"""Top speed of the joints [rad/s], the LWR's slowest."""
 
 PATIENCE: Final = 10.0
-"""Total time for all calls of one run [s]."""
+"""Time for all calls of a run [s]."""
 
 
 class TrialStopped(Exception):
-    """The law failed, or is too slow; the message gives the reason. `curve`: of the run so far, or None."""
+    """The law failed or is too slow. `curve`: of the run so far."""
 
     curve: TrialCurve | None = None
     line: int | None = None
 
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
-    """Experiment at its start, with a law or (None) unprotected."""
+    """Experiment at its start; unprotected without a law."""
     unprotected = LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE)
     simulation = Simulation(RunSettings(scene=scene, dt=dt, path=path, law=unprotected))  # pyright: ignore[reportArgumentType]
     if law is not None:
@@ -131,10 +125,10 @@ def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay")
 
 
 def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None]) -> Array:
-    """Make one step for each target; return the history's table.
+    """History's table after one step for each target.
 
     Raises:
-        TrialStopped: the law has failed, or is too slow.
+        TrialStopped: the law failed or is too slow.
     """
     taken = 0.0
     try:
@@ -159,7 +153,6 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
 
 
 def stop_if_failed(law: Candidate) -> None:
-    """Raise `TrialStopped` if the law has failed."""
     if law.problem is not None:
         stopped = TrialStopped(law.problem.text)
         stopped.line = law.problem.line
@@ -167,13 +160,13 @@ def stop_if_failed(law: Candidate) -> None:
 
 
 def largest_error(table: Array) -> float:
-    """Largest |e| of a run [m]. `table`: (steps, columns of `scenes.history`)."""
+    """Largest |e| of a run [m]."""
     return float(table[:, COLUMN["e2"]].max()) ** 0.5
 
 
 @cache
 def error_of_the_task_alone() -> float:
-    """Largest |e| of two seconds of the circle without an obstacle [m]."""
+    """Largest |e| in 2 s of the circle without an obstacle [m]."""
     simulation = enter(SOLO, None, path="circle")
     for _ in range(round(2.0 / DT)):
         simulation.step(None)
@@ -181,7 +174,6 @@ def error_of_the_task_alone() -> float:
 
 
 def put_the_ball_away(simulation: Simulation) -> None:
-    """Begin with the ball at `FAR` · d_m from the hand, away from its path."""
     ball = simulation.room.ball
     assert ball is not None
     q = simulation.positions.copy()
@@ -200,9 +192,7 @@ def put_the_ball_away(simulation: Simulation) -> None:
 
 @cache
 def overlapping() -> tuple[float, ...]:
-    """Posture q (nv,) in which the arms overlap by `DEPTH`: the guided arm was pushed into an unprotected
-    one.
-    """
+    """Posture q (nv,) in which the arms overlap by `DEPTH`."""
     simulation = enter(HOLD, None)
     goal = HandTarget(simulation.kinematics.hand_pose(simulation.avoiding).translation.copy())
     while simulation.sample().distance > -DEPTH:
@@ -212,7 +202,7 @@ def overlapping() -> tuple[float, ...]:
 
 @cache
 def hard_situations() -> tuple[Situation, ...]:
-    """Situations with less and less |J_d|, and distances at which 1/d fails."""
+    """Situations with ever smaller |J_d|, and at distances where 1/d fails."""
     signs = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
     row, J = signs / math.sqrt(7.0), np.random.default_rng(1).uniform(-0.5, 0.5, (3, 7))
     # The task pulls towards the obstacle, and elsewhere.

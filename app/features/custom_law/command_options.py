@@ -1,4 +1,4 @@
-"""Options of `lwr-duet serve` and `run` that name the file of a custom law. Imports nothing slow."""
+"""Options that name a custom law's file. Imports nothing slow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from app.recording.headless_law import HeadlessLaw
 
 EDITED: Final = Path("my_law.py")
-"""Default file that is edited on the page."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,6 @@ class CustomLawOptions(FeatureOptions):
 
     @property
     def edited(self) -> Path | None:
-        """File that the person who started the server may edit on the page, or None."""
         return (self.law_file or self.unnamed).absolute() if self.edit_law else None
 
     def existing_file(self) -> Path | None:

@@ -1,4 +1,4 @@
-"""`lwr-duet new-law` and `law-test`: a law file to begin with, and its test."""
+"""`lwr-duet new-law` and `law-test`."""
 
 import os
 import shlex
@@ -52,10 +52,10 @@ def new_law(command: NewLaw) -> int:
 
 
 def law_test(command: LawTest) -> int:
-    """Print one line for each test; return the exit code, 0 if all are passed, else 1.
+    """Print the tests; return the exit code, 0 if all are passed.
 
     Raises:
-        BadInputFile: the file does not exist, or cannot be read.
+        BadInputFile: the file cannot be read.
     """
     with ending_at_once():
         from app.features.custom_law.examination import examine, verdict_table

@@ -1,4 +1,4 @@
-"""A custom law: a file with a function `law(situation)`, run in its own process."""
+"""A law in a file."""
 
 import errno
 import hashlib
@@ -31,41 +31,37 @@ LARGEST: Final = 2**20
 """Largest file [bytes]."""
 
 MOST: Final = 0.0125
-"""Longest wait for the calls of one frame [s]."""
+"""Longest wait for a frame's calls [s]."""
 
 LONG: Final = 0.1
-"""Waiting time after which the page reports a call [s]."""
+"""Wait after which the page reports a call [s]."""
 
 _MISSED: Final = 4
-"""Consecutive checks without a file, after which it is away."""
+"""Consecutive checks without the file, until it is away."""
 
 
 class CustomLaw(LawOfFile):
     """A law that calls `law(situation)` of a file in its own process.
 
-    The first call starts the process, and a changed file restarts it; there is never more than one. Where the
-    law fails, q̇ = 0 until the file changes or `restart`. Methods raise no exception of the law, only
-    `Unanswered`. All methods belong to one thread. The same situations give the same bits if the law keeps no
-    state between calls.
+    The first call starts the process, and a changed file restarts it. Where the law fails, q̇ = 0 until the
+    file changes or `restart`. All methods belong to one thread. They raise no exception of the law, only
+    `Unanswered` while an answer is pending. A law without state gives the same bits for the same situations.
 
     Args:
-        waits: if true, a call waits for its answer up to the limits. If false, calls wait only as long as
-            `allow` grants in total; an unanswered call raises `Unanswered`, and its repetition does not ask
-            again.
+        waits: if true, a call waits for its answer up to the limits. If false, only as long as `allow` grants
+            in total; repeating an unanswered call does not ask again.
 
     Attributes:
-        problem: reason of the failure, or None. After a change of the file it stays until the new file has
-            given velocities; `refresh` asks for them, so that it also disappears at rest.
+        problem: reason of the failure. It stays until a changed file has given velocities.
         sha256: hexadecimal, of the file as last read.
-        need: mean time of about ten calls inside the law [s]; 0 before the first one.
+        need: mean time of about ten calls inside the law [s]; 0 before the first.
 
     Raises:
-        BadInputFile: the file does not exist, or cannot be read.
+        BadInputFile: the file cannot be read.
     """
 
     wants_task: ClassVar[bool] = True
     wants_all_pairs: ClassVar[bool] = True
-    """False for a file with `WANTS_ALL_PAIRS = False`."""
 
     def __init__(
         self,
@@ -85,10 +81,10 @@ class CustomLaw(LawOfFile):
         self.sha256 = hashlib.sha256(self._text).hexdigest()
         self._looked = monotonic()
         self._idle = False
-        """True if no process may start: the law failed, or is closed."""
+        """True if no process may start: it failed or is closed."""
         self._closed = False
         self._lam: tuple[float, float] | None = None
-        """Last distance and its λ: at rest and without an obstacle they repeat."""
+        """Last distance and its λ: at rest they repeat."""
         self._question: VelocityQuestion | None = None
         self._answers: dict[LawQuestion, Array] = {}
         self._curves: dict[type[LawQuestion], tuple[LawQuestion, Array]] = {}
@@ -109,17 +105,16 @@ class CustomLaw(LawOfFile):
 
     @property
     def away(self) -> bool:
-        """True if the file has been missing for a while; its last content stays in force."""
+        """True if the file is missing for a while; its last content stays in force."""
         return self._missed >= _MISSED
 
     @property
     def seconds(self) -> float:
-        """Time of the last call inside the law, without transport [s]; nan before the first."""
+        """Time of the last call inside the law [s]; nan before the first."""
         return self._process.seconds if self._process is not None else float("nan")
 
     @property
     def ready(self) -> bool:
-        """True if the file is loaded and has not failed; the first call or `restart` loads it."""
         return self._process is not None and self._ready(False) is not None
 
     @property
@@ -127,31 +122,22 @@ class CustomLaw(LawOfFile):
         return self._since is not None and monotonic() - self._since > LONG
 
     def allow(self, seconds: float) -> None:
-        """Add waiting time for the calls, at most `MOST` in total [s]."""
+        """Add waiting time [s], up to `MOST`."""
         self._left = min(self._left + seconds, MOST)
 
     def step_made(self) -> int:
-        """Clear the answers of the step; return its number of calls."""
+        """Clear the step's answers; return its number of calls."""
         calls = sum(isinstance(question, VelocityQuestion) for question in self._answers)
         self._answers.clear()
         return calls
 
     def __call__(self, situation: Situation) -> Array:
-        """Return q̇ (n,) [rad/s]; zeros where the law fails.
-
-        Raises:
-            Unanswered: the answer is pending.
-        """
         self._question = VelocityQuestion.of(situation)
         velocities = self._ask(self._question)
         return np.zeros(len(situation.nominal)) if velocities is None else velocities.copy()
 
     def activation(self, distance: float) -> float:
-        """The file's `activation(distance)`, in [0, 1]; 0 if it has none, or failed.
-
-        Raises:
-            Unanswered: the answer is pending.
-        """
+        """λ in [0, 1]; 0 if the file gives none, or failed."""
         if self._lam is not None and self._lam[0] == distance:
             return self._lam[1]
         process = self._loaded()
@@ -164,18 +150,18 @@ class CustomLaw(LawOfFile):
         return self._lam[1]
 
     def activations(self, distances: Array) -> Array:
-        """Last λ (k,) at distances (k,) for a chart; nan until known."""
+        """Last λ (k,) at distances (k,); nan until known."""
         process = self._ready(self._waits)
         if process is not None and not process.has_activation:
             return np.zeros(len(distances))
         return self._curve(ActivationsQuestion(distances.tobytes()), len(distances))
 
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Last `line_rate` (k,) at distances (k,) for a chart; nan until known."""
+        """Last `line_rate` (k,) at distances (k,); nan until known."""
         return self._curve(RatesQuestion(distances.tobytes(), pull, approach, square), len(distances))
 
     def refresh(self) -> bool:
-        """Load a changed file; true if so. Call it every frame: it reads at most every 0.5 s."""
+        """Load a changed file; true if so. For every frame: it looks at most every 0.5 s."""
         now = monotonic()
         if self._closed:
             return False
@@ -205,7 +191,6 @@ class CustomLaw(LawOfFile):
         return True
 
     def _listen(self) -> None:
-        """Read new answers; ask a process without velocities for the last ones."""
         process = self._ready(False)
         if process is None:
             return
@@ -220,11 +205,11 @@ class CustomLaw(LawOfFile):
             self._since = None
 
     def load(self) -> bool:
-        """Load the file and wait for it, whatever `waits` is; true if it could be loaded."""
+        """Wait for the file; true if it could be loaded."""
         return self._ready(True) is not None
 
     def restart(self) -> None:
-        """Restart the process with the same text, for failures that the machine caused."""
+        """Restart after a failure that the machine caused."""
         if self._closed:
             return
         self._end()
@@ -232,7 +217,7 @@ class CustomLaw(LawOfFile):
         self._ready(False)
 
     def close(self) -> None:
-        """End the process; q̇ = 0 from now on."""
+        """q̇ = 0 from now on."""
         self._end()
         self._closed = self._idle = True
 
@@ -257,22 +242,12 @@ class CustomLaw(LawOfFile):
         return self._process
 
     def _loaded(self) -> LawProcess | None:
-        """Process that can be asked; None if the law has failed.
-
-        Raises:
-            Unanswered: the file is not loaded yet.
-        """
         process = self._ready(self._waits)
         if process is None and not self._idle:
             raise self._unanswered()
         return process
 
     def _ask(self, question: LawQuestion) -> Array | None:
-        """Answer to a question of the current step; None if the law has failed.
-
-        Raises:
-            Unanswered: the answer is pending.
-        """
         while (process := self._loaded()) is not None:
             if question in self._answers:
                 # With `waits` no step is repeated, and a law may answer a repeated question differently.
@@ -294,7 +269,7 @@ class CustomLaw(LawOfFile):
         return Unanswered()
 
     def _curve(self, question: LawQuestion, count: int) -> Array:
-        """Last curve (count,) of a kind, nan until known; ask again if the question changed."""
+        """Last curve (count,), nan until known; a new question is asked."""
         process, kind = self._ready(self._waits), type(question)
         if process is not None and self._curves.get(kind, (None,))[0] != question and not process.asked(kind):
             self._post(process, question)
@@ -310,7 +285,6 @@ class CustomLaw(LawOfFile):
             self._fail(failed.problem)
 
     def _take_in(self, process: LawProcess, seconds: float) -> bool:
-        """Read the next answer; true if it came within `seconds`."""
         try:
             news = process.answer(seconds) if process is self._process else None
         except LawFailed as failed:
@@ -343,7 +317,6 @@ class CustomLaw(LawOfFile):
 
 
 def _stamp(path: Path) -> tuple[int, int, int] | None:
-    """Stamp of a file that changes when it is written; None for a missing file."""
     try:
         found = path.stat()
     except OSError:
@@ -352,7 +325,7 @@ def _stamp(path: Path) -> tuple[int, int, int] | None:
 
 
 def read_law(path: Path) -> bytes:
-    """Read a law's file.
+    """Content of a law's file.
 
     Raises:
         BadInputFile: it cannot be read, or is too large.

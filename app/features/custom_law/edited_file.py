@@ -1,4 +1,4 @@
-"""A law's file on the page: read, and written unless another editor has changed it."""
+"""A law's file, edited on the page."""
 
 import hashlib
 import shlex
@@ -10,14 +10,14 @@ from controllers.errors import BadInputFile
 from scenes.files import readable, replacing
 
 MOST: Final = 48_000
-"""Largest edited text [bytes]; it has to pass the gate as one message."""
+"""Largest edited text [bytes]; it must pass the gate as one message."""
 
 
 class Version(NamedTuple):
     """Content of a file.
 
     Attributes:
-        text: with one character at the end of each line.
+        text: every line ends with one character.
         sha256: hexadecimal, of the file; "" for a new one.
     """
 
@@ -27,7 +27,7 @@ class Version(NamedTuple):
 
 
 class ChangedMeanwhile(Exception):
-    """Another editor has changed the file. `version`: its current content."""
+    """Another editor changed the file. `version`: its current content."""
 
     def __init__(self, version: Version) -> None:
         super().__init__(version.sha256)
@@ -40,10 +40,10 @@ def first_text(path: Path) -> str:
 
 
 def read_version(path: Path) -> Version:
-    """Content of a file, or the first text for a missing one.
+    """Content of a file; first text for a missing one.
 
     Raises:
-        BadInputFile: it cannot be read, or not be edited.
+        BadInputFile: it cannot be read or edited.
     """
     if not path.exists():
         return Version(first_text(path), "")
@@ -58,7 +58,7 @@ def read_version(path: Path) -> Version:
 
 
 def check_text(path: Path, text: str) -> None:
-    """Raise BadInputFile if a text cannot be edited and saved here."""
+    """Raise BadInputFile if a text cannot be edited here."""
     if len(text.encode()) > MOST:
         raise BadInputFile(
             "{path}: is larger than {size} kB, too large to be edited here.", path=path, size=MOST // 1000
@@ -68,14 +68,14 @@ def check_text(path: Path, text: str) -> None:
 
 
 def save_text(path: Path, text: str, base: str) -> Version:
-    """Write a text atomically, and return it as saved.
+    """Write a text atomically.
 
     Args:
-        base: `sha256` of the version that was edited.
+        base: `sha256` of the edited version.
 
     Raises:
-        ChangedMeanwhile: the file has another version and another text; it is not changed.
-        BadInputFile: the text does not fit a file, or the file cannot be read or written.
+        ChangedMeanwhile: the file has another version and text.
+        BadInputFile: the text does not fit, or the file cannot be read or written.
     """
     check_text(path, text)
     now = read_version(path)

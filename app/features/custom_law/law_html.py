@@ -1,4 +1,4 @@
-"""A custom law on the page: commands, state, and tests."""
+"""State and tests of a custom law on the page."""
 
 from typing import Final
 
@@ -16,8 +16,7 @@ def law_html(
 ) -> Markup:
     """State of a custom law, in a lesson and in the tab on comparisons.
 
-    Args:
-        problem: reason why the arm is frozen, or "".
+    `problem`: reason why the arm is frozen, or "".
     """
     template = macros("features/custom_law/law_tests.html")
     return template.law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)

@@ -1,4 +1,4 @@
-"""Time and memory limits of a law's process, which allow for an overloaded machine."""
+"""Time and memory limits, also for an overloaded machine."""
 
 import sys
 import time
@@ -13,7 +13,7 @@ class LawLimits:
     """Limits of a law's process.
 
     Attributes:
-        start: until the process runs, before it reads the file [s].
+        start: until the process runs [s].
         load: for reading the file, and for the first call, which may load a library [s].
         call: for every further call [s].
         memory: in addition to Python and NumPy [bytes].
@@ -29,8 +29,8 @@ class LawProblem(NamedTuple):
     """Why a law is not in force.
 
     Attributes:
-        text: one line for its author: file, line if known, fault, expectation.
-        line: 1-based; None if unknown.
+        text: one line: file, line, fault, expectation.
+        line: 1-based.
     """
 
     text: str
@@ -44,11 +44,11 @@ def problem_of(name: str, what: str, line: int | None = None) -> LawProblem:
 
 
 LONGEST: Final = 20.0
-"""Multiple of the limit that is too long for any reason."""
+"""Multiple of a limit that is always too long."""
 
 
 class Patience:
-    """A time limit [s] that excludes the other process's waits for a core, if the system can tell."""
+    """A time limit [s] without the process's waits for a core, if the system can tell."""
 
     def __init__(self, process: int, limit: float) -> None:
         self.limit = limit
@@ -71,7 +71,7 @@ class Patience:
 
 
 def without_core(process: int) -> float:
-    """Time that the first thread of a process has waited for a core [s]; 0 if the system does not say."""
+    """Time that a process's first thread has waited for a core [s]; 0 if unknown."""
     try:
         with open(f"/proc/{process}/schedstat", encoding="ascii") as file:
             return int(file.read().split()[1]) * 1e-9
@@ -80,7 +80,7 @@ def without_core(process: int) -> float:
 
 
 def processor_time(process: int) -> float | None:
-    """Processor time of all threads of a process [s]; None if the system does not say."""
+    """Of all threads [s]; None if unknown."""
     if sys.platform != "linux":
         return None
     try:
@@ -91,7 +91,6 @@ def processor_time(process: int) -> float | None:
 
 
 def wants_a_core(process: int) -> bool:
-    """True if a process runs, or waits for a core."""
     try:
         with open(f"/proc/{process}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()[0] == "R"
@@ -103,17 +102,16 @@ SHARE: Final = 0.4
 """Share of the wall time that the frame thread waits for all custom laws."""
 
 _LATELY: Final = 0.5
-"""Time after which a law that was not called is ignored [s]."""
+"""Time after which an uncalled law is ignored [s]."""
 
 
 class LawTimeShare:
-    """Divides `SHARE` equally among the sessions that call a custom law."""
+    """Divides `SHARE` equally among the sessions that call a law."""
 
     def __init__(self) -> None:
         self._called: dict[int, float] = {}
 
     def part(self, session: int) -> float:
-        """Share of the wall time for a session's law, which is called now."""
         now = time.monotonic()
         self._called[session] = now
         self._called = {one: when for one, when in self._called.items() if now - when < _LATELY}

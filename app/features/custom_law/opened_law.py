@@ -1,4 +1,4 @@
-"""The custom law of a server, and the editor for the person who started it."""
+"""Custom law and editor of a server."""
 
 from app.features.custom_law.command_options import CustomLawOptions
 from app.features.custom_law.law_editor import FileText, LawEditor
@@ -10,7 +10,7 @@ from app.session.late_law import LateLawMaker
 
 
 class OpenedLaw(OpenedFeature):
-    """The law of a server's options.
+    """A server's custom law.
 
     Raises:
         BadInputFile: the file does not exist.

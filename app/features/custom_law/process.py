@@ -1,4 +1,4 @@
-"""The page's side of a law's process: start, load, ask, explain failures, and end it with its descendants."""
+"""The page's side of a law's process."""
 
 import contextlib
 import math
@@ -38,7 +38,7 @@ from scenes.children import ONE_THREAD
 from scenes.files import readable
 
 _TRACE: Final = 0.2
-"""Time for a process to report its place before it is ended [s]; extended while it waits for a core."""
+"""Time for a process to report its place [s]; extended while it waits for a core."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
 _MOST: Final = 65536
 """Largest report [bytes]."""
@@ -49,7 +49,7 @@ _STALLED: Final = 1
 
 
 def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connection]":
-    """Start a process for a file, with a limit of `memory` [bytes]; return it, and our end of the connection."""
+    """`memory`: limit [bytes]. Returns the process, and our end of the connection."""
     ours, theirs = multiprocessing.Pipe()
     handle, posix = theirs.fileno(), os.name == "posix"
     if posix:
@@ -73,7 +73,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
 
 
 def _break_when_stalled(line: Connection) -> None:
-    """Limit every read and write, so that a law that writes to the connection cannot block the page."""
+    """Limit reads and writes, so that a law that writes to the connection cannot block the page."""
     with socket.fromfd(line.fileno(), socket.AF_UNIX, socket.SOCK_STREAM) as end:
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
             end.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", _STALLED, 0))
@@ -108,7 +108,7 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 _SLICE: Final = 0.02
 """Period of the limit's check while a call waits [s]."""
 _LONG_SLICE: Final = 0.25
-"""Period of the check without a limit [s]: each check also waits for a core, see `examination`."""
+"""Period without a limit [s]: each check also waits for a core, see `examination`."""
 
 _R = TypeVar("_R", bound=Reply)
 
@@ -122,11 +122,10 @@ class LawFailed(Exception):
 
 
 class LawProcess:
-    """A process that runs `app.features.custom_law.worker` with one version of a file. It ends at the latest
-    when this object is collected, or this process ends.
+    """Runs `app.features.custom_law.worker` with one version of a file; it ends with this object.
 
     Attributes:
-        seconds: time of the last call inside the law, without transport [s]; nan before the first answer.
+        seconds: time of the last call inside the law [s]; nan before the first answer.
         end: ends it and its descendants; can be called again.
     """
 
@@ -147,7 +146,7 @@ class LawProcess:
         self._called: set[type[LawQuestion]] = set()
 
     def ready(self, wait: bool) -> bool:
-        """True if it can be asked; `wait` waits for that.
+        """True if the law can be asked; `wait` waits for that.
 
         Raises:
             LawFailed: the file cannot be used.
@@ -175,7 +174,7 @@ class LawProcess:
         return any(type(question) is kind for question in self._asked)
 
     def ask(self, question: LawQuestion) -> None:
-        """Ask a question, once it is ready.
+        """Ask, once ready.
 
         Raises:
             LawFailed: the process is gone.
@@ -186,13 +185,13 @@ class LawProcess:
             self._be_patient()
 
     def answer(self, seconds: float) -> tuple[LawQuestion, Numbers] | None:
-        """Oldest question with its answer; None if it is still pending.
+        """Oldest question with its answer; None if it is pending.
 
         Args:
-            seconds: longest wait, at most the law's limit [s].
+            seconds: longest wait, up to the law's limit [s].
 
         Raises:
-            LawFailed: an exception, an invalid result, no answer in time, or the process is gone.
+            LawFailed: an exception, an invalid result, no answer in time, or no process.
         """
         numbers = self._receive(Numbers, seconds) if self._asked else None
         if numbers is None:
@@ -205,7 +204,7 @@ class LawProcess:
         return question, numbers
 
     def _be_patient(self) -> None:
-        """Start the time limit of the next question; the first of its kind may have to load a library."""
+        """The first question of a kind may load a library."""
         kind = type(self._asked[0])
         self._patience = Patience(self.pid, self._limits.call if kind in self._called else self._limits.load)
         self._called.add(kind)
@@ -298,7 +297,7 @@ class LawProcess:
         return self._lost(joined((what, quoted(self._text, line)), ""), line)
 
     def _place(self) -> int | None:
-        """Line of the file that runs now, or None. The process has to be ended next."""
+        """Line of the file that runs now; then the process must be ended."""
         if not hasattr(signal, "SIGUSR1"):
             return None
         with contextlib.suppress(OSError):
@@ -306,9 +305,7 @@ class LawProcess:
         return _line_in(self._trace())
 
     def _last_words(self) -> tuple[int | None, str, int | None]:
-        """Exit code (minus the signal; None if alive), last output, and last line of the file, once the
-        connection broke.
-        """
+        """Exit code (minus the signal; None if alive), last output, and last line of the file."""
         patience = Patience(self.pid, _TRACE)
         while self._alive() and not patience.over:
             time.sleep(0.001)
@@ -319,15 +316,13 @@ class LawProcess:
         return code, trace.decode(errors="replace").strip(), _line_in(trace)
 
     def _alive(self) -> bool:
-        """True if it runs; if the system can tell, without releasing its id."""
+        """True if it runs; without releasing its id, if the system can tell."""
         if not hasattr(os, "waitid"):
             return self._process.poll() is None
         return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
     def _trace(self) -> bytes:
-        """Report of a crash or of its place: when it names a line, the process has ended, or `_TRACE` is
-        over.
-        """
+        """Report of a crash or place, until it names a line, the process ends, or `_TRACE` is over."""
         stream, report, patience = self._process.stderr, b"", Patience(self.pid, _TRACE)
         assert stream is not None
         if os.name != "posix":

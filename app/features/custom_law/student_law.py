@@ -1,4 +1,4 @@
-"""The custom law of one session, and its share of waiting time."""
+"""The custom law of a session."""
 
 import math
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from scenes.settings import RunSettings
 
 
 class SessionLaw(Law, Protocol):
-    """A session's law; see `CustomLaw` for its members."""
+    """See `CustomLaw`."""
 
     file: str
     sha256: str
@@ -42,12 +42,7 @@ class SessionLaw(Law, Protocol):
 
 
 class StudentLaw(LateLaw):
-    """The session's law in its own process; does nothing without a file.
-
-    Args:
-        share: waiting time of the laws of all sessions.
-        background, wake: see `Examination`.
-    """
+    """A session's law; does nothing without one. `share`: waiting time of all sessions' laws."""
 
     def __init__(
         self, path: Path | None, share: LawTimeShare, background: Jobs | None, wake: Callable[[], None]
@@ -64,17 +59,17 @@ class StudentLaw(LateLaw):
         """Longest call in real time [s]."""
 
     def open(self, path: Path) -> None:
-        """Replace the law by a file's.
+        """Replace the law.
 
         Raises:
-            BadInputFile: it cannot be read; nothing is changed.
+            BadInputFile: the file cannot be read; nothing is changed.
         """
         law = CustomLaw(path)
         self.take(law, None if self._background is None else Examination(path, self._background, self._wake))
         self.path = path
 
     def take(self, law: SessionLaw | None, tests: Examination | None = None) -> None:
-        """Replace the law by one without a file, or by None. `tests`: of the new law."""
+        """Replace the law by one without a file. `tests`: of the new law."""
         self.close()
         self.law, self.path, self.examination = law, None, tests
 
@@ -105,7 +100,6 @@ class StudentLaw(LateLaw):
         return LateLawStatus(file, ghost_file, problem, law.away, law.waiting, slow, law.sha256, line)
 
     def advance(self, elapsed: float, paused: bool) -> None:
-        """Check the file, and grant the law its share of a frame."""
         if self.examination is not None:
             self.examination.advance()
         if self.law is None:
@@ -127,7 +121,7 @@ class StudentLaw(LateLaw):
 
 
 def student_law(session: Session) -> StudentLaw:
-    """The session's `StudentLaw`, without a file by default."""
+    """The session's law; by default without a file."""
     if not isinstance(session.law, StudentLaw):
         law = StudentLaw(None, LawTimeShare(), session.background, session.wake)
         law.in_ghost = session.law.in_ghost
@@ -143,10 +137,10 @@ def let_custom_law_run(session: Session, runs: bool) -> None:
 
 
 def take_law_file(session: Session, path: Path) -> None:
-    """Run the law of a file, as if the server had been started with it; resets the run.
+    """Run a file's law; resets the run.
 
     Raises:
-        BadInputFile: it cannot be read; nothing is changed.
+        BadInputFile: the file cannot be read; nothing is changed.
     """
     student_law(session).open(path)
     session.assign_laws(True)

@@ -1,5 +1,6 @@
-"""Messages between the page and a law's process: msgpack over a `multiprocessing.connection.Connection`,
-without pickle. Arrays are float64 bytes, since a call may cost only a small part of a tick.
+"""Messages between page and law: msgpack over a `multiprocessing.connection.Connection`, without pickle.
+
+Arrays are float64 bytes, to be quick.
 """
 
 import string
@@ -14,7 +15,7 @@ from controllers.errors import LazyText
 from controllers.laws.situation import Situation
 
 BROKEN: Final = 76
-"""Exit code of the law's process if the connection breaks (EX_PROTOCOL)."""
+"""Exit code after a broken connection (EX_PROTOCOL)."""
 
 _MATRICES: Final = (Situation._fields.index("task_jacobian"), Situation._fields.index("rows"))
 
@@ -29,8 +30,7 @@ class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_has
     """Asks for q̇.
 
     Attributes:
-        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the
-            law may modify.
+        fields: of a `Situation`. Arrays are received as bytearrays, which the law may modify.
     """
 
     fields: tuple[bytearray | float | None, ...]
@@ -59,13 +59,13 @@ class ActivationQuestion(Struct, tag=True, array_like=True, frozen=True):
 
 
 class ActivationsQuestion(Struct, tag=True, array_like=True, frozen=True):
-    """Asks for λ at distances (k,) [m], for a chart."""
+    """Asks for λ at distances (k,) [m]."""
 
     distances: bytes
 
 
 class RatesQuestion(Struct, tag=True, array_like=True, frozen=True):
-    """Asks for J_d q̇ of one pair at distances (k,) [m]; see `Law.line_rate`."""
+    """Asks for J_d q̇ at distances (k,) [m]; see `Law.line_rate`."""
 
     distances: bytes
     pull: float
@@ -77,14 +77,14 @@ LawQuestion = VelocityQuestion | ActivationQuestion | ActivationsQuestion | Rate
 
 
 class TextParts(Struct, array_like=True):
-    """A text as plain data: template and parts of a `LazyText`; parts are None for any other text."""
+    """Template and parts of a `LazyText`; parts are None for any other text."""
 
     template: str
     parts: dict[str, "TextParts"] | None
 
     @staticmethod
     def of(text: object) -> "TextParts":
-        """Parts of a text, without lone surrogates, which cannot be sent."""
+        """Without lone surrogates, which cannot be sent."""
         lazy = isinstance(text, LazyText)
         template = (text.template if lazy else str(text)).encode(errors="replace").decode()
         return TextParts(
@@ -92,10 +92,10 @@ class TextParts(Struct, array_like=True):
         )
 
     def text(self) -> str:
-        """Return the text.
+        """The whole text.
 
         Raises:
-            ValueError: an invalid template; a law may write to the connection itself.
+            ValueError: invalid template; a law may write to the connection itself.
         """
         parts = self.parts
         if parts is None:
@@ -111,14 +111,14 @@ class Started(Struct, tag=True, array_like=True):
 
 
 class FileLoaded(Struct, tag=True, array_like=True):
-    """The file is loaded; see `LawFile`."""
+    """See `LawFile`."""
 
     wants_all_pairs: bool
     has_activation: bool
 
 
 class Numbers(Struct, tag=True, array_like=True):
-    """Answer to a question, and the law's time for it [s]; None if it is not measured."""
+    """An answer, and the law's time [s]; None if it is not measured."""
 
     values: bytes
     seconds: float | None = None
@@ -143,7 +143,7 @@ def decode_reply(body: bytes) -> Reply:
     """Decode a reply.
 
     Raises:
-        ValueError: it is not a reply; the law may have written to the connection itself.
+        ValueError: not a reply; a law may write to the connection itself.
     """
     try:
         return _decode_reply(body)

@@ -1,7 +1,7 @@
-"""The process of a custom law, with the arguments CONNECTION MEMORY PATH.
+"""The process of a custom law; arguments: CONNECTION MEMORY PATH.
 
-The file's output is discarded, only answers reach the page, and the process ends with the page. This protects
-against mistakes, not against malice: the author of the file can do what the user can do.
+It discards the file's output, and ends with the page. This protects against mistakes, not malice: a file's
+author can do what the user can do.
 """
 
 import faulthandler
@@ -45,7 +45,7 @@ def _inherited(handle: int) -> "connection.Connection":
 def _mute() -> None:
     """Discard the standard streams, and end with the parent, even in an endless loop.
 
-    The parent reads the old standard error after a crash, or a call over its time.
+    The parent reads the old standard error after a crash or a late call.
     """
     trace, life = os.dup(2), os.dup(0)
     nothing = os.open(os.devnull, os.O_RDWR)
@@ -64,7 +64,7 @@ def _mute() -> None:
 
 
 def _limit(memory: int) -> None:
-    """Limit the memory to the current use plus `memory` [bytes], where the system supports it."""
+    """Limit the memory to the current use plus `memory` [bytes], where supported."""
     try:
         import resource
 

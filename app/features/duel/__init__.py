@@ -1,5 +1,3 @@
-"""The duel on the page: a replay link and a film of the nearest push."""
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

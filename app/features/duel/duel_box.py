@@ -1,4 +1,4 @@
-"""Link that replays the nearest push to the last bit, and its film."""
+"""Replay link and film of the nearest push."""
 
 import viser
 
@@ -25,7 +25,7 @@ class AskPushFilm(Action):
 
 
 def make_push_film(language: Language, push: Recorded) -> bytes:
-    """Film as WebP; only the process that makes it imports what draws."""
+    """Only the process that makes it imports what draws."""
     from app.features.duel.push_film import film_bytes
 
     set_language(language)
@@ -33,7 +33,7 @@ def make_push_film(language: Language, push: Recorded) -> bytes:
 
 
 class DuelBox(PagePanel):
-    """The link and the button, below the score in the panel of lessons."""
+    """Below the score in the lessons' panel."""
 
     def __init__(self, page: PanelContext) -> None:
         self._gui, self._session, self._exports = (

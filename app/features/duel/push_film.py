@@ -1,4 +1,4 @@
-"""Five seconds around the nearest moment of a push, as animated WebP."""
+"""Film of five seconds around the nearest moment of a push."""
 
 import io
 from typing import Final
@@ -21,7 +21,7 @@ RATE: Final = 10.0
 """Frames per second."""
 
 BEFORE: Final = 3.0
-"""Time before the nearest moment, if the push is long enough [s]."""
+"""Time before the nearest moment [s]."""
 
 SIZE: Final = (360, 270)
 """Width and height [px]."""
@@ -30,13 +30,7 @@ _INK: Final = PALETTES["light"]
 
 
 def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = RATE) -> bytes:
-    """WebP file; a short push ends with a still picture.
-
-    Args:
-        recorded: a push of two arms.
-        size: width and height [px].
-        rate: frames per second.
-    """
+    """Animated WebP of a push of two arms; a short push ends with a still picture."""
     replay = Replay(make_film(recorded))
     nearest = replay.nearest_moment
     begin = max(

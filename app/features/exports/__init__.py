@@ -1,7 +1,4 @@
-"""Files of a run: run file, CSV, PNG and SVG, an offline page, Python.
-
-Every job is a top-level function of plain data, so that `app.runtime.job_pool` can run it in another process.
-"""
+"""Jobs are top-level functions of plain data: `app.runtime.job_pool` runs them in other processes."""
 
 from collections.abc import Sequence
 from pathlib import Path

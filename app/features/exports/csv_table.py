@@ -1,4 +1,4 @@
-"""Every step of the newest part of a run as CSV, after the settings."""
+"""CSV of a run: settings, then every step."""
 
 import gzip
 import io
@@ -20,7 +20,7 @@ LARGEST: Final = 16_000_000
 
 
 def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
-    """Time [s], key and new value of every change of a setting."""
+    """Time [s], key and new value of each change."""
     found: list[tuple[float, str, Any]] = []
     time = recorded.begin
     for before, after in pairwise(recorded.stretches):
@@ -31,13 +31,10 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
 
 
 def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
-    """The table, compressed if larger than `LARGEST`; equal pieces give equal bytes.
-
-    Args:
-        seconds: written time at the end [s]; inf for all.
+    """CSV, compressed above `LARGEST`; equal pieces give equal bytes. `seconds`: length [s]; inf for all.
 
     Raises:
-        BadSetting: it cannot be made here.
+        BadSetting: the run is not possible here.
     """
     table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
     check_wanted()

@@ -25,7 +25,6 @@ EXPORTS: Final[dict[str, FileKind]] = {
     "HTML": "html",
     "Python": "python",
 }
-"""Label of a button → kind of file."""
 
 HINT: Final = N_(
     "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
@@ -43,7 +42,7 @@ class LoadRun(Action):
 
 
 class ExportsPanel(PagePanel):
-    """Buttons below those of the replay, which define the saved length."""
+    """The buttons of the replay define the saved length."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session, replay = page.client.gui, page.session, page.panel(ReplayBar)

@@ -1,8 +1,4 @@
-"""Offline player: one HTML file that plays scene and plots of a recorded run without server or network.
-
-It contains viser's page (Apache 2.0), which draws the scene; our script moves the nodes, draws the curves and
-has the scrubber. The file forbids itself to load anything.
-"""
+"""One HTML file that plays a recorded run offline. viser's page (Apache 2.0) in it draws the scene."""
 
 import base64
 import gzip
@@ -46,14 +42,10 @@ _HERE: Final = Path(__file__).parent
 
 
 def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes:
-    """Content of the file, in the current language.
-
-    Args:
-        seconds: played time at the end [s]; inf for all.
-        page: theme, kind of picture, and the plots besides the first two.
+    """File in the current language. `seconds`: played time at the end [s]; inf for all.
 
     Raises:
-        BadSetting: it cannot be made here.
+        BadSetting: the run is not possible here.
     """
     table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
     panels = Curves(recorded, table, page.theme).panels(page.details)
@@ -64,7 +56,7 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes
 
 
 def nearest_moment(table: Array) -> float | None:
-    """Time of the smallest d in rows of a history [s]; None without an obstacle."""
+    """Time of the smallest d [s]; None without an obstacle."""
     d = table[:, COLUMN["d"]]
     return float(table[d.argmin(), COLUMN["t"]]) if np.isfinite(d).all() else None
 
@@ -77,11 +69,9 @@ def assembled(
     own: LawAnswers | None = None,
     mark: float | None = None,
 ) -> str:
-    """The page.
+    """The finished page.
 
-    Args:
-        own: of a custom law; None for the settings' law.
-        mark: moment at which the page opens [s]; None for the beginning.
+    `own`: custom law, or None; `mark`: moment at which the page opens [s]; None for the beginning.
     """
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
@@ -115,8 +105,7 @@ def assembled(
 def packed_film(
     filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = None, marked: str = ""
 ) -> bytes:
-    """Tracks, curves and the marked moment with its name, compressed: 4 bytes of length, JSON, and numbers from
-    the next multiple of 8 bytes on."""
+    """Compressed: 4 bytes of length, JSON, and numbers from the next multiple of 8 bytes."""
     blob = bytearray()
 
     def numbers(values: Any, kind: str) -> dict[str, Any]:
@@ -186,5 +175,5 @@ def _kind(what: str, values: list[Any]) -> str:
 
 
 def _parts(name: str) -> list[tuple[str, bool]]:
-    """Pieces of a name, and whether each is a subscript: "d<sub>m</sub>" → d, m."""
+    """Pieces of a name; True for subscripts."""
     return [(html.unescape(piece), i % 2 == 1) for i, piece in enumerate(re.split(r"<sub>(.*?)</sub>", name))]

@@ -34,10 +34,10 @@ from scenes.wanted import while_wanted
 
 WIDTH: Final = 7.2
 HEIGHT: Final = 1.85
-"""Height of a picture, and of each of its panels [inch]."""
+"""Width of a picture and height of a panel [inch]."""
 
 MOST_MARKS: Final = 40
-"""Most marked changes of settings; more would be a grey area."""
+"""More marks would be a grey area."""
 
 LONGEST: Final = 2.4
 """Largest end of the axis of speeds [m/s]."""
@@ -51,15 +51,15 @@ PictureKind = Literal["png", "svg"]
 def picture_bytes(
     recorded: Recorded, seconds: float, details: Details, kind: PictureKind, only: tuple[str, ...] = ()
 ) -> bytes:
-    """Picture of the plots as a file's content.
+    """File of the plots.
 
     Args:
         seconds: shown time at the end [s]; inf for all.
-        details: plot besides the first two.
-        only: plots in place of the first two, as in a step of a lesson.
+        details: plot in addition to the first two.
+        only: plots in their place.
 
     Raises:
-        BadSetting: it cannot be made here.
+        BadSetting: the run is not possible here.
     """
     # The style must not affect other pictures of this process.
     with matplotlib.rc_context(STYLE):
@@ -73,11 +73,8 @@ def picture_bytes(
 
 
 def inline_svg(recorded: Recorded, name: str, only: tuple[str, ...] = ()) -> str:
-    """<svg> element of a whole piece for an HTML page.
-
-    Args:
-        name: letters and digits; prefix that makes the picture's ids unique on the page.
-        recorded, only: as in `picture_bytes`.
+    """<svg> element of a whole piece. `name`: letters and digits, prefix of the ids; `only`: see
+    `picture_bytes`.
     """
     return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", only).decode(), name)
 
@@ -257,7 +254,7 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
 
 
 def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
-    """One line about the run. `own`: of a custom law; None for the settings' law."""
+    """One line about the run. `own`: custom law, or None."""
     law, begin = run.law, f"Duet {made_here()['duet']} · {page_value('scene', run.scene)}"
     if own is not None:
         begin += " · " + own.file.replace("$", r"\$")
@@ -275,5 +272,5 @@ def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
 
 
 def mathtext(html: str) -> str:
-    """d<sub>m</sub> → d$_{m}$, as matplotlib writes it."""
+    """d<sub>m</sub> → d$_{m}$."""
     return re.sub(r"<sub>([^<]*)</sub>", r"$_{\\mathrm{\1}}$", html)

@@ -13,25 +13,21 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 MOST_CHARACTERS: Final = 40_000
-"""Most characters of inputs in the text; larger inputs are read from a file."""
+"""Larger inputs are read from a file."""
 
 
 class Snippet(NamedTuple):
-    """A program, and the content of the file to put beside it, if it needs one."""
+    """A program, and the file that it reads, if any."""
 
     text: str
     inputs: bytes | None = None
 
 
 def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "run") -> Snippet:
-    """Short program that computes the last seconds of a run again, prints their summary and plots them.
+    """Program that computes the last `seconds` [s] of a run again.
 
-    It needs Duet installed. A run of the autopilot from its start needs only the settings; any other starts
-    from a stored state with the recorded inputs, in the text or, if too long, in a file.
-
-    Args:
-        recorded: its newest piece, at least `seconds` long, or all that there is.
-        seconds: length to compute [s].
+    A fresh run needs only its settings; any other starts from a stored state with the recorded inputs.
+    `recorded`: newest piece of `whole`.
     """
     steps = newest_steps(recorded, seconds)
     if is_fresh(whole):
@@ -126,7 +122,7 @@ figure.savefig("{name}.png")  # A notebook shows it by itself, too.
 
 
 def run_plot(settings: RunSettings, name: str, d_m: str) -> str:
-    """Lines that draw d with d_m (an expression), and e²; for a single arm e² alone."""
+    """Lines that plot d with d_m (an expression), and e²."""
     kept = settings.quantity
     words = {"symbol": kept.symbol, "short": kept.short, "page_unit": kept.page_unit}
     above = (

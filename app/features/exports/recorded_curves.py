@@ -1,4 +1,4 @@
-"""Series of a recorded run over its whole time, in the current language."""
+"""Curves of a recorded run, in the current language."""
 
 import re
 from collections.abc import Iterable
@@ -29,10 +29,10 @@ from scenes.settings import RunSettings
 from scenes.wanted import while_wanted
 
 MOMENTS: Final = 240
-"""Number of moments at which section III is evaluated."""
+"""Moments at which section III is evaluated."""
 
 NOT_OVER_TIME: Final = ("curve", "laws")
-"""Plots besides the first two that are not over time."""
+"""Plots that are not over time."""
 
 OF_OTHER_RUNS: Final = ("map", "safety", "microscope", "laps", "joint_laps")
 """Left out, as they need other runs."""
@@ -43,11 +43,10 @@ class Stroke:
     """One line.
 
     Attributes:
-        name: in the legend, with subscripts as <sub>, or "".
-        width: [px].
-        dash: [px]; empty for a solid line.
-        values: (k,), nan for missing ones.
-        steps: True for a strip, in which each value holds until the next.
+        name: in the legend, with <sub>, or "".
+        width, dash: [px]; () for a solid line.
+        values: (k,), nan if missing.
+        steps: a strip, in which each value holds until the next.
     """
 
     name: str
@@ -63,9 +62,8 @@ class Panel:
     """One plot over time.
 
     Attributes:
-        unit: of the axis, or "".
         times: (k,) [s].
-        rows: names of the axis's whole numbers, from 0; empty for an axis of numbers.
+        rows: names of 0, 1, … on the axis; () for an axis of numbers.
         note: sentence in place of the lines.
     """
 
@@ -79,7 +77,7 @@ class Panel:
 
 
 class Curves:
-    """The lines of one run. `table`: its newest rows (k ≥ 1, columns of `scenes.history`), one per step."""
+    """Lines of one run. `table`: its newest rows (k ≥ 1, columns of `scenes.history`), one per step."""
 
     def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light") -> None:
         self._recorded = recorded
@@ -98,7 +96,7 @@ class Curves:
 
     @property
     def times(self) -> Array:
-        """Time of every point (k,) [s]."""
+        """(k,) [s]."""
         return self.table[:, COLUMN["t"]]
 
     @property
@@ -106,8 +104,7 @@ class Curves:
         return self._recorded.stretches[-1].settings
 
     def panels(self, details: Details, only: tuple[str, ...] = ()) -> tuple[Panel, ...]:
-        """The paper's pair of plots, or those in `only`, and the chosen plot; `NOT_OVER_TIME` gives λ over
-        time."""
+        """The first two plots or `only`, and the chosen one; `NOT_OVER_TIME` gives λ over time."""
         shown = "lambda" if details in NOT_OVER_TIME else "none" if details in OF_OTHER_RUNS else details
         return tuple(self._panel(name) for name in cells(self.settings, shown, only))
 
@@ -134,7 +131,7 @@ class Curves:
         return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, limits)
 
     def column(self, name: str) -> Array:
-        """Column (k,) of a name of `app.plots.time_series.NAMES`."""
+        """(k,). `name`: of `app.plots.time_series.NAMES`."""
         if name != "elbow":
             return self._columns[:, COLUMNS[name]]
         swivel = Swivel(self._simulation.room, self._simulation.avoiding)
@@ -185,7 +182,7 @@ class Curves:
 
 
 def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple[float, float]:
-    """Axis that follows the data, see `app.plots.time_plots.TimePlot`."""
+    """Limits as in `app.plots.time_plots.TimePlot`."""
     known = np.concatenate([*(line[np.isfinite(line)] for line in lines), np.empty(0)])
     if not len(known):
         return 0.0, 1.0
@@ -203,14 +200,13 @@ def without_tags(html: str) -> str:
 # ---- a long run in few rows: steps of the run itself, chosen so that every dip, every peak and every jump is among them --------
 
 POINTS: Final = 3_200
-"""Most points of a line; each is a step of the run."""
+"""Most points of a line."""
 
 BINS: Final = 400
-"""Pieces of a long run with equal numbers of points: the ends, and the steps farthest off the line between
-them."""
+"""Pieces of a long run; each keeps its ends and the steps farthest off the line between them."""
 
 VISIBLE: Final = 1.0 / 600.0
-"""Visible deviation of a step from the line [share of the signal's range]."""
+"""Visible deviation from the line [share of the signal's range]."""
 
 _FIRST: Final = (COLUMN["d"], COLUMN["e2"])
 """Columns that always keep their extremes."""
@@ -220,7 +216,7 @@ _HIDDEN: Final = [COLUMN[name] for name in SCALARS if name not in ("d", "lambda"
 
 
 def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
-    """At most `POINTS` rows of a table and their indices (k,), with extremes and jumps of every signal."""
+    """At most `POINTS` rows and their indices (k,), with extremes and jumps of every signal."""
     count = len(table)
     if count <= POINTS:
         return table, np.arange(count)
@@ -241,12 +237,7 @@ def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
 
 
 def _corners(piece: Array, first: np.ndarray) -> np.ndarray:
-    """At most `POINTS` / `BINS` − 1 rows, farthest off the line between the ends, or next to a jump.
-
-    Args:
-        piece: signals (rows, columns) over their range.
-        first: columns whose extremes come first.
-    """
+    """`piece`: signals (rows, columns) over their range; `first`: columns whose extremes come first."""
     steps, every = np.abs(np.diff(piece, axis=0)), np.arange(piece.shape[1])
     off = piece - (piece[0] + np.linspace(0.0, 1.0, len(piece))[:, None] * (piece[-1] - piece[0]))
     worth: dict[int, float] = {}

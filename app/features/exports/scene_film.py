@@ -1,7 +1,6 @@
-"""3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves.
+"""A recorded run as a still 3-D scene in viser's format, and tracks of what moves.
 
-The scene is built on a viser server without clients. After every frame all nodes are read, and changes become
-tracks. The still scene is the last one: nodes removed for good before are not in the film.
+The still scene is the last one, without nodes removed before.
 """
 
 import math
@@ -25,7 +24,7 @@ RATE: Final = 20.0
 """Frames per simulated second."""
 
 ASPECT: Final = 1.0
-"""Width over height of the scene on a desk."""
+"""Width over height."""
 
 TURN: Final = "wxyz"
 PLACE: Final = "position"
@@ -37,9 +36,9 @@ class Track:
     """Changes of one property of one node.
 
     Attributes:
-        what: `TURN`, `PLACE`, `SEEN`, or one of the node's own properties.
+        what: `TURN`, `PLACE`, `SEEN`, or a property of the node.
         frames: of the changes, ascending from 0.
-        values: from each frame on: a row of numbers, an array, a text, a number, a flag.
+        values: from each frame on.
     """
 
     node: str
@@ -48,7 +47,7 @@ class Track:
     values: list[Any] = field(default_factory=list)
 
     def put(self, frame: int, value: Any) -> None:
-        """Record a value; arrays are copied, as they may change."""
+        """Arrays are copied, as they may change."""
         if not self.frames or not _same(self.values[-1], value):
             self.frames.append(frame)
             self.values.append(value.flatten() if isinstance(value, np.ndarray) else value)
@@ -56,12 +55,12 @@ class Track:
 
 @dataclass(frozen=True)
 class Filmed:
-    """A scene that moves.
+    """A moving scene.
 
     Attributes:
-        scene: still recording in viser's format, of every node that exists at the end.
-        times: of the frames [s], on the clock of the run.
-        bodies: nodes that must exist before anything moves: furniture, links, a person's limbs.
+        scene: in viser's format, with every node that exists at the end.
+        times: of the frames [s].
+        bodies: nodes that must exist before anything moves.
     """
 
     scene: bytes
@@ -71,10 +70,10 @@ class Filmed:
 
 
 def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed:
-    """Film of the last `seconds` [s] of a recorded piece; inf for all.
+    """Film of the last `seconds` [s]; inf for all.
 
     Raises:
-        BadSetting: it cannot be made here.
+        BadSetting: the run is not possible here.
     """
     replay = Replay(make_film(recorded))
     first = math.ceil(max(replay.begin, replay.end - seconds) * RATE - 1e-6)
@@ -105,7 +104,6 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed
 
 
 def _note(nodes: dict[str, dict[str, Any]], tracks: dict[tuple[str, str], Track], frame: int) -> None:
-    """Record a frame's changes. `nodes`: see `app.web.viser_internals.nodes_of`."""
     for node, has in nodes.items():
         for what, value in has.items():
             track = tracks.get((node, what))

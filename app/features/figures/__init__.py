@@ -1,4 +1,4 @@
-"""The paper's figures and ours, drawn from runs without a browser or a graphics card: `lwr-duet figures`."""
+"""The paper's figures and ours."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`lwr-duet figures`: the paper's figures and ours."""
+"""`lwr-duet figures`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,10 +30,10 @@ class Figures:
 
 
 def draw_figures(command: Figures) -> int:
-    """Draw, save and report; return the exit code.
+    """Returns the exit code.
 
     Raises:
-        BadSetting: unknown figure, bad seed or number of workers, or a folder that cannot be written to.
+        BadSetting: unknown figure, bad seed or workers, or a folder that cannot be written to.
     """
     with ending_at_once():
         import matplotlib

@@ -1,7 +1,4 @@
-"""Common parts of the figures: plan, look, and files.
-
-Each colour has its own dash, so that a figure also reads in black and white.
-"""
+"""Plan, look and files of the figures. Each colour has its own dash, for black-and-white print."""
 
 import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,7 +23,7 @@ FAINT: Final = COLOURS.line
 PALE: Final = COLOURS.panel
 
 WIDTH: Final = 5.2
-"""Width of a figure [inch]; at half a page's width its type is as large as the paper's."""
+"""[inch]; at half a page's width the type is as large as the paper's."""
 
 DPI: Final = 200
 
@@ -48,7 +45,7 @@ DASHES: Final[tuple[Any, ...]] = (
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 
 SERIES: Final = (*COLOURS.joints, COLOURS.resting, COLOURS.approach, "#5c7a00", INK, "#00879a")
-"""Colours of things without a symbol of their own."""
+"""Colours of things without a symbol."""
 
 STYLE: Final[dict[Any, Any]] = {
     "font.family": "DejaVu Sans",
@@ -90,7 +87,7 @@ STYLE: Final[dict[Any, Any]] = {
 
 
 def sheet(height: float, width: float = WIDTH) -> Figure:
-    """Empty figure [inch] without a window."""
+    """Sizes in inches; no window."""
     return Figure(figsize=(width, height))
 
 
@@ -106,11 +103,10 @@ def tag(axes: Axes, text: str, x: float, y: float, colour: str, size: float) -> 
 
 
 class Plan:
-    """Common plan of all figures of one call.
+    """Common plan of one call's figures.
 
     Args:
-        on_progress: called with the number of steps since the last call.
-        compute: makes the many runs; by default in this process.
+        on_progress: called with the number of new steps.
     """
 
     def __init__(
@@ -128,15 +124,13 @@ class Plan:
         return quick if self.quick else full
 
     def settings(self, law: dict[str, Any] | None = None, **changes: Any) -> RunSettings:
-        """Default settings with the plan's seed and changes."""
         return RunSettings(seed=self.seed, law=LawSettings(**(law or {})), **changes)
 
     def run(self, settings: RunSettings, seconds: float, person: TargetSource | None = None) -> Run:
-        """Simulate without caching."""
         return run(settings, seconds, person, on_progress=self._on_progress)
 
     def each(self, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> list[T]:
-        """Results of many calls, in their order.
+        """Results in the order of the calls.
 
         Args:
             function: at a module's top level.
@@ -154,7 +148,7 @@ class Plan:
         return self.each(summary_of, [(each, seconds) for each in settings])
 
     def shared(self, settings: RunSettings, seconds: float) -> Run:
-        """Simulate with the settings' own inputs, or return an earlier figure's run; read-only."""
+        """Cached run with the settings' own inputs; read-only."""
         key = replace(settings), seconds
         if key not in self._kept:
             self._kept[key] = self.run(settings, seconds)
@@ -170,9 +164,8 @@ class Drawn:
     """A finished figure.
 
     Attributes:
-        rows: numbers and words, by `columns`.
         settings: key → value of all that the numbers depend on.
-        found: our findings, Markdown sentences with numbers of these runs.
+        found: findings, Markdown sentences.
     """
 
     figure: Figure
@@ -183,12 +176,12 @@ class Drawn:
 
 
 def csv_head(settings: RunSettings, *varied: str, **more: Any) -> dict[str, Any]:
-    """Settings of a run without the varied ones, and `more`, for the head of a CSV file."""
+    """Head of a CSV file, without the varied settings."""
     return {key: value for key, value in named_values(settings).items() if key not in varied} | more
 
 
 def write_csv(out: TextIO, drawn: Drawn) -> None:
-    """Write the numbers, below # lines with the settings. An unknown number is an empty cell."""
+    """Settings become # lines, nan an empty cell."""
     for key, value in drawn.settings.items():
         out.write(f"# {key} = {value}\n")
     table = csv.writer(out, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""Laws at equal safety: the largest squared error over the smallest distance, a curve a knob."""
+"""Laws at equal safety: largest e² over smallest distance, one curve per knob."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -16,15 +16,14 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 
 SEEDS: Final = 5
-"""Number of seeds; every law runs on the inputs of each."""
 
 ZOOM: Final = (0.13, 0.18)
-"""Smallest distances in the second panel [m]."""
+"""Range of the second panel [m]."""
 
 
 @dataclass(frozen=True)
 class KnobCurve:
-    """A knob's runs for all seeds: values (points,), d_min and e² (seeds, points)."""
+    """A knob's runs: values (points,), d_min and e² (seeds, points)."""
 
     knob: LawKnob
     values: Array
@@ -38,11 +37,11 @@ class KnobCurve:
         return f"{LAWS[self.knob.law].short}{' with w' if setting.feed_forward else ''}, over {specs()[setting.key].label}"
 
     def at(self, d_min: float) -> Array:
-        """e² (seeds,) at a smallest distance [m²], interpolated; nan where no value of the knob gives it."""
+        """e² (seeds,) at a smallest distance [m²], interpolated; nan if no knob value gives it."""
         return np.array([_between(d_min, d, e2) for d, e2 in zip(self.d_min, self.e2, strict=True)])
 
     def value_at(self, d_min: float) -> float:
-        """Value of the knob for a mean smallest distance [m], or nan."""
+        """Knob value for a mean smallest distance [m], or nan."""
         return _between(d_min, self.d_min.mean(0), self.values)
 
 
@@ -153,7 +152,7 @@ def _span(curves: list[KnobCurve]) -> tuple[float, float]:
 
 
 def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Price | None:
-    """Cost of the law where it keeps d_m on average; None if no value of the knob does, or for few seeds."""
+    """None if no knob value keeps d_m on average, or for few seeds."""
     d_m = base.law.critical_distance
     value, e2 = curve.value_at(d_m), curve.at(d_m)
     if np.isnan(value) or np.isnan(e2).mean() > 0.5:
@@ -198,14 +197,11 @@ def findings(curves: list[KnobCurve], prices: list[Price], base: RunSettings) ->
 
 
 def common(prices: list[Price]) -> NDArray[np.bool_]:
-    """True for seeds (seeds,) at which all laws keep the distance."""
+    """Seeds (seeds,) at which all laws keep the distance."""
     return ~np.isnan(np.sum([price.e2 for price in prices], axis=0)) if prices else np.zeros(0, np.bool_)
 
 
 def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
-    """Sentence on a law that cannot reach d_m: its least deviation, and its error against the paper's law
-    there.
-    """
     d_min = curve.d_min.mean(0)
     nearest = int(np.abs(d_min - d_m).argmin())
     there = _between(float(d_min[nearest]), paper.d_min.mean(0), paper.e2.mean(0))

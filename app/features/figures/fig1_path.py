@@ -1,4 +1,4 @@
-"""Fig. 1: a hand moves from A to B past an obstacle: desired path, actual path, and critical point."""
+"""Fig. 1: a hand's path past an obstacle, and the critical point."""
 
 from dataclasses import replace
 from typing import Final

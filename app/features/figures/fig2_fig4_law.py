@@ -1,6 +1,4 @@
-"""Figs 2 and 4, drawn without a run: λ over d; and the control scheme, "direct control of the separate
-joints", with the part that replaces q̇_n when a hand is controlled.
-"""
+"""Fig. 2, λ over d, and Fig. 4, the control scheme."""
 
 from typing import Final, NamedTuple
 
@@ -12,7 +10,7 @@ from app.features.figures.drawn_figure import COLOURS, DASHES, INK, PALE, Drawn,
 from controllers.activation import activation
 
 CRITICAL_DISTANCE = 0.1
-"""d_m as in the paper's figure [m]."""
+"""d_m of Fig. 2 [m]."""
 
 ORDERS = (1, 2, 10)
 
@@ -54,7 +52,7 @@ def draw_activation(plan: Plan) -> Drawn:
 
 
 class SchemeBlock(NamedTuple):
-    """A box of the diagram: centre, size, function and formula."""
+    """A box of the diagram."""
 
     x: float
     y: float

@@ -1,4 +1,4 @@
-"""Fig. 5: one arm holds its hand in place, a person moves the other. Distance and squared error over time."""
+"""Fig. 5: one arm holds its hand, a person moves the other."""
 
 import numpy as np
 
@@ -13,16 +13,16 @@ FELT = 0.05
 """Smallest λ that counts as avoidance."""
 
 LONGEST = 0.5
-"""Resting distances beyond this count as infinite [m]."""
+"""Larger resting distances count as infinite [m]."""
 
 
 def seconds(plan: Plan) -> float:
-    """Length of the run [s]; the paper's figure has 50 s."""
+    """[s]; 50 s in the paper."""
     return plan.either(50.0, 12.0)
 
 
 def resting_distances(run: Run) -> Array:
-    """d* (rows,) for each step's pull and approach; nan if there is no rest below 0.5 m."""
+    """d* (rows,) [m]; nan if there is no rest below `LONGEST`."""
     rest = np.array(time_series.resting_rows(run.simulation.settings, run.table))
     return np.where(rest < LONGEST, rest, np.nan)
 
@@ -72,12 +72,12 @@ def kept(run: Run) -> str:
 
 
 def switches(run: Run) -> int:
-    """Changes of the closest pair during avoidance: far away the pairs of two shoulders may alternate."""
+    """Changes of the closest pair during avoidance: far away two shoulders' pairs may alternate."""
     pair, lam = run.table[:, COLUMN["pair"]], run.table[:, COLUMN["lambda"]]
     return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
 
 
 def approach(run: Run) -> float:
-    """Largest approach of the other arm during avoidance [m/s]."""
+    """Largest w during avoidance [m/s]."""
     near = run.table[:, COLUMN["lambda"]] > 0.5
     return float(run.table[near, COLUMN["w"]].max()) if near.any() else 0.0

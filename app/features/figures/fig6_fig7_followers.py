@@ -1,4 +1,4 @@
-"""Figs 6 and 7: arms that follow joint angles, desired and actual, and the distance between them."""
+"""Figs 6 and 7: arms that follow joint angles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from scenes.history import COLUMN
 from scenes.settings import RunSettings
 
 SLOW: Final = 0.02
-"""Speed of a slow retreat v [m/s], too slow for one arm alone."""
+"""Slow retreat v [m/s], too slow for one arm alone."""
 
 SHOWN: Final = 4
 
@@ -119,7 +119,7 @@ def _slow(plan: Plan, settings: RunSettings, length: float) -> str:
 
 
 def _angles(run: Run, joints: slice) -> tuple[Array, Array]:
-    """Desired and actual angles (rows, n) of an arm [rad]."""
+    """Desired and actual angles (rows, n) [rad]."""
     history = run.simulation.history
     return history.desired(run.table)[:, joints], history.positions(run.table)[:, joints]
 

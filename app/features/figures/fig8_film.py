@@ -1,4 +1,4 @@
-"""Fig. 8: eight frames of the imitation; and Fig. 3, the two arms on their torso."""
+"""Fig. 8, frames of the imitation, and Fig. 3, the two arms."""
 
 from functools import cache
 from typing import Final
@@ -25,15 +25,13 @@ from scenes.targets import AnglesTarget
 
 FRAMES: Final = 8
 STRIDE: Final = 10
-"""Steps between two compared postures."""
 
 FILM_CAMERA: Final = Camera((0.20, 0.36, 1.11), (2.6, -0.3, 0.5), 2.25, 1.44, float(np.radians(26.0)))
-"""Robots at the left, the imitated person beside them."""
 
 STILL_CAMERA: Final = Camera((0.28, 0.0, 0.90), (2.45, -0.45, 0.69), 1.5, 0.92, float(np.radians(30.0)))
 
 PERSON_PLACE: Final = np.array([-1.0, 1.25, 1.38])
-"""Middle of the person's shoulders [m]."""
+"""Middle of the shoulders [m]."""
 
 OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
@@ -80,10 +78,8 @@ def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[st
 
 
 def moments_of(run: Run) -> list[int]:
-    """Rows (8,) of a run with the most different postures, in order of time.
-
-    Begins with the one farthest from the mean, and repeatedly adds the one farthest from all chosen ones, by
-    the places of the joints.
+    """Rows (8,) with the most different postures, in order of time: the one farthest from the mean, then
+    repeatedly the one farthest from all chosen.
     """
     places = marker_places(run, run.table[::STRIDE])
     picked = [int(np.linalg.norm(places - places.mean(0), axis=1).argmax())]
@@ -95,7 +91,7 @@ def moments_of(run: Run) -> list[int]:
 
 
 def marker_places(run: Run, table: Array) -> Array:
-    """Places of elbow, wrist and hand of both arms (rows, 18) [m]."""
+    """Elbow, wrist and hand of both arms (rows, 18) [m]."""
     kinematics, room, found = run.simulation.kinematics, run.simulation.room, list[Array]()
     for positions in run.simulation.history.positions(table):
         kinematics.update(np.ascontiguousarray(positions))
@@ -125,7 +121,7 @@ def still(plan: Plan) -> Drawn:
 
 @cache
 def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
-    """The person's nodes with their meshes; empty if the drawing of a person is not installed."""
+    """Empty without the package that draws a person."""
     try:
         return tuple((part, meshes(part.glb, {part.name: MATERIAL})) for part in body_parts())
     except MissingPackage:

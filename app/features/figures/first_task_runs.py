@@ -1,4 +1,4 @@
-"""Runs of one arm with a first task: a person draws its hand to where the task must act, with the law and without it."""
+"""Runs of one arm with a first task."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -24,53 +24,45 @@ from scenes.solo import build_alone
 from scenes.targets import quintic
 
 ORDER: Final = 6.0
-"""n."""
+"""n of the law."""
 
 GAIN: Final = 2.0
 """K of the hand's task [1/s]."""
 
 SPEED: Final = 0.2
-"""Mean speed of the place that the person gives the hand, on each way [m/s]."""
+"""Mean speed of the hand's target [m/s]."""
 
 SPREAD: Final = 0.02
-"""A person goes to places within this of those of a case, along x, y and z [m]."""
+"""Range of random offsets from a case's places, per axis [m]."""
 
 STEP: Final = 0.005
 """dt [s]."""
 
 PERIOD: Final = 0.05
-"""Simulated time between two rows of the table [s]."""
+"""Simulated time between two rows [s]."""
 
 DIFFERENCE: Final = 2e-5
-"""Time by which everything moves on and back for ḣ by differences [s]."""
+"""Time step of the differences for ḣ [s]."""
 
 WALL_SPEED: Final = 0.01
 """w of the wall [m/s]."""
 
 WALL: Final = Plane(np.array([-1.0, 0.0, 0.0]), np.array([0.15, 0.0, 0.0]), np.array([-WALL_SPEED, 0.0, 0.0]))
-"""A wall in front of the hand, which comes closer."""
 
 LINK_GAP: Final = 0.06
-"""Own links that are nearer to each other than this in the start posture are not paired [m]."""
+"""Own links nearer than this at the start are not paired [m]."""
 
 CART_HALF: Final = 0.18
 CART_MASS: Final = 20.0
-"""Half of the width of a square cart [m], and its mass [kg]."""
+"""Half width of a square cart [m], and its mass [kg]."""
 
 LOAD: Final = 3.0
-"""Mass in the hand of the arm on the cart [kg]."""
+"""Mass in the hand [kg]."""
 
 
 @dataclass(frozen=True)
 class FirstTaskCase:
-    """A first task, and a person who tests it.
-
-    Attributes:
-        name: in the table.
-        title: on the figure.
-        make: the first task of an arm.
-        places: where the hand is drawn to (k, 3), world [m]; it comes home after each.
-    """
+    """A first task, and targets of the hand (k, 3), world [m]; it returns home after each."""
 
     name: str
     title: str
@@ -79,28 +71,23 @@ class FirstTaskCase:
 
 
 def joint_stops(world: World, arm: Arm) -> FirstTask:
-    """Return the way of an arm to its joint stops."""
     model, j = world.room.model, arm.joints
     return JointStops(world.positions[j], model.lowerPositionLimit[j], model.upperPositionLimit[j])
 
 
 def wall(world: World, arm: Arm) -> FirstTask:
-    """Return the distance of elbow, wrist and hand from a wall."""
     return PointsOverPlane(world.kinematics, arm, landmarks(world.room.model, arm), WALL)
 
 
 def own_links(world: World, arm: Arm) -> FirstTask:
-    """Return the distance of an arm's links from each other."""
     return OwnLinks(world.kinematics, arm, own_pairs(world.room, arm, LINK_GAP))
 
 
 def singular_value(world: World, arm: Arm) -> FirstTask:
-    """Return the smallest singular value of an arm's J."""
     return SmallestSingularValue(world.kinematics, arm)
 
 
 def centre_of_mass(world: World, arm: Arm) -> FirstTask:
-    """Return the distance of the centre of mass from the edges of the cart that an arm stands on."""
     base = world.room.rig.bases[0].translation
     cart = Foot(base[:2], np.full(2, CART_HALF), CART_MASS, base - np.array([0.0, 0.0, 0.4]))
     return CentreOfMass(world.kinematics, arm, cart, LOAD)
@@ -121,16 +108,15 @@ CASES: Final = (
 
 @dataclass(frozen=True)
 class Moment:
-    """What is recorded of one step.
+    """Record of one step.
 
     Attributes:
         time: [s].
-        margin: h, J_a and w.
         lam: λ; 0 without the law.
         u: −J_a q̇_n [unit/s].
         rate: ḣ by differences of h along q̇ [unit/s].
         closed_form: ḣ = λ v − (1 − λ) u − w [unit/s].
-        exact: true if no top speed bounds q̇ and no damping acts on J_a^#, so that both must be equal.
+        exact: True if no top speed and no damping of J_a^# acts: then both are equal.
     """
 
     time: float
@@ -143,14 +129,12 @@ class Moment:
 
 
 class FirstTaskRun:
-    """One arm, a person who draws its hand, and a first task.
+    """One arm, a person who moves its hand, and a first task.
 
-    Joints may pass their stops here, so that each first task stands alone; top speeds are kept.
+    Joints may pass their stops, so that only the first task acts; top speeds hold.
 
     Args:
-        case: what is kept, and where the person goes.
-        law: whether the law acts.
-        seed: which person; each goes to places of their own near those of the case.
+        seed: varies the person's targets.
     """
 
     def __init__(self, case: FirstTaskCase, law: bool, seed: int) -> None:
@@ -171,7 +155,6 @@ class FirstTaskRun:
         self._times = np.concatenate([[0.0], np.cumsum(ways / SPEED)])
 
     def moments(self) -> list[Moment]:
-        """Simulate, and return a moment for each `PERIOD`."""
         found: list[Moment] = []
         every = round(PERIOD / STEP)
         for step in range(round(float(self._times[-1]) / STEP) + 1):
@@ -205,7 +188,7 @@ class FirstTaskRun:
         return Moment(time, margin, lam, u, self._rate(time, dq), closed_form, exact)
 
     def _rate(self, time: float, dq: Array) -> float:
-        """ḣ by central differences of fourth order, with everything that moves by itself [unit/s]."""
+        """ḣ by central differences of fourth order, with the wall's motion [unit/s]."""
         at, t = self._joints.copy(), DIFFERENCE
         h: list[float] = []
         for way in (-2.0 * t, -t, t, 2.0 * t):

@@ -1,6 +1,6 @@
-"""Any first task: h over time with the law and without it for five of them, and ḣ against the closed form.
+"""Any first task: h with and without the law, and ḣ against the closed form.
 
-The law (32) is given a value h, its row J_a and w. So ḣ = λ v − (1 − λ) u − w holds for each of them, in its unit.
+The law (32) gets h, its row J_a and w, so that ḣ = λ v − (1 − λ) u − w holds for each, in its unit.
 """
 
 from dataclasses import replace
@@ -44,7 +44,6 @@ COLUMNS: Final = (
 
 
 def draw(plan: Plan) -> Drawn:
-    """h over time with and without the law for each first task, and its rate against the closed form."""
     figure = sheet(1.4 * len(CASES) + 0.6, 7.0)
     panels = figure.subplots(len(CASES), 2, width_ratios=(2.1, 1.0), squeeze=False)
     rows: list[list[object]] = []

@@ -1,4 +1,4 @@
-"""All laws on the same input at several time steps: distance, error and smoothness."""
+"""All laws on the same input at several time steps."""
 
 import math
 from collections.abc import Sequence
@@ -18,18 +18,16 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings
 
 TOLERANCE: Final = 2e-4
-"""Tolerance of the threshold [m]: a law that rests on d_m overshoots by a part of dt."""
+"""Tolerance of d_m [m]: a law that rests on it overshoots by a part of dt."""
 
 JUMPS: Final = 0.4
-"""Something jumps if the largest q̈ grows faster than dt to minus this power (1 for a jump of q̇, 0 for a
-continuous q̇).
-"""
+"""A larger p of q̈ ∝ dt^−p is a jump (1 for a jump of q̇, 0 for a continuous q̇)."""
 
 FAST: Final = 10.0
-"""Ratio of a law's q̈ to the paper's law's that counts as fast, without a jump."""
+"""A law with a larger q̈, in multiples of the paper's law's, is fast."""
 
 SLIDE: Final = 0.01
-"""Movement of the closest points in a step that counts as sliding along the bodies [m]."""
+"""Movement of the closest points per step that counts as sliding [m]."""
 
 
 class Jump(NamedTuple):
@@ -39,8 +37,7 @@ class Jump(NamedTuple):
         time: [s].
         distance: d [m].
         activation: change of λ.
-        lever: |J_d|, the smaller of both steps [m/rad].
-        left: |J_d N|, the part in the null space of the hand's task, the smaller of both steps [m/rad].
+        lever, left: smaller |J_d| and |J_d N| of both steps, N: null space of the hand's task [m/rad].
         slide: movement of the pair's closest points [m].
     """
 
@@ -82,8 +79,9 @@ def largest_jump(run: Run) -> Jump:
 
 
 def cause(label: str, jump: Jump, hand_first: bool) -> str:
-    """Cause of a largest step with q̈ that grows as dt shrinks. `hand_first`: true if the law moves in the
-    null space.
+    """Cause of a largest step with q̈ that grows as dt shrinks.
+
+    `hand_first`: True if the law moves in the null space.
     """
     here = f"{label}: the largest q̈ is at t = {jump.time:.2f} s, d = {jump.distance:.3f} m."
     if jump.activation > 0.5:
@@ -205,7 +203,6 @@ def _style(i: int) -> dict[str, Any]:
 
 
 def _middle(values: list[float]) -> tuple[float, float]:
-    """Axis range of the middle half of the values and the first one, the paper's, with a margin."""
     low, high = np.percentile(values, (25, 75)).tolist()
     low, high = min(low, values[0]), max(high, values[0])
     margin = 0.25 * (high - low) + 1e-3
@@ -234,7 +231,7 @@ def _table(axes: Axes, runs: dict[str, list[Summary]], steps: Sequence[float]) -
 
 
 def growth(runs: Sequence[Summary], steps: Sequence[float]) -> float:
-    """p of q̈ ∝ dt^−p between the largest and the smallest time step; 0 for a law that never moves the arm."""
+    """p of q̈ ∝ dt^−p between the largest and smallest step; 0 if the arm never moves."""
     if not runs[0].ddq_max:
         return 0.0
     return math.log(runs[-1].ddq_max / runs[0].ddq_max) / math.log(steps[0] / steps[-1])

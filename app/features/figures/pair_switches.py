@@ -1,4 +1,4 @@
-"""Two equally close pairs: the smoothness at small time steps, and the loss along their tie."""
+"""Two equally close pairs: smoothness, and loss along their tie."""
 
 from dataclasses import replace
 from typing import Any, Final, get_args
@@ -26,13 +26,9 @@ LOOKS: Final[dict[Treatment, dict[str, Any]]] = {
 }
 
 MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
-"""Line style that both runs share."""
 
 
 def draw(plan: Plan) -> Drawn:
-    """Changes of the closest pair and the largest step of q̇ over dt, against a smooth minimum over all
-    pairs.
-    """
     steps = plan.either((0.02, 0.01, 0.005, 0.0025, 0.00125), (0.02, 0.005))
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
@@ -97,15 +93,12 @@ SLIDE_SEED: Final = 396
 """Seed that moves the guided arm onto the tie, from the start `between`."""
 
 SLIDE_SECONDS: Final = 12.0
-"""Length of a run [s]; nothing is lost afterwards."""
+"""[s]; nothing is lost later."""
 
 COLOURS_OF: Final = {"single": COLOURS.approach, "soft": COLOURS.resting, "smooth": COLOURS.distance}
 
 
 def draw_slide_loss(plan: Plan) -> Drawn:
-    """Loss of d_m while the arm slides along the tie of two pairs, over v, for the three treatments of the
-    pairs.
-    """
     speeds = plan.either((0.0, 0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3), (0.05, 0.3))
     base = replace(plan.settings(start="between", avoid="guided"), seed=SLIDE_SEED)
     names = specs(RunSettings)["pairs"].options()

@@ -1,7 +1,7 @@
-"""Pictures of a scene by ray casting: two lights, the shadow of the first, a floor, supersampling.
+"""Pictures of a scene by ray casting.
 
-trimesh casts the rays, with embreex if installed. Colours are computed in linear light and converted to sRGB
-at the end (IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
+trimesh casts the rays, with embreex if installed. Colours are linear until the last step, sRGB
+(IEC 61966-2-1). World frame: z up, the floor at z = 0, metres.
 """
 
 import io
@@ -38,10 +38,10 @@ KEY_LIGHT: Final = np.array([1.55, 1.50, 1.42])
 FILL_LIGHT: Final = np.array([0.26, 0.32, 0.42])
 SKY: Final = np.array([0.50, 0.54, 0.60])
 GROUND: Final = np.array([0.17, 0.165, 0.16])
-"""Colours of the lights, and of the surroundings above and below; linear."""
+"""Linear colours of lights and surroundings."""
 
 BACKGROUND: Final = (np.array(theme.PALETTES["light"].background) / 255.0) ** 2.2
-"""Background colours, far and near (2, 3); approximately linear."""
+"""Far and near (2, 3); approximately linear."""
 
 FLOOR_CELL: Final = 0.5
 FLOOR_END: Final = 3.4
@@ -51,7 +51,7 @@ SHADOW_LIFT: Final = 0.003
 """Offset of a shadow ray above its surface [m]."""
 
 LIGHT_RADIUS: Final = 0.025
-"""Angular radius of the first light, for soft shadows [rad]."""
+"""Angular radius of the first light [rad]."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Mesh:
     metallic: float = 0.0
 
     def moved(self, rotation: Array, shift: Array) -> "Mesh":
-        """Rotate by (3, 3), then shift by (3,)."""
+        """Rotated by (3, 3), then shifted by (3,)."""
         return replace(self, vertices=self.vertices @ rotation.T + shift, normals=self.normals @ rotation.T)
 
 
@@ -88,14 +88,12 @@ class Viewpoint:
         self.eye = self._pose.eye
         right, up, back = axes(np.array(camera.toward))
         self.axes = np.stack([right, -up, -back])
-        """Rows: right, down and forward in the picture, in world coordinates."""
+        """Rows: right, down and forward, in world coordinates."""
         self.focal = height / (2.0 * math.tan(camera.fov / 2.0))
         """Focal length [pixels]."""
 
     def directions(self) -> Array:
-        """Unit vectors (height × width, 3) from the eye through the pixel centres, row by row, in world
-        coordinates.
-        """
+        """Unit vectors (height × width, 3) through the pixel centres, row by row, world frame."""
         x, y = np.meshgrid(
             np.arange(self.width) + 0.5 - self.width / 2.0, np.arange(self.height) + 0.5 - self.height / 2.0
         )
@@ -103,14 +101,14 @@ class Viewpoint:
         return local @ self.axes / np.linalg.norm(local, axis=1, keepdims=True)
 
     def project(self, points: Array) -> Array:
-        """Pixel coordinates (n, 2) of world points (n, 3) in front of the eye."""
+        """Pixels (n, 2) of world points (n, 3) in front of the eye."""
         return project(self._pose, (self.width, self.height), points)
 
 
 def render(
     meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES
 ) -> NDArray[np.uint8]:
-    """Render the picture (height, width, 3), sRGB.
+    """Picture (height, width, 3), sRGB.
 
     Args:
         meshes: at least one.
@@ -146,7 +144,7 @@ def render(
 
 
 def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
-    """Share (k,) of the first light that reaches points (k, 3), by `rays` rays to each."""
+    """Share (k,) of the first light that reaches points (k, 3)."""
     side = np.cross([0.0, 0.0, 1.0], KEY) / np.linalg.norm(KEY[:2])
     angles = np.arange(rays) * 2.39996  # The golden angle spreads the samples evenly.
     radii = LIGHT_RADIUS * np.sqrt((np.arange(rays) + 0.5) / rays)
@@ -158,8 +156,7 @@ def _lit(scene: trimesh.Trimesh, points: Array, rays: int) -> Array:
 
 
 def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Array, lit: Array) -> Array:
-    """Light (k, 3) from surfaces towards the eye: Lambert and Blinn–Phong, and a soft reflection of the
-    surroundings.
+    """Light (k, 3) from surfaces towards the eye: Lambert, Blinn–Phong, and soft reflection.
 
     Args:
         owner: (k,), index of the mesh.
@@ -189,16 +186,14 @@ def _surface(meshes: Sequence[Mesh], owner: Integers, normal: Array, sight: Arra
 
 
 def _studio(up: Array) -> Array:
-    """Reflected light (k, 3) of the surroundings by the height (k, 1) of the reflected direction: a bright
-    ceiling.
-    """
+    """Light (k, 3) of a bright ceiling. `up`: height (k, 1) of the reflected direction."""
     ramp = np.minimum(np.maximum((up + 0.15) / 0.9, 0.0), 1.0)
     ramp = ramp * ramp * (3.0 - 2.0 * ramp)
     return GROUND * 0.5 + (1.25 * SKY - GROUND * 0.5) * ramp
 
 
 def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
-    """Light (height, width, 3) of the floor with lines and shadow, and of the distant wall."""
+    """Light (height, width, 3) of the floor, its lines and shadow, and the distant wall."""
     share = ((np.arange(view.height) + 0.5) / view.height)[:, None, None] ** 1.5
     light = np.tile(BACKGROUND[0] + (BACKGROUND[1] - BACKGROUND[0]) * share, (1, view.width, 1))
     sight = view.directions()
@@ -222,7 +217,7 @@ def _room(view: Viewpoint, scene: trimesh.Trimesh) -> Array:
 
 
 def _srgb(light: Array) -> Array:
-    """Display values of linear light; the brightest are compressed, not clipped."""
+    """sRGB values; the brightest are compressed, not clipped."""
     knee = 0.8
     over = np.maximum(light - knee, 0.0)
     light = np.minimum(light, knee) + (1.0 - knee) * (1.0 - np.exp(-over / (1.0 - knee)))
@@ -230,7 +225,6 @@ def _srgb(light: Array) -> Array:
 
 
 def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
-    """Parts of a GLB in its own frame, each with the material of its name."""
     scene = trimesh.load(io.BytesIO(blob), file_type="glb", process=False)
     assert isinstance(scene, trimesh.Scene)
     return tuple(
@@ -249,7 +243,7 @@ def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
 
 @cache
 def links(palette: str, robot: str) -> tuple[tuple[Mesh, ...], ...]:
-    """Parts of a robot's base and links, each in its joint's frame."""
+    """Base and links, each in its joint's frame."""
     return tuple(meshes(blob, PALETTES[palette]) for blob in robot_glbs(robot, palette))
 
 
@@ -263,11 +257,7 @@ def _furniture(blob: bytes) -> tuple[Mesh, ...]:
 
 
 def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
-    """Arms at q (nv,) [rad].
-
-    Args:
-        palettes: name of each arm's palette, left first.
-    """
+    """Arms at q (nv,) [rad]. `palettes`: of each arm, left first."""
     data = room.model.createData()
     pin.forwardKinematics(room.model, data, np.ascontiguousarray(positions))
     drawn: list[Mesh] = []
@@ -280,7 +270,7 @@ def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
 
 
 def ball(centre: Array, radius: float, colour: Array) -> Mesh:
-    """Sphere at `centre` (3,) [m] with `radius` [m] and a linear `colour` (3,)."""
+    """Sphere about `centre` (3,) [m] of `radius` [m], with a linear `colour` (3,)."""
     sphere = trimesh.creation.icosphere(subdivisions=4, radius=1.0)
     normals = np.array(sphere.vertices, float)
     return Mesh(centre + radius * normals, normals, np.array(sphere.faces, np.int64), colour, 0.45)

@@ -1,6 +1,4 @@
-"""Section III along the run of Fig. 5: the smallest eigenvalue of M's symmetric part, and a condition that
-holds instead.
-"""
+"""Section III along the run of Fig. 5: smallest eigenvalue of sym M, and a condition that holds."""
 
 from typing import Final
 
@@ -22,7 +20,7 @@ PERIOD: Final = 0.05
 
 
 def along(run: Run) -> tuple[Array, list[Analysis]]:
-    """Analysed rows of a hold run, and section III's quantities at each, with K_a = K_b = K."""
+    """Rows of a hold run, and section III's quantities at each, with K_a = K_b = K."""
     simulation, settings = run.simulation, run.simulation.settings
     kinematics, arm, law = simulation.kinematics, simulation.avoiding, settings.law
     table = run.table[:: max(1, round(PERIOD / settings.dt))]

@@ -1,5 +1,3 @@
-"""Lessons on paper, and as questions for Moodle."""
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final

@@ -1,4 +1,4 @@
-"""`lwr-duet handout`: lessons as pages to print, or as questions for Moodle."""
+"""The command `lwr-duet handout`."""
 
 import sys
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A lesson on paper; the teacher's copy has the outcomes."""
+"""A lesson on paper."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,8 +21,7 @@ from app.text.picture import PICTURE
 def handout_html(lesson: Lesson, notes: str | None = None) -> str:
     """Page to print in the current language; it loads and runs nothing.
 
-    Args:
-        notes: the teacher's, as Markdown; None for the student's copy, which reveals no outcome.
+    `notes`: the teacher's, as Markdown; None for the student's copy, which reveals no outcome.
     """
     read = None if notes is None else read_notes(notes)
     steps = [
@@ -80,7 +79,7 @@ class PaperStep:
 
     @property
     def choices(self) -> list[str]:
-        """Answers as Markdown."""
+        """Markdown."""
         return (
             []
             if self.step.question is None

@@ -1,5 +1,4 @@
-r"""Questions of a lesson as Moodle XML: predictions as multiple choice with replies, forecasts as numbers
-with a tolerance.
+r"""Predictions of a lesson as multiple choice, and forecasts as numbers, in Moodle XML.
 
 Formulas stay LaTeX, between \( and \), for Moodle's MathJax filter. Format: docs.moodle.org, Moodle XML
 format.
@@ -36,15 +35,15 @@ for _rule, _marks in {
 _READER.add_render_rule("picture", lambda _, tokens, at, *__: element("p", tokens[at].content))
 
 NO_UNITS: Final = "3"
-"""Unit handling: the answer is a bare number, and the question has its unit."""
+"""The answer is a bare number; the question has its unit."""
 
 
 NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that no XML document may have, not even as a reference (XML 1.0, section 2.2)."""
+"""Characters that XML forbids, even as references (XML 1.0, section 2.2)."""
 
 
 def moodle_xml(lesson: Lesson) -> bytes:
-    """File for Moodle's question bank in the current language, with a category per lesson."""
+    """File for Moodle's question bank, in the current language."""
     quiz = Element("quiz")
     category = SubElement(quiz, "question", type="category")
     _text(

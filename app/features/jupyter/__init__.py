@@ -1,5 +1,3 @@
-"""Duet inside Jupyter: a tile in the launcher, and the page in a cell."""
-
 from pathlib import Path
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""A notebook's function as a custom law's file, so that it runs in its own process."""
+"""A notebook's function as a custom law's file."""
 
 import ast
 import inspect
@@ -14,11 +14,12 @@ from controllers.errors import BadSetting
 
 
 def law_text(function: Callable[..., Any]) -> str:
-    """File with this law, and the modules, numbers and functions of the notebook that it uses. If possible
-    the law keeps the line numbers of its cell, for messages; the rest is on the first line.
+    """File with the law, and the notebook's modules, numbers and functions that it uses.
+
+    The law keeps its cell's line numbers, for messages, if possible.
 
     Raises:
-        BadSetting: not a function written with def, or its text is unknown.
+        BadSetting: not written with def, or its text is unknown.
     """
     if not isinstance(function, FunctionType) or function.__name__ == "<lambda>":
         raise BadSetting(

@@ -1,5 +1,4 @@
-"""Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns its
-run as numbers.
+"""Duet in a notebook, as `from lwr_duet import duet`.
 
 One run per kernel, which every cell shows. It ends with the kernel, or by `duet.close()`.
 """
@@ -31,7 +30,6 @@ NO_PROXY: Final = N_(
 
 
 def cell_html(server: NotebookRun, height: int) -> str:
-    """`height`: of the page [px]."""
     place = f"duet-{secrets.token_hex(8)}"
     texts = {
         language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)}
@@ -52,7 +50,7 @@ def cell_html(server: NotebookRun, height: int) -> str:
 __all__ = ["close", "law", "show"]
 
 HEIGHT: Final = 720
-"""Height of the page in a cell [px]."""
+"""Height of the page [px]."""
 
 _running: NotebookRun | None = None
 
@@ -60,19 +58,18 @@ _running: NotebookRun | None = None
 def show(
     height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object
 ) -> NotebookRun:
-    """Show the page below this cell and return its run, the same in every cell.
+    """Show the page below this cell and return its run.
 
     A script calls it below `if __name__ == "__main__":`, as the run's other processes read the script again.
 
     Args:
-        height: of the page [px].
-        lesson: number or name of a lesson to open.
-        step: of that lesson, from 1.
-        settings: as in a link, in SI units, or by their long names: `show(scene="ball", dm=0.1)`,
+        lesson: number or name.
+        step: from 1.
+        settings: in SI units, by link key or long name: `show(scene="ball", dm=0.1)`,
             `show(critical_distance=0.1)`; see `lwr-duet run --help`. They change an existing run.
 
     Raises:
-        BadSetting: a setting, a lesson or a step is not possible; nothing is changed or shown.
+        BadSetting: a setting, lesson or step is not possible; nothing is changed or shown.
     """
     global _running
     from IPython.display import HTML, display
@@ -102,14 +99,11 @@ def show(
 
 
 def law(function: Callable[[Any], Any] | None, height: int = HEIGHT) -> NotebookRun:
-    """Run a function of the notebook as the law, with the paper's as the ghost, and show the page below this
-    cell; return the run.
+    """Run a function as the law, with the paper's as the ghost, and show the page; return the run.
 
     Args:
-        function: `law(situation)` → joint velocities; `lwr-duet new-law` writes one with every part of a
-            situation. It runs in its own process, with the notebook's modules, numbers and functions that it
-            needs. None ends it: the law of the settings drives the arm again.
-        height: of the page [px].
+        function: `law(situation)` → joint velocities; see `lwr-duet new-law`. It runs in its own process,
+            with its modules, numbers and functions from the notebook. None restores the law of the settings.
 
     Raises:
         BadSetting: not a function written with def.

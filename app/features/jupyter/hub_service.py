@@ -1,7 +1,6 @@
-"""One Duet for a course as a service of a JupyterHub.
+"""A service of a JupyterHub: `python -m app.features.jupyter.hub_service` with options of `lwr-duet serve`.
 
-Started as `python -m app.features.jupyter.hub_service`, with the options of `lwr-duet serve`. Needs
-jupyterhub, jupyter-server-proxy, and the hub's environment for services.
+Needs jupyterhub, jupyter-server-proxy, and the hub's environment for services.
 """
 
 import sys
@@ -14,7 +13,7 @@ from app.features.jupyter.tile import proxied
 
 
 class HubService(StandaloneProxyServer):
-    """jupyter-server-proxy's server authenticates pages, but not websockets; this one authenticates both."""
+    """Authenticates websockets too, which jupyter-server-proxy's server does not."""
 
     def make_proxy_handler(self) -> tuple[type | None, dict[str, Any]]:
         handler, arguments = super().make_proxy_handler()

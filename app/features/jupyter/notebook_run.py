@@ -1,4 +1,4 @@
-"""The run of a notebook: an app inside the kernel, and the kernel's interface to it."""
+"""The run of a notebook: an app inside the kernel."""
 
 import hashlib
 import math
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 AGAIN: Final = 0.5
-"""Time after which an unanswered question is repeated [s]: it is lost when the operating tab leaves."""
+"""Time after which an unanswered question is repeated [s]: a leaving operator loses it."""
 
 PATIENCE: Final = 30.0
 """Longest wait for an answer [s]."""
@@ -56,7 +56,7 @@ class Ask(Action, newest_by=("answer",)):
 
 
 def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
-    """Settings with changes by key in a link or by long name.
+    """Settings with changes by link key or long name.
 
     Raises:
         BadSetting: one is not possible.
@@ -67,8 +67,7 @@ def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
 
 
 def step_with(session: Session, law: Law) -> bool:
-    """Pause a session, and make one step with another law, which answers at once. False if the ghost's law
-    has not answered, so that no step was made."""
+    """Pause, and make one step with a law that answers at once; false if the ghost's law has not answered."""
     if not session.control.halt:
         session.control.halt.set("visitor")
     session.simulation.use(law)
@@ -79,7 +78,7 @@ def step_with(session: Session, law: Law) -> bool:
 
 
 def key_of(name: str) -> str:
-    """Key in a link: `dm` for dm and for critical_distance; unknown names stay as they are."""
+    """Link key: `dm` for critical_distance; unknown names are unchanged."""
     known = leaves(Settings)
     return name if name in known else {path[-1]: key for key, (path, _) in known.items()}.get(name, name)
 
@@ -117,18 +116,14 @@ class GivenVelocities(LawOfFile):
 
 
 class NotebookRun:
-    """One run that all cells of a notebook show. All methods may be called from the kernel's thread at any
-    time.
+    """One run that all cells of a notebook show; for the kernel's thread.
 
-    It is a shared session: the key in its cells makes them the teacher's, and no other page can operate it.
-
-    Args:
-        settings: with which it begins.
+    It is a shared session that only pages with its key, the cells, can operate.
 
     Attributes:
         port: of the server, at 127.0.0.1.
-        server_run: the server's random word, by which a page recognises it.
-        closed: True once it has ended; it can't begin again.
+        server_run: random word by which a page recognises the server.
+        closed: it has ended for good.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -160,13 +155,12 @@ class NotebookRun:
 
     @property
     def settings(self) -> Settings:
-        """All settings in force: `settings.run` of the run, `settings.page` of the page."""
+        """`settings.run` of the run, `settings.page` of the page."""
         return self._ask(lambda session: session.settings)
 
     @property
     def law(self) -> LawSettings:
-        """Law in force with its parameters (SI units); named "my own law" while a function of the notebook
-        drives the arm."""
+        """Law and its parameters (SI units); "my own law" while a function of the notebook drives the arm."""
         return self._ask(_law)
 
     def history(self, seconds: float | None = None) -> dict[str, Array]:
@@ -176,7 +170,7 @@ class NotebookRun:
         … [rad/s] and "left_qd1" … (nan where nothing is followed).
 
         Args:
-            seconds: length [s]; None for all that is kept, the last 16 000 steps.
+            seconds: length [s]; None for all kept steps, the last 16 000.
 
         Raises:
             BadSetting: the time is not above 0.
@@ -195,11 +189,10 @@ class NotebookRun:
         return dict(zip(names, table.T, strict=True))
 
     def __getitem__(self, name: str) -> Any:
-        """Setting in force by its key in a link or its long name: `run["dm"]` is `run["critical_distance"]`
-        [m].
+        """Setting by link key or long name: `run["dm"]` is `run["critical_distance"]` [m].
 
         Raises:
-            BadSetting: there is no such setting.
+            BadSetting: no such setting.
         """
         known = values(self.settings) | {"law": self.law.law}
         if key_of(name) not in known:
@@ -207,7 +200,7 @@ class NotebookRun:
         return known[key_of(name)]
 
     def table(self, seconds: float | None = None) -> "pandas.DataFrame":
-        """Newest steps as a pandas table with units in the column heads: "t [s]", "d [m]", …; see `history`.
+        """`history` as a pandas table with units in the heads: "t [s]", "d [m]", ….
 
         Raises:
             MissingPackage: pandas is not installed.
@@ -222,26 +215,21 @@ class NotebookRun:
         return pandas.DataFrame(dict(zip(heads, history.values(), strict=True)))
 
     def open_lesson(self, lesson: int | str, step: int = 1) -> None:
-        """Open a step of a lesson on the page. `lesson`: number or name; `step`: from 1.
+        """Open a step on the page. `lesson`: number or name; `step`: from 1.
 
         Raises:
-            BadSetting: unknown lesson or step; nothing is opened.
+            BadSetting: unknown lesson or step.
         """
         name = self.find_lesson(lesson, step)
         self._ask(lambda _session: self._lessons.enter(name, step - 1))
 
     def find_lesson(self, lesson: int | str, step: int = 1) -> str:
-        """Name of a lesson that has a step; see `open_lesson`.
-
-        Raises:
-            BadSetting: unknown lesson or step.
-        """
+        """Name of a lesson; arguments and errors as in `open_lesson`."""
         book = self._lessons.book
         return Bookmark(book).at(book.index(lesson), round(_number(step, "step")) - 1).lesson.id
 
     def take_law(self, text: str | None) -> None:
-        """Restart the run with a law, the text of a file, and the paper's as the ghost; None for the law of
-        the settings."""
+        """Restart with a law file's text, and the paper's law as the ghost; None for the settings' law."""
         if text is None:
             self._ask(lambda session: let_custom_law_run(session, False))
             return
@@ -256,17 +244,16 @@ class NotebookRun:
         self._ask(begin)
 
     def step(self, dq: ArrayLike) -> dict[str, float]:
-        """Make one step with these joint velocities instead of the law's, and return it as in `history`; the
-        run is paused.
+        """Pause, make one step with these joint velocities, and return it as in `history`.
 
-        Joint bounds hold as for every law. If both arms avoid, both get these velocities.
+        Joint bounds hold. If both arms avoid, both get these velocities.
 
         Args:
             dq: q̇ (n,) of an avoiding arm [rad/s].
 
         Raises:
             BadSetting: not n finite numbers; no step is made.
-            DuetError: the ghost runs a custom law, and does not answer.
+            DuetError: the ghost's custom law does not answer.
         """
         try:
             given = np.asarray(dq, float)
@@ -287,9 +274,9 @@ class NotebookRun:
         return {name: float(column[-1]) for name, column in self.history(self.settings.run.dt).items()}
 
     def change(self, **settings: object) -> None:
-        """Change settings from the next step on; keys and values as in a link, or by their long names.
+        """Change settings, by link key or long name, from the next step on.
 
-        A `law` ends that of `duet.law`, and the run begins again.
+        A `law` ends that of `duet.law`, and restarts the run.
 
         Raises:
             BadSetting: one is not possible; nothing is changed.
@@ -305,8 +292,7 @@ class NotebookRun:
         self._ask(apply)
 
     def advance(self, seconds: float) -> None:
-        """Simulate this time [s] as fast as possible, while the page shows it; a pause or a reset on the page
-        ends it.
+        """Simulate this time [s] as fast as possible; a pause or a reset on the page ends it.
 
         Raises:
             BadSetting: the time is not above 0, or longer than `lwr-duet run` allows.
@@ -343,7 +329,7 @@ class NotebookRun:
                 action.answer.set_exception(error)
 
     def _ask(self, question: Callable[[Session], T]) -> T:
-        """Ask a question between two frames on the session's own thread.
+        """Ask a question between two frames on the session's thread.
 
         Raises:
             DuetError: the run is closed, or does not answer.

@@ -1,5 +1,4 @@
-"""The tile in Jupyter's launcher, an entry point for jupyter-server-proxy. Imports nothing of Jupyter, and of
-Duet only its list of features."""
+"""The tile in Jupyter's launcher, an entry point for jupyter-server-proxy. Imports nothing of Jupyter."""
 
 import secrets
 import sys
@@ -14,7 +13,6 @@ ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
 
 
 def tile() -> dict[str, Any]:
-    """Entry for jupyter-server-proxy that starts and shows Duet."""
     made = proxied((*IN_MEMORY, *ONE_PROCESS, "--edit-law"))
     # Only requests through this notebook server and its login have the secret; their senders can run programs
     # here anyway.

@@ -1,5 +1,3 @@
-"""The lab report: a student's predictions, outcomes and notes on one page."""
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

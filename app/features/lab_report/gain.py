@@ -1,4 +1,4 @@
-"""Two equal tests, before and after the lessons: shares, normalised gain, changes of answers.
+"""Two equal tests, before and after the lessons.
 
 Normalised gain: Hake, American Journal of Physics 66 (1998): gain over possible gain.
 """
@@ -11,16 +11,12 @@ from app.features.lessons.progress import StepProgress
 from app.features.lessons.tally import QuestionId
 
 AnswerPairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
-"""Question of the first test → answers before and after, from 0, of each student with both."""
+"""Question of the first test → each student's answers before and after (0-based)."""
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Right answers before and after.
-
-    Attributes:
-        students: who answered both times; for several questions, the pairs of answers.
-    """
+    """Right answers before and after. `students`: who answered twice; for several questions, pairs."""
 
     students: int
     before: int
@@ -46,7 +42,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class QuestionGain:
-    """Two answers to one question. `moved`: counts of answers, rows before, columns after."""
+    """Answers to one question. `moved`: counts of answers, rows before, columns after."""
 
     lesson: Lesson
     step: Step
@@ -57,12 +53,12 @@ class QuestionGain:
 
     @property
     def belief(self) -> str:
-        """Name of the tested belief, as Markdown."""
+        """Markdown."""
         return self.step.belief.partition("\n")[0] or self.step.title
 
 
 def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
-    """Questions of the first test that students have answered twice, in order."""
+    """Questions that students have answered twice, in order."""
     found: list[QuestionGain] = []
     for lesson in lessons:
         for index, step in enumerate(lesson.steps if lesson.asked == "first" else ()):
@@ -87,7 +83,7 @@ def whole(questions: Iterable[QuestionGain]) -> Gain:
 
 
 def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> AnswerPairs:
-    """One student's answers to the tests with a revealed answer. `progress`: by the names of lesson and step."""
+    """Answers to tests with revealed answers. `progress`: of lesson and step."""
     pairs: dict[QuestionId, Sequence[tuple[int, int]]] = {}
     for lesson in lessons:
         for step in lesson.steps if lesson.asked == "first" else ():

@@ -1,4 +1,4 @@
-"""A student's lab report: predictions, outcomes, plots, settings, and notes."""
+"""A student's lab report."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -30,16 +30,11 @@ from scenes.simulation import Simulation
 from scenes.wanted import while_wanted
 
 LINE: Final = "_" * 24
-"""Line for a handwritten name."""
 
 
 @dataclass(frozen=True)
 class Done:
-    """A student's work in one step, as plain data for another process.
-
-    Attributes:
-        seen: run that answered the student's question; None if not stored.
-    """
+    """A student's work in one step, as plain data. `seen`: run that answered the question, or None."""
 
     lesson: Lesson
     index: int
@@ -53,12 +48,7 @@ class Done:
 
 @dataclass(frozen=True)
 class ReportEntry:
-    """One step in a report; empty parts are left out.
-
-    Attributes:
-        view: of the step at its end, with the student's work.
-        plot: <svg> element, as from `app.features.exports.plot_pictures.inline_svg`.
-    """
+    """One step in a report; empty parts are left out. `view`: at the step's end; `plot`: <svg> element."""
 
     view: StepView
     settings: str = ""
@@ -70,7 +60,7 @@ class ReportEntry:
 
     @property
     def drawing(self) -> str:
-        """<svg> element of the student's and the measured curve, or ""."""
+        """<svg> element of both curves, or ""."""
         drawing, curves = self.view.step.drawing, self.view.drawing
         return (
             ""
@@ -80,7 +70,7 @@ class ReportEntry:
 
     @property
     def judgements(self) -> list[tuple[str, bool]]:
-        """Lines of the challenge's newest attempt, and whether they were met."""
+        """Lines of the newest attempt; True if met."""
         last = self.view.done.last
         return [] if last is None else [(sentence(tr(one.text)), one.passed) for one in last.judgements]
 
@@ -91,7 +81,7 @@ class ReportEntry:
 
     @property
     def record(self) -> StepRecord | None:
-        """Machine-readable record; None for a test that is asked twice, which counts for no marks."""
+        """None for a test, which counts for no marks."""
         view, done = self.view, self.view.done
         if view.step.asked:
             return None
@@ -142,12 +132,11 @@ def report_html(
     about: str = "",
     questions: Sequence[QuestionGain] = (),
 ) -> str:
-    """The page. It loads and runs nothing, and escapes all text of the student.
+    """Page that loads and runs nothing, with the student's text escaped.
 
     Args:
-        settings: of the last run, or None.
-        about: line under the title, such as a name and a date.
-        questions: of a test that the student has answered before and after.
+        about: line under the title.
+        questions: of a test answered twice.
 
     Raises:
         ValueError: a plot is not a plain <svg> element.
@@ -187,12 +176,7 @@ def rich_html(text: str) -> Markup:
 
 
 def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> ReportEntry:
-    """Report on a step.
-
-    Args:
-        recorded: run with the settings and plot to show, or None.
-        name: of the plot, unique on a page.
-    """
+    """Report on a step. `recorded`: run to show, or None; `name`: of its plot, unique on a page."""
     step = one.step
     at = StepPosition(one.lesson, step, one.index, phases_of(step)[-1], one.progress, None)
     view = make_view(at, step.yours, False, False)
@@ -238,12 +222,8 @@ def done_in(
     seen: Mapping[tuple[str, str], Recorded],
     only: str | None = None,
 ) -> tuple[Done, ...]:
-    """Every step in which something was done.
-
-    Args:
-        progress: by the names of lesson and step.
-        seen: (lesson, step) → the run.
-        only: name of one lesson; None for all.
+    """Every step with work. `progress`: of lesson and step; `seen`: (lesson, step) → run; `only`: name of a
+    lesson.
     """
     return tuple(
         Done(lesson, i, progress(lesson.id, step.id), seen.get((lesson.id, step.id)))

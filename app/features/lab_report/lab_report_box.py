@@ -1,4 +1,4 @@
-"""The lab report on the page: note boxes, and a button that makes it."""
+"""The lab report on the page."""
 
 import copy
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ class AskReport(Action, newest_by=("one",)):
 
 
 def ask_report(exports: ExportQueue, session: Session, done: Sequence[Done]) -> None:
-    """Submit a lab report; notify the visitor if there is nothing to report."""
+    """Submit a lab report, or notify that it is empty."""
     if not done:
         session.notify("There is nothing to report yet", "Answer a question of a lesson first.")
         return

@@ -1,6 +1,6 @@
-"""Common parts of offline pages, which load and run nothing; and a lab report's machine-readable records.
+"""Offline pages, and a lab report's machine-readable records.
 
-The records are an invisible element with one entry per step. Like the rest of the page they can be forged.
+The records are an invisible element with an entry per step. They can be forged.
 """
 
 import html
@@ -35,11 +35,10 @@ _Count = Annotated[int, msgspec.Meta(ge=0, lt=1_000_000)]
 
 @dataclass(frozen=True)
 class StepRecord:
-    """What was done in one step.
+    """Work in one step.
 
     Attributes:
-        lesson, step: by name.
-        prediction: number of the chosen answer, from 1, or None.
+        prediction: chosen answer (1-based), or None.
         right: None if the outcome was not seen.
         passed: None without a challenge.
     """
@@ -59,11 +58,7 @@ SHEET: Final = Path(__file__).with_name("report.css")
 
 
 def locked_page(template: str, title: str, styles: Sequence[Path], **values: object) -> str:
-    """HTML page that loads and runs nothing, in the reader's language.
-
-    Args:
-        template: that extends "features/lab_report/page.html".
-    """
+    """HTML page that loads and runs nothing. `template`: extends "features/lab_report/page.html"."""
     files = "".join(file.read_text(encoding="utf-8") for file in styles)
     sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
     return page_of_template(
@@ -75,10 +70,10 @@ _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", 
 
 
 def plain_svg(svg: str) -> Markup:
-    """An <svg> element unchanged, if it holds only shapes and text.
+    """`svg` unchanged.
 
     Raises:
-        ValueError: it holds anything else.
+        ValueError: not an <svg> element of only shapes and text.
     """
     try:
         root = ET.fromstring(svg)
@@ -103,7 +98,7 @@ def read_records(page: bytes) -> tuple[StepRecord, ...]:
     """Records of a report.
 
     Raises:
-        ValueError: it has none, or they are not as `records_html` writes them.
+        ValueError: no records, or not as `records_html` writes them.
     """
     found = _RECORD.search(page)
     if found is None:

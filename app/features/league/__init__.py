@@ -1,4 +1,4 @@
-"""The league of laws: every law in the same runs."""
+"""The league of laws."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Entrants of the league. A file's runs are made behind a fence, as nothing in it is trusted."""
+"""Entrants of the league; the runs of files are fenced."""
 
 import hashlib
 import os
@@ -20,7 +20,7 @@ from scenes.laws import LAWS
 from scenes.settings import RunSettings
 
 OFFSETS: Final = (-0.12, 0.30)
-"""Range by which the distances shown to a file's law may be reduced [m]: its knob, as it has no settings."""
+"""Reduction of the distances that a file's law sees: its knob's range [m]."""
 
 
 class Entrant(msgspec.Struct, frozen=True):
@@ -35,12 +35,12 @@ class Entrant(msgspec.Struct, frozen=True):
 
     @property
     def sha256(self) -> str:
-        """Hexadecimal hash of the law's file; "" for a built-in law."""
+        """Hash of the file; "" for a built-in law."""
         return "" if self.text is None else hashlib.sha256(self.text).hexdigest()
 
     @property
     def knob(self) -> str:
-        """Setting that determines its distance, "offset" for a file; "" if none does."""
+        """Setting that decides its distance, "offset" for a file, or ""."""
         if self.text is not None:
             return "offset"
         knob = LAWS[self.name].distance_knob
@@ -48,7 +48,7 @@ class Entrant(msgspec.Struct, frozen=True):
 
 
 def entrants(paths: list[Path]) -> list[Entrant]:
-    """All built-in laws, and each file's law once, with a unique name.
+    """All built-in laws, and each file's law once.
 
     Raises:
         BadInputFile: a file cannot be read, or has no unique name.
@@ -70,7 +70,7 @@ def entrants(paths: list[Path]) -> list[Entrant]:
 
 
 def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimits) -> Outcome:
-    """Outcome of an event; errors of a file become its problem."""
+    """Errors of a file become its outcome's problem."""
     if entrant.text is None:
         return law_held(entrant.name, schedule, event)
     outcomes: list[Outcome] = []
@@ -89,7 +89,7 @@ class _Failed(DuetError): ...
 
 
 class _ShiftedLaw(CustomLaw):
-    """Law that is shown distances reduced by `offset` [m], so that it keeps more."""
+    """Law that sees distances reduced by `offset` [m]."""
 
     offset = 0.0
 

@@ -1,4 +1,4 @@
-"""Files of the league: every outcome at once while it plays, and tables at the end."""
+"""Files of the league."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +30,7 @@ PART: Final = "league.part.jsonl"
 
 
 class Played(msgspec.Struct, frozen=True):
-    """Outcome of an entrant. `sha256`: of a file, "" for a built-in law."""
+    """Outcome of an entrant. `sha256`: of the file, "" for a built-in law."""
 
     name: str
     sha256: str
@@ -46,12 +46,11 @@ class LeagueFiles:
     """Outcomes of the league in a folder.
 
     Args:
-        folder: created by `recording`.
-        entrants: outcomes of others in the folder stay there.
+        entrants: outcomes of others are kept.
 
     Raises:
         BadSetting: it holds another league.
-        BadInputFile: its content cannot be read.
+        BadInputFile: it cannot be read.
     """
 
     def __init__(self, folder: Path, schedule: Schedule, entrants: Sequence[Entrant]) -> None:
@@ -65,13 +64,12 @@ class LeagueFiles:
 
     @property
     def outcomes(self) -> list[Played]:
-        """Known outcomes, in the order of the present entrants and the events."""
+        """In the order of entrants and events."""
         keys = [(entrant.name, entrant.sha256, event) for entrant in self.entrants for event in events()]
         return [self._known[key] for key in keys if key in self._known]
 
     def missing(self, seconds: float) -> list[tuple[Entrant, Event]]:
-        """Runs still to be played, and those given up that have more time now. `seconds`: allowed for a file
-        [s]."""
+        """Events not yet played, or given up with less time. `seconds`: allowed for a file [s]."""
         done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
         return [
             (one, event)
@@ -82,10 +80,10 @@ class LeagueFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
-        """Function that writes an outcome to disk at once.
+        """Function that writes an outcome at once.
 
         Raises:
-            BadSetting: the folder cannot be made or written to.
+            BadSetting: the folder cannot be written to.
         """
         with writable(self.folder, "out"):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -104,7 +102,7 @@ class LeagueFiles:
             yield add
 
     def finish(self) -> list[Path]:
-        """Write and return `league.csv`, `league.json` and `times.csv`; only the last has wall times."""
+        """Write `league.csv`, `league.json` and, with wall times, `times.csv`; returns the paths."""
         names = ("league.csv", "league.json", "times.csv")
         times = [
             (one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us)
@@ -163,7 +161,7 @@ _CALLED: Final = {
     "schedule": "persons (--quick or --seed-word)",
     "versions": "versions",
 }
-"""Part of the head → its name in messages."""
+"""Part of the head → name in messages."""
 
 
 def _line(one: object) -> bytes:

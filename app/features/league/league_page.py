@@ -1,4 +1,4 @@
-"""Summary of the league, as Markdown, and as one offline page."""
+"""The league as Markdown and as an offline page."""
 
 import io
 import math
@@ -54,7 +54,7 @@ class LeagueRow(NamedTuple):
 
     Attributes:
         lost, d_min: [m].
-        e2: mean of e² over that of the paper's law, geometric mean of the scenes.
+        e2: mean e² over that of the paper's law, geometric mean of the scenes.
         dq_step: [rad/s].
         at_bounds: share of the time.
         step_us: median of the scenes [µs].
@@ -72,7 +72,7 @@ class LeagueRow(NamedTuple):
     notes: tuple[str, ...]
 
     def cells(self) -> tuple[str, ...]:
-        """Texts in the order of `COLUMNS`."""
+        """In the order of `COLUMNS`."""
         numbers = (
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
@@ -105,7 +105,7 @@ def league_rows(
     robot: RobotKind,
     half: str = "public",
 ) -> list[LeagueRow]:
-    """Rows, the best first: with their own settings by their loss, at equal safety by their error."""
+    """Best first: by loss with their own settings, by error at equal safety."""
     known = {
         (one.name, one.event.scene): one
         for one in outcomes
@@ -153,7 +153,7 @@ def _row(entrant: Entrant, known: dict[tuple[str, str], Played], schedule: Sched
 
 
 def _ratio(known: dict[tuple[str, str], Played], name: str, scene: str, half: str) -> float | None:
-    """Mean e² in a scene over that of the paper's law; None if either has no run there."""
+    """Mean e² over the paper's law's; None if one has no run."""
     means: list[float] = []
     for one in (name, DEFAULT_LAW):
         played = known.get((one, scene))
@@ -221,13 +221,14 @@ def league_page(
 
 
 def _kind(entrant: Entrant) -> str:
-    """CSS class of an entrant's rows: on the projector, a class sees its own laws and the paper's."""
+    """CSS class; the projector hides "other"."""
     return "own" if entrant.text is not None else "paper" if entrant.name == DEFAULT_LAW else "other"
 
 
 def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Level) -> str:
-    """SVG of error over smallest distance, or at equal safety over the largest step of q̇, means of the
-    persons: columns are scenes, rows kinds of robots, marks entrants."""
+    """SVG of error over smallest distance, or at equal safety over the largest step of q̇; means of the
+    persons.
+    """
     name, scale, label = (
         ("d_min", 1e3, "smallest $d$ [mm]")
         if level == "default"
@@ -263,7 +264,6 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
 
 
 def _look(place: int) -> dict[str, Any]:
-    """Colour and marker of an entrant; the first one is the paper's law, and larger."""
     colour, marker = SERIES[place % len(SERIES)], MARKERS[(place + place // len(SERIES)) % len(MARKERS)]
     return {
         "color": colour,

@@ -1,4 +1,4 @@
-"""The league's runs, with a law's own settings, and at equal mean distance."""
+"""The league's runs."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -19,8 +19,7 @@ from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
 
 EDITION: Final = "2026"
-"""Edition of the runs; changes with anything below, or a default, so that figures of two editions are not
-compared."""
+"""Change it with anything below, or a default: figures of two editions are not compared."""
 
 SCENES: Final = (HOLD, BALL, MASTER_SLAVE)
 RobotKind = Literal["ideal", "delayed"]
@@ -33,12 +32,11 @@ NATURAL_SPEED: Final = 0.2
 
 Level = Literal["default", "equal"]
 LEVELS: Final[dict[Level, str]] = {"default": "With its own settings", "equal": "At equal safety"}
-"""Settings of a law: its defaults, or those with which its smallest distance is d_m on average over the
-public persons."""
+"""A law's defaults, or settings that keep d_m on average over the public persons."""
 
 CRITICAL_DISTANCE: Final = 0.15
 NOMINAL_VELOCITY: Final = 0.30
-"""d_m [m] and v [m/s] of all figures, instead of a law's own."""
+"""d_m [m] and v [m/s] of all figures."""
 
 
 Half = Literal["public", "hidden"]
@@ -48,9 +46,9 @@ class Person(NamedTuple):
     """A moving person.
 
     Attributes:
-        half: "public", or "hidden" if the seed is in no file.
+        half: "hidden" if the seed is in no file.
         number: in that half, from 1.
-        speed: largest [m/s]; the experiment's own person, faster or slower.
+        speed: largest [m/s].
     """
 
     half: Half
@@ -64,9 +62,8 @@ class Schedule:
     """Persons and length of the runs.
 
     Attributes:
-        seconds: length of a run with a person of `NATURAL_SPEED`; slower ones take longer for the same path
-            [s].
-        speeds: of the persons [m/s]; every seed at every speed.
+        seconds: length of a run at `NATURAL_SPEED` [s]; slower persons take longer.
+        speeds: [m/s]; every seed at every speed.
         seeds: of the public half.
         word: source of the hidden half's seeds; "" for no such half.
     """
@@ -95,11 +92,10 @@ class Schedule:
 
 FULL: Final = Schedule(8.0, (0.1, 0.2, 0.3, 0.5), (2, 4))
 QUICK: Final = Schedule(8.0, (0.2, 0.5), (2,))
-"""Fewer persons, for a first look."""
 
 
 class Event(NamedTuple):
-    """Runs that are summed up together, with one value of a law's knob."""
+    """Runs with one value of a law's knob."""
 
     scene: str
     robot: RobotKind
@@ -124,10 +120,8 @@ class LeagueRun(NamedTuple):
     """Result of one run; SI units.
 
     Attributes:
-        lost: how far d fell from d_m or above to below it while w ≤ v [m].
-        d_min: smallest distance [m].
-        e2_max: largest squared error, m² or rad².
-        dq_step: largest change of one joint's velocity in one step [rad/s].
+        lost: fall of d below d_m while w ≤ v [m], see `fallen`.
+        dq_step: largest change of one joint's velocity in a step [rad/s].
         at_bounds: time during which joint bounds, or a row that was too short, reduced q̇ [s].
     """
 
@@ -146,13 +140,12 @@ class Outcome:
     """Outcome of an event for one entrant.
 
     Attributes:
-        value: of its knob, SI; None if it ran with its own settings, or if no value keeps the distance.
-        reached: mean smallest distance of the public persons that is nearest to the wanted one [m]; None with
-            its own settings.
-        runs: one per person; () if no value keeps the distance, or there is no knob.
-        step_us: median wall time of a step of both arms [µs], or None without a run.
+        value: of its knob, SI; None with its own settings, or if no value keeps the distance.
+        reached: nearest mean smallest distance of the public persons [m]; None with its own settings.
+        runs: one per person; () if no value keeps the distance, or without a knob.
+        step_us: median wall time of a step of both arms [µs]; None without a run.
         problem: why there is no run, or "".
-        given_up: time allowed for a file that did not finish [s]; 0 for all others.
+        given_up: time allowed for a file that did not finish [s], or 0.
     """
 
     value: float | None
@@ -164,8 +157,9 @@ class Outcome:
 
 
 Applied = Callable[[RunSettings, float | None], tuple[RunSettings, Law | None]]
-"""Puts a law with a knob value (None for its own settings) into settings, or returns it beside them if they
-do not know it."""
+"""Applies a law and knob value (None: its own settings) to settings, or returns a law that settings cannot
+name.
+"""
 
 
 NO_KNOB: Final = "no setting of it chooses a distance"
@@ -207,7 +201,6 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
 
 
 def law_held(law: str, schedule: Schedule, event: Event) -> Outcome:
-    """Outcome of an event for a built-in law. `law`: its name."""
     knob = LAWS[law].distance_knob
 
     def applied(settings: RunSettings, value: float | None) -> tuple[RunSettings, None]:

@@ -1,5 +1,3 @@
-"""A lecture: a shared session that a teacher operates, the projector, and breakout sessions."""
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 

@@ -1,7 +1,6 @@
-"""Audiences of a lecture: browsers with the same look share what is drawn; all others have their own page.
+"""Audiences of a lecture: browsers with the same look share one drawing.
 
-Nothing is drawn on the server object, since viser sends its elements to all; each browser gets its audience's
-buffer.
+Nothing is drawn on the server object, since viser sends its elements to all browsers.
 """
 
 import threading
@@ -18,7 +17,7 @@ from app.web.server import DuetServer
 from app.web.viser_internals import Message, MessageBuffer, ServerView, shared_messages
 
 MOST: Final = 8
-"""Most audiences, each drawn separately. A browser with one more look joins the most similar one."""
+"""Most audiences; a browser with one more look joins the most similar one."""
 
 MOST_SCREENS: Final = 4
 """Most additional audiences of projectors."""
@@ -27,13 +26,11 @@ SCREEN: Final = "screen"
 """Query key of a projector's link."""
 
 SMALL: Final = "small"
-"""Value of `screen` for the small picture on a teacher's page, which is not counted."""
+"""Value of `screen` for the uncounted small picture on a teacher's page."""
 
 
 class Audience(ServerView):
-    """View for the browsers of one look, drawn once. `watchers`: client ids, set by `Audiences`; `screen`:
-    for projectors.
-    """
+    """View for the browsers of one look. `watchers`: client ids."""
 
     def __init__(self, server: viser.ViserServer, look: Look, screen: bool, before: list[Message]) -> None:
         self.look, self.screen = look, screen
@@ -42,12 +39,11 @@ class Audience(ServerView):
 
 
 class Audiences:
-    """Assigns browsers to audiences.
+    """Assigns browsers to audiences. Calls `look` and `gone` on the network's thread.
 
     Args:
-        look: (client id, query, header Accept-Language) → the look of a watching browser, or None for its own
-            page. Called on the network's thread.
-        gone: called with the client id of a disconnected browser, on the network's thread.
+        look: (client id, query, Accept-Language) → look of a watcher; None for its own page.
+        gone: receives the client id of a disconnected browser.
     """
 
     def __init__(
@@ -68,7 +64,7 @@ class Audiences:
             return tuple(self._audiences)
 
     def audience_of(self, number: int) -> Audience | None:
-        """Audience of a client; None for its own page, or after it disconnected."""
+        """None for its own page, or a disconnected client."""
         return next((one for one in self.audiences if number in one.watchers), None)
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
@@ -112,5 +108,4 @@ class Audiences:
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:
-    """Similarity of two looks, the language first."""
     return one.language == other.language, sum(a == b for a, b in zip(one, other, strict=True))

@@ -1,4 +1,4 @@
-"""A process with breakout sessions, without the shared session."""
+"""A process with breakout sessions only."""
 
 import logging
 
@@ -28,7 +28,7 @@ log = logging.getLogger("duet.lecture")
 
 
 class BreakoutHost:
-    """Gives every student who is sent here a session; the teacher's decisions come from the shared session."""
+    """Gives each student sent here a session; the teacher's decisions arrive as messages."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
@@ -68,7 +68,7 @@ class BreakoutHost:
             self._link.to_first(said)
 
     def _post_work(self, work: WorkAction) -> None:
-        """Send a hand-in to the shared session's process, and queue it here; from any thread."""
+        """Thread-safe."""
         self._link.to_first(work)
         self._work.put(work)
 

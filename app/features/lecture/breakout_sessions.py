@@ -1,4 +1,4 @@
-"""Breakout sessions of students or groups, in this process or another."""
+"""Breakout sessions of students or groups."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
@@ -46,7 +46,6 @@ class BreakoutWorkers:
         return combined([shared, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
-        """Send a student's next connection to another process; see `Exploring`."""
         classroom, self._begun[student] = self._classroom, begin
         group = classroom.places.groups[student]
         handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
@@ -87,14 +86,14 @@ AWAY: Final = 5.0
 """Absence of a group's operator before another member takes over [s]."""
 
 RELOAD: Final = 30.0
-"""Absence that a reconnecting member is allowed [s]; a slow computer needs longer than `AWAY`."""
+"""Allowed absence of a reconnecting member [s], for slow computers."""
 
 SHOWN: Final = 60.0
 """Longest shown part of a student's run [s]."""
 
 
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
-    """Newest part of the run of a student's group; None if its session is not here."""
+    """None if the session is not here."""
     players = (
         one.visitor.session.player for one in participants if one.group == student and one.visitor is not None
     )
@@ -102,7 +101,7 @@ def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
 
 
 class BreakoutSessions:
-    """The students' own sessions. `workers`: the processes that have them; None for this one."""
+    """The students' own sessions. `workers`: None to run the sessions in this process."""
 
     def __init__(
         self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None
@@ -113,7 +112,7 @@ class BreakoutSessions:
         self._coming: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
-        """True if a browser with this query gets a breakout session; from any thread."""
+        """True if this browser gets a breakout session; thread-safe."""
         tab = None if self._workers is not None else tab_id(query)
         return (
             tab is not None
@@ -128,8 +127,7 @@ class BreakoutSessions:
     def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
         """Assign places, and move students to their own sessions or back.
 
-        Args:
-            begin: initial record of a student without a saved one.
+        `begin`: initial record if none is saved.
         """
         self._context.store.tidy()
         if self._workers is not None:
@@ -147,9 +145,7 @@ class BreakoutSessions:
     def admit(
         self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord
     ) -> Pieces:
-        """Give a group its saved session, one with its last settings, or a new one from `begin`. The first
-        member operates it; see `frames`.
-        """
+        """Open a group's saved or new session; its first member operates."""
         if self._operators.setdefault(participant.group, participant.id) != participant.id:
             return
         # Keep other members from operating it meanwhile.
@@ -202,8 +198,9 @@ class BreakoutSessions:
             participant.visitor.leave()
 
     def frames(self, participants: Collection[Participant], now: float, elapsed: float) -> None:
-        """Advance and draw every session for all members. `now`, `elapsed`: wall time, and since the last
-        frame [s].
+        """Advance and draw every session for all members.
+
+        `now`: wall time [s]; `elapsed`: since the last frame [s].
         """
         groups: dict[str, list[Participant]] = {}
         for one in participants:
@@ -232,7 +229,6 @@ class BreakoutSessions:
                     lead.visitor.frame(now, elapsed)
 
     def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
-        """Choose the operator of a group; the others watch. `now`: wall time [s]."""
         for one in members:
             if one.takes_over:
                 one.takes_over, self._operators[group] = False, one.id
@@ -258,7 +254,6 @@ class BreakoutSessions:
         return lead
 
     def _move(self, one: Participant) -> None:
-        """Reconnect the page, at most once."""
         if not one.moved:
             one.moved = True
             self._context.server.send_elsewhere(one.client)

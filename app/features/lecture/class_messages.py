@@ -12,11 +12,7 @@ from scenes.inputs import Recorded
 
 
 class Exploring(NamedTuple):
-    """A student gets a breakout session.
-
-    Attributes:
-        begin: initial record of a student without a saved one.
-    """
+    """A student gets a breakout session. `begin`: its record if none is saved."""
 
     student: str
     begin: VisitorRecord
@@ -27,7 +23,7 @@ class Exploring(NamedTuple):
 
 
 class ClassState(NamedTuple):
-    """The teacher's decisions; see `app.features.classroom.classroom.Classroom`."""
+    """The teacher's decisions, as in `Classroom`."""
 
     free: bool
     paused: bool
@@ -36,7 +32,7 @@ class ClassState(NamedTuple):
 
 
 class Present(NamedTuple):
-    """Students in a process, and its load. `worker`: its index."""
+    """Students and load of process `worker`."""
 
     worker: int
     students: tuple[str, ...]
@@ -51,11 +47,8 @@ class Progressed(Action, newest_by=("student",)):
 
 
 class Reported(Action, newest_by=("student",)):
-    """A student hands in a report, or withdraws it.
-
-    Attributes:
-        name: "" for an anonymous report; None to withdraw it.
-        progress: of the student's own session, as JSON.
+    """A report is handed in (`name` "" if anonymous) or withdrawn (`name` None). `progress`: of the own
+    session, as JSON.
     """
 
     student: str
@@ -64,15 +57,14 @@ class Reported(Action, newest_by=("student",)):
 
 
 class Ran(Action, newest_by=("student",), eq=False):
-    """Newest part of the run to show, None if it has not begun. `student`: the group."""
+    """Newest part of a run; None before it begins. `student`: the group."""
 
     student: str
     recorded: Recorded | None
 
 
 WorkAction = Progressed | Reported | Ran
-"""Message from a student's own session; `student`: id of the tab."""
 
 
 PostWork = Callable[[WorkAction], None]
-"""Queues a hand-in or a run for the next frame; from any thread."""
+"""Queues work for the next frame; thread-safe."""

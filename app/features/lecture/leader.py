@@ -1,4 +1,4 @@
-"""Browsers that may lead a lecture: those with the key, or without a key the first tab."""
+"""Lead of a lecture."""
 
 from collections import deque
 from collections.abc import Callable, Mapping
@@ -18,14 +18,11 @@ MOST: Final = 1000
 
 
 class Leader:
-    """Decides which browsers may lead: those with the key, or without a key the first tab.
+    """Browsers with the key may lead, or without a key the first tab.
 
-    That tab keeps the lead for `HOLD`. Then only a tab that is new in the class gets it, so that no student
-    can wait for it. `admits` and `gone` belong to the network's thread.
-
-    Args:
-        record: of a class to resume, as if its leading tab had just disconnected.
-        clock: time [s].
+    After `HOLD` only a tab that is new in the class can take over, so students cannot wait for it. `admits`
+    and `gone` belong to the network's thread. `record`: of a class to resume; its leader has just
+    disconnected.
     """
 
     def __init__(
@@ -61,5 +58,5 @@ class Leader:
             self._since = self._clock()
 
     def holds(self, client_id: int) -> bool:
-        """True if a connected browser may lead; from any thread."""
+        """True if this browser may lead; thread-safe."""
         return client_id in self._client_ids

@@ -1,4 +1,4 @@
-"""The host of a lecture: its shared session and breakout sessions."""
+"""The host of a lecture."""
 
 import logging
 from collections.abc import Callable
@@ -40,11 +40,9 @@ log = logging.getLogger("duet.lecture")
 
 
 class LectureHost:
-    """Shows the shared session in all tabs, each in its language and look; a teacher (by the key, or the
-    first tab) operates.
+    """Shows the shared session in all tabs, each in its language and look.
 
-    Args:
-        link: to the processes of the breakout sessions; None for this one.
+    `link`: to the processes of the breakout sessions; None for this one.
     """
 
     def __init__(self, context: AppContext, link: WorkerLink | None = None) -> None:
@@ -81,13 +79,12 @@ class LectureHost:
         )
 
     def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
-        """Look of a watching browser; None for its own page: a teacher's, or a breakout session's."""
         if self.leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
         return look_of(query, preferred(accept), self._context.options.settings)
 
     def close(self, goes_on: bool = False) -> None:
-        """Save and close every session. `goes_on`: true if the next server resumes the lecture."""
+        """Save and close every session. `goes_on`: the next server resumes the lecture."""
         self.admission.close()
         if goes_on:
             self._recorder.save(inf)
@@ -100,7 +97,7 @@ class LectureHost:
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance the shared session and draw it for all; then every breakout session."""
+        """Advance and draw the shared session, then every breakout session."""
         set_language(self.controls.language)
         self._connect()
         set_language(self.controls.language)
@@ -147,7 +144,6 @@ class LectureHost:
         self._told = operation, trouble
 
     def _is_dirty(self) -> bool:
-        """True if anything has arrived for the shared session or from a browser since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
         return self.session.dirty or heard != self._heard
@@ -178,7 +174,7 @@ class LectureHost:
         page.flush()
 
     def summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
-        """Reports of this class so far and of the last one; without a key only the first."""
+        """Reports of this class and, with a key, of the last one."""
         last = None if self._context.options.key is None else self._recorder.last_class
         return self.classroom.summary(self._book, time()), last
 
@@ -203,7 +199,7 @@ class LectureHost:
         self.admission.advance()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        """Give a browser its page; one with a breakout session takes part once the page is complete."""
+        """A breakout session takes part once its page is complete."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
         participant = Participant(client, self.leader.holds(client_id), audience, self.control.answers.put)
@@ -228,7 +224,6 @@ class LectureHost:
             self._context.server.send_elsewhere(client)
 
     def _begin(self, student: str) -> VisitorRecord:
-        """Initial breakout session: like the shared one, in a lesson with the student's own answers."""
         record, saved = VisitorRecord({}, self.session.settings), self.lessons.saved_lesson()
         if saved is None or not saved.open:
             return record

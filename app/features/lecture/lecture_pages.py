@@ -1,4 +1,4 @@
-"""Pages of a lecture: one for each teacher, and one for each audience."""
+"""Pages of teachers and audiences."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -28,13 +28,9 @@ from app.web.request import browser_language, request_address
 
 
 class SharedControls:
-    """Builds the teachers' pages; the operator's has the controls, and decides the shared session's language.
+    """Builds the teachers' pages; the operator's has the controls and sets the shared session's language.
 
-    Args:
-        summaries: returns the reports of this class so far and of the last one.
-
-    Attributes:
-        address: for the students; None until a teacher has come.
+    `address`: for the students; None before a teacher connects.
     """
 
     def __init__(self, context: AppContext, control: TeacherControl, summaries: Summaries) -> None:
@@ -56,7 +52,7 @@ class SharedControls:
         self._session.hand.hold(None)
 
     def admit(self, teacher: Participant) -> None:
-        """Build a new teacher's page, with the controls if they are free or this tab had them."""
+        """With the controls, if they are free or this tab had them."""
         if self.operator is None:
             self.hand_over(teacher)
         elif teacher.id == self._last_operator:
@@ -91,7 +87,7 @@ class SharedControls:
         return language_of(self._session.settings, self._browser) != self.language
 
     def build_operator_page(self, operator: Participant) -> None:
-        """Build the operator's page, and translate the shared session; the lesson continues."""
+        """Also translates the shared session."""
         self.language = language_of(self._session.settings, self._browser)
         set_language(self.language)
         self._lessons.translate(self._library.book.in_language(self.language))
@@ -141,7 +137,7 @@ class SharedControls:
 
 
 class SharedAudiences:
-    """Pages of the audiences. `control`: receives the students' answers."""
+    """Pages of the audiences."""
 
     def __init__(
         self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]
@@ -166,7 +162,6 @@ class SharedAudiences:
         return SharedPage(audience, self._control, self._context, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
-        """Welcome a student (banner and answers) or a projector (with the teacher's key, a clicker's keys)."""
         client, audience, student = watcher.client, watcher.audience, watcher.id
         assert audience is not None
         page = self.pages[audience]

@@ -1,4 +1,4 @@
-"""Saves a lecture every second, so that it outlives its server, and the summary of a finished one."""
+"""Records of a lecture."""
 
 from time import time
 from typing import Final
@@ -21,11 +21,7 @@ SAVING: Final = 1.0
 
 
 class LectureRecorder:
-    """Saves a running lecture, and its summary at the end.
-
-    Args:
-        record: of an interrupted lecture to resume, or None.
-    """
+    """Saves a running lecture, and its summary at the end. `record`: of an interrupted lecture to resume."""
 
     def __init__(
         self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader
@@ -47,7 +43,7 @@ class LectureRecorder:
 
     @property
     def last_class(self) -> ClassSummary | None:
-        """Report of the previous class, as long as records are kept."""
+        """Report of the previous class, until its record expires."""
         last = self._last_class
         return None if last is None or abs(time() - last.saved) > self._store.keep else last
 
@@ -84,7 +80,7 @@ class LectureRecorder:
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
-    """Summary of the last finished class. `goes_on`: true if the record's lecture is resumed."""
+    """Summary of the last finished class. `goes_on`: the record's lecture is resumed."""
     if record is None:
         return None
     room = class_of(record)

@@ -1,6 +1,4 @@
-"""Overlays of a lecture's pages: the address; on a projector question, answers, outcome or explanation, a
-line, or black.
-"""
+"""Overlays of a lecture's pages and projectors."""
 
 import contextlib
 from collections.abc import Collection
@@ -86,7 +84,6 @@ class ScreenView:
             )
 
     def cover(self, address: Address | None) -> None:
-        """Make the projector black, show the address with the number of students, or uncover it."""
         presenter = self._control.presenter
         joined = (0, 0) if address is None else (self._control.classroom.heads[0], presenter.expected)
         covered = presenter.blank, address, joined
@@ -97,7 +94,7 @@ class ScreenView:
 
 
 CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
-"""Stations without an overlay → the text that is shown below the scene."""
+"""Stations without an overlay → text below the scene."""
 
 
 def screen_html(
@@ -109,11 +106,8 @@ def screen_html(
     quotes: Collection[str] = (),
     record: float | None = None,
 ) -> Markup:
-    """Overlay of a projector, shown by `presenter.js`.
-
-    Args:
-        left: remaining time [s]; None without a timer.
-        record: smallest d − d_m of the class in the step's duel [m], or None.
+    """For `presenter.js`. `left`: remaining time [s]; `record`: smallest d − d_m of the class in the step's
+    duel [m].
     """
     made, kinds = (
         macros("features/lecture/screen.html"),
@@ -133,7 +127,7 @@ def screen_html(
 
 
 def work_html(work: ShownWork, book: LessonBook) -> Markup:
-    """One student's work over the scene, or the step of a run below it."""
+    """A student's work, or the step of a run."""
     at = Bookmark(book).of(*work.step)
     lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
     place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done

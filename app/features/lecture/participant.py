@@ -1,4 +1,4 @@
-"""One browser in a lecture, and its page's parts beside the shared session."""
+"""One browser in a lecture."""
 
 import viser
 
@@ -31,15 +31,13 @@ class Participant:
     """One browser.
 
     Attributes:
-        id: of its tab, or of its connection if the tab has none.
-        lasting: true if the id outlives a reload.
-        narrow: true if lesson, 3-D view and controls do not fit side by side.
-        banner, answers, hand_in, panel, invitation: parts beside the shared session, or None.
+        id: of the tab; of the connection if the tab has none.
+        lasting: the id outlives a reload.
+        narrow: lesson, 3-D view and controls do not fit side by side.
         group: owner of the breakout session; "" in the shared session.
         mates: present students of the group, with this one.
-        visitor: the breakout session of its operator; None for others.
-        member: page of a watching member; None for others, and before there is anything to see.
-        moved: true if it was asked to reconnect.
+        visitor: the breakout session; None if this student does not operate one.
+        member: page of a watching member, or None.
     """
 
     def __init__(
@@ -69,7 +67,7 @@ class Participant:
         self.hand_in = HandInBox(self.client.gui, self._post_work, self.id, self.group)
 
     def ask_to_operate(self) -> None:
-        """Ask for control of the session; from any thread."""
+        """Thread-safe."""
         self.takes_over = True
 
     def dress(self, session: Session, start: Settings) -> None:
@@ -79,7 +77,7 @@ class Participant:
                 session.change(key, value)
 
     def leave(self) -> None:
-        """Save the student's own session, and cancel unfinished work for a teacher."""
+        """Post a student's progress, and close a teacher's panel."""
         if self.visitor is not None and not self.visitor.superseded:
             lessons = self.visitor.session.parts.of(LessonSession)
             if lessons.begun:
@@ -98,11 +96,7 @@ class Participant:
                 self.panel.show(poll)
 
     def show(self, classroom: Classroom, poll: Poll | None, view: View) -> None:
-        """Update the student's parts of the page.
-
-        Args:
-            poll: the shared session's question; None in a breakout session.
-        """
+        """Update the student's parts of the page. `poll`: None in a breakout session."""
         seen = view.part(LessonView)
         lessons, panel = seen.lessons, seen.panel
         if self.group and self._view is not view:

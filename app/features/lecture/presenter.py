@@ -1,4 +1,4 @@
-"""The projector's stations of a step: scene, question, answers, run, outcome, explanation, challenge."""
+"""The projector's stations of a step."""
 
 from collections.abc import Callable
 from enum import StrEnum
@@ -24,10 +24,10 @@ ScreenAction = Literal[
     "timer 90",
     "timer off",
 ]
-"""Next or previous station; live, frozen or black; the 3-D view alone or with panels; timers."""
+"""on: next station. stage: the 3-D view alone. panels: with panels."""
 
 TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
-"""Action → time for answers [s]; 0 for no timer."""
+"""Time for answers [s]; 0 stops the timer."""
 
 MOST_QUOTES: Final = 4
 
@@ -71,7 +71,7 @@ _OF_PHASE: Final = {
 
 
 class _StagePlace(NamedTuple):
-    """What decides the projector's picture in the shared session's lesson."""
+    """State of a lesson that selects the station."""
 
     step: tuple[str, str] | None = None
     phase: Phase | None = None
@@ -80,11 +80,7 @@ class _StagePlace(NamedTuple):
 
 
 class ShownWork(NamedTuple):
-    """One student's own work, without a name.
-
-    Attributes:
-        step: ids of lesson and step; ("", "") outside the lessons.
-    """
+    """A student's work, without a name. `step`: ids of lesson and step; ("", "") outside the lessons."""
 
     step: tuple[str, str]
     done: StepProgress
@@ -92,16 +88,13 @@ class ShownWork(NamedTuple):
 
 
 class Presenter:
-    """What every projector of a lecture shows. Belongs to the shared session's thread.
-
-    Args:
-        clock: time [s].
+    """Picture of all projectors. Belongs to the shared session's thread.
 
     Attributes:
-        frozen: true if they keep their picture while the shared session continues.
-        panels: true if they show the panels, as students see them.
-        expected: number of expected students; 0 if unknown.
-        work: one student's work in the station's place, or None.
+        frozen: keep the picture.
+        panels: show the panels, as students see them.
+        expected: number of students; 0 if unknown.
+        work: shown in the station's place.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
@@ -119,7 +112,7 @@ class Presenter:
     # ---- the stations ------------------------------------------------------------------------------------------------------
 
     def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
-        """Show the station that fits the lesson, if that has changed."""
+        """Show the lesson's station after a change."""
         place = (
             _StagePlace()
             if walk is None
@@ -161,17 +154,16 @@ class Presenter:
 
     @property
     def covered(self) -> bool:
-        """True if the projectors are blank, frozen, or show the address or a student's work."""
         return self.blank or self.frozen or self.inviting != "" or self.work is not None
 
     def uncover(self) -> bool:
-        """Show the live picture, without the address; true if the projectors were covered."""
+        """Show the live picture; true if it was covered."""
         covered = self.covered
         self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered
 
     def following(self, walk: Walkthrough) -> Station | None:
-        """Next station of the step; None if the next step follows."""
+        """None if the next step follows."""
         stations = stations_of(walk)
         place = stations.index(self.station) + 1 if self.station in stations else 0
         return stations[place] if place < len(stations) else None
@@ -205,5 +197,5 @@ def stations_of(walk: Walkthrough) -> tuple[Station, ...]:
 
 
 def clock_text(seconds: int) -> str:
-    """Minutes and seconds: 1:05."""
+    """As "1:05"."""
     return f"{seconds // 60}:{seconds % 60:02d}"

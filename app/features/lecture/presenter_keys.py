@@ -1,4 +1,4 @@
-"""Hotkeys of a teacher, and of a projector with the teacher's key."""
+"""Hotkeys of teachers, and of projectors with their key."""
 
 from typing import Final, Literal
 
@@ -43,7 +43,7 @@ PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
         icon=viser.Icon.QRCODE_OFF,
     ),
 )
-"""Keys of a lecture's teacher, which replace their usual meaning."""
+"""They replace the keys' usual meaning."""
 
 CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     *PRESENTER_KEYS,
@@ -51,4 +51,4 @@ CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("clicker_back", "back", "←", N_("class: the thing before"), "4", relayed="ArrowLeft"),
     Hotkey("clicker_blank", "blank", ".", N_("class: the screen black, or live"), "1", relayed="."),
 )
-"""Teacher keys, and those that some clickers send."""
+"""Also those that some clickers send."""

@@ -1,4 +1,4 @@
-"""Watchers' pages: of the shared session, and of a group's session."""
+"""Watchers' pages of the shared session or a group's."""
 
 from collections.abc import Callable
 
@@ -26,11 +26,7 @@ from app.web.request import browser_language, request_query
 
 
 class SharedPage:
-    """A page of the shared session. Belongs to the frame loop's thread.
-
-    Args:
-        look: None for the shared session's, which is the operator's.
-    """
+    """A page of the shared session, on the frame loop's thread. `look`: None for the operator's."""
 
     def __init__(
         self,
@@ -55,9 +51,7 @@ class SharedPage:
         self._shown: tuple[Poll | None, float | None] = None, None
 
     def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
-        """Draw a frame; return the question in this language, with its tally after the reveal. A frozen
-        projector keeps its picture.
-        """
+        """Returns the question in this language; None on a frozen projector, which keeps its picture."""
         set_language(self.language)
         presenter = self._control.presenter
         if self._screen is not None:
@@ -91,7 +85,7 @@ class SharedPage:
 
 
 class GroupMember:
-    """A group's session in a member's own language and look. Belongs to the frame loop's thread."""
+    """A group's session in a member's language and look, on the frame loop's thread."""
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
         self.client, self._context = client, context
@@ -115,7 +109,7 @@ class GroupMember:
             self.view.welcome(client)
 
     def watches(self, lead: Visitor) -> bool:
-        """True while this page shows the operator's session and lessons; a change of language makes new ones."""
+        """True for the operator's session and lessons; a change of language makes new ones."""
         return self.session is lead.session and self._book is lead.session.parts.of(LessonSession).book
 
     def act(self) -> None:

@@ -1,4 +1,4 @@
-"""A student's banner, answer buttons and keys, verdict, and hand-in."""
+"""A student's banner, answers, and hand-in."""
 
 from collections import deque
 from collections.abc import Callable
@@ -33,13 +33,11 @@ _OWN: Final = (
     "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-said,"
     ".duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
-"""Hides the projector's axes, choices and verdict: the student has a board, buttons and an own verdict."""
+"""Hides the projector's axes, choices and verdict: a student has own ones."""
 
 
 class Banner:
-    """The teacher's decision at the top of a page, and a button (`take_over`) for a member who may take
-    control.
-    """
+    """The teacher's decision at the top of a page, and a button to take control."""
 
     def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
         self._gui, self._take_over = gui, take_over
@@ -47,9 +45,7 @@ class Banner:
         self._buttons: dict[bool, viser.GuiButtonHandle] = {}
 
     def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None, offers: bool) -> None:
-        """Show a text, "" for none. `tab`: the lesson's, if the controls are folded; `offers`: show the
-        button.
-        """
+        """Show a text; "" hides the banner. `tab`: the lesson's, if the controls are folded."""
         in_tab = tab is not None
         with tab or nullcontext():
             if in_tab not in self._lines:
@@ -80,7 +76,7 @@ class Answers:
         self._phone, self._folded = canvas_size(client)[0] <= PHONE, False
 
     def fold(self, folded: bool) -> None:
-        """Fold the main panel of a narrow window while a lesson is open; the student can unfold it."""
+        """Fold the main panel; the student can unfold it."""
         if folded == self._folded or (folded and self._panel.panel is None):
             return
         self._folded = folded
@@ -112,7 +108,7 @@ class Answers:
             )
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
-        """Show the box for a reason from the vote until the reveal. No two questions share one."""
+        """One box for each question and round."""
         asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
         if asked is not None and asked not in self._reasons and self._panel.tab is not None:
             hint = tr(
@@ -164,12 +160,7 @@ class Answers:
 
 
 class _Form:
-    """Form with name and buttons, in the caller's open container.
-
-    Args:
-        hand_in: called with the name, on the network's thread.
-        take_back: called on the network's thread.
-    """
+    """Form in the caller's open container. Calls both functions on the network's thread."""
 
     def __init__(
         self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]
@@ -205,12 +196,7 @@ class _Form:
 
 
 class HandInBox:
-    """A student's hand-in form, and progress for the class's counts.
-
-    Args:
-        post_work: receives both, as plain data.
-        group: owner of the breakout session; "" in the shared one.
-    """
+    """A student's hand-in form, and progress for the class's counts. `group`: "" in the shared session."""
 
     def __init__(self, gui: viser.GuiApi, post_work: PostWork, student: str, group: str) -> None:
         self._gui, self._post_work, self._student, self._group = gui, post_work, student, group
@@ -219,12 +205,9 @@ class HandInBox:
         self._version = -1
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
-        """Post a requested report, and changed progress of the own session.
+        """Post a requested report, and changed progress if this student `operates` the session.
 
-        Args:
-            own: None in the shared session.
-            operates: true if this student operates the session; otherwise the operator's page posts its
-                progress.
+        `own`: None in the shared session.
         """
         name = self._names.pop() if self._names else None
         progress = (
@@ -240,15 +223,10 @@ class HandInBox:
             self._post_work(Progressed(self._group, progress))
 
     def post_again(self) -> None:
-        """Post the progress with the next frame, also if unchanged."""
+        """Post the progress again in the next frame."""
         self._version = -1
 
     def show(self, offered: bool, report: HandIn | None, tab: viser.GuiTabHandle | None) -> None:
-        """Update the form.
-
-        Args:
-            tab: the lesson's, if the controls are folded.
-        """
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
             order = ORDER["hints"] + 7.5 if in_lesson else -29.0

@@ -1,5 +1,3 @@
-"""Lessons: files, check and panel."""
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,4 +1,4 @@
-"""TOML blocks of a lesson file, with the line of every key."""
+"""TOML blocks of a lesson file, with line numbers."""
 
 import math
 import re
@@ -15,19 +15,13 @@ T = TypeVar("T")
 LARGEST: Final = 1e6
 
 NEEDED: Final[Any] = object()
-"""Default that makes a key required."""
 
 _AT: Final = re.compile(r"\(at line (\d+), column (\d+)\)|\(at end of document\)")
 _HEADER: Final = re.compile(r"^\s*\[{1,2}\s*([^\[\]]+?)\s*\]{1,2}\s*(#.*)?$")
 
 
 class Table:
-    """A table of a block. Reading a key removes it; `close` reports the keys that are left.
-
-    Args:
-        lines: numbered lines of the file that hold the table.
-        path: name of the table, "" for the whole block.
-    """
+    """A table. Reading a key removes it; `close` reports the rest. `path`: "" for the whole block."""
 
     def __init__(self, data: dict[str, Any], lines: list[tuple[int, str]], line: int, path: str = "") -> None:
         self._data, self._lines, self._line, self._path = dict(data), lines, line, path
@@ -95,7 +89,6 @@ class Table:
         return value
 
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
-        """Take a list of `count` finite numbers (any length if None)."""
         value = self.any(key, ())
         if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
             raise self.fault(
@@ -153,7 +146,6 @@ class Table:
         return rest
 
     def close(self) -> None:
-        """Raise a Fault if keys are left."""
         log, where = FaultLog(), f" in {self._path}" if self._path else ""
         known = ", ".join(dict.fromkeys(self._known))
         log.found += [
@@ -163,7 +155,6 @@ class Table:
         log.close()
 
     def checked(self, key: str, check: Callable[[], T]) -> T:
-        """Run `check`; its error becomes a fault on the line of `key`."""
         try:
             return check()
         except BadSetting as error:
@@ -202,10 +193,10 @@ def quoted_value(value: object) -> str:
 
 
 def read_block(block: DataBlock, name: str = "block") -> Table:
-    """Parse a block. `name`: its name in faults.
+    """Parse a block.
 
     Raises:
-        Fault: it is not TOML.
+        Fault: not TOML.
     """
     text = "\n".join(block.lines)
     try:

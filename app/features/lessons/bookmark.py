@@ -1,4 +1,4 @@
-"""A student's place, and the steps that a teacher has opened."""
+"""A student's place, and a teacher's open steps."""
 
 import re
 from dataclasses import replace
@@ -14,7 +14,7 @@ from controllers.errors import BadSetting, LazyText
 
 
 class Bookmark(NamedTuple):
-    """A step of a book. `lesson_index`, `step_index`: 0-based."""
+    """A step of a book; indices are 0-based."""
 
     book: LessonBook
     lesson_index: int = 0
@@ -29,16 +29,16 @@ class Bookmark(NamedTuple):
         return self.lesson.steps[self.step_index]
 
     def next_to(self, way: Literal[-1, 1]) -> "Bookmark | None":
-        """Next or previous step, also across lessons; None beyond the book's ends."""
+        """Next or previous step; None beyond the book's ends."""
         places = [(i, j) for i, lesson in enumerate(self.book.lessons) for j in range(len(lesson.steps))]
         place = places.index((self.lesson_index, self.step_index)) + way
         return Bookmark(self.book, *places[place]) if 0 <= place < len(places) else None
 
     def at(self, lesson: str | int, step: int) -> "Bookmark":
-        """Return a step. `lesson`: its id or 0-based place; `step`: 0-based.
+        """Another step. `lesson`: id or 0-based index; `step`: 0-based.
 
         Raises:
-            BadSetting: there is no such lesson or step.
+            BadSetting: unknown lesson or step.
         """
         index = self.book.index(lesson) if isinstance(lesson, str) else lesson
         if not 0 <= index < len(self.book.lessons):
@@ -57,7 +57,7 @@ class Bookmark(NamedTuple):
         return self._replace(lesson_index=index, step_index=step)
 
     def of(self, lesson: str, step: str) -> "Bookmark":
-        """Return a step by ids; the first one if they are unknown."""
+        """Step with these ids; the book's first step if unknown."""
         for i, one in enumerate(self.book.lessons):
             for j, other in enumerate(one.steps):
                 if (one.id, other.id) == (lesson, step):
@@ -91,7 +91,6 @@ def first_phase(step: Step, done: StepProgress) -> Phase:
 
 
 def is_finished(step: Step, done: StepProgress) -> bool:
-    """True if the challenge is passed, or, without one, the outcome was seen."""
     if step.challenge is not None or step.asked == "first":
         return done.passed if step.challenge is not None else done.predicted
     return done.outcome is not None or (not step.measurements and not step.concept and not done.untouched)
@@ -105,7 +104,7 @@ def furthest_phase(step: Step, done: StepProgress) -> Phase:
 
 
 def fitting(step: Step, done: StepProgress) -> StepProgress:
-    """Progress that fits a step which may have changed since."""
+    """Progress adapted to a step that may have changed."""
     question, fitting = step.question, replace(done)
     if question is None or (done.choice is not None and done.choice >= len(question.choices)):
         fitting.choice = None
@@ -122,11 +121,11 @@ def fitting(step: Step, done: StepProgress) -> StepProgress:
 
 
 LONGEST_PACE: Final = 20
-"""Longest text of the open steps [characters]."""
+"""Longest text [characters]."""
 
 
 class OpenSteps(NamedTuple):
-    """The open steps. `lesson`: its id; `first`, `last`: 0-based."""
+    """The open steps. `lesson`: id; `first`, `last`: 0-based."""
 
     lesson: str
     number: int
@@ -148,10 +147,10 @@ class OpenSteps(NamedTuple):
 
 
 def open_steps_from_text(text: str, lesson: Lesson) -> OpenSteps | None:
-    """Parse the teacher's text, such as 2 or 2-3; None if it is empty: every step is open.
+    """Parse the teacher's text, such as 2 or 2-3; None (all open) if empty.
 
     Raises:
-        BadSetting: the text names no steps of the lesson.
+        BadSetting: not steps of the lesson.
     """
     if not text.strip():
         return None

@@ -1,4 +1,4 @@
-"""Challenges and measurements of a step's block → checked data."""
+"""Reads challenges and measurements of a step's block."""
 
 import re
 from functools import partial
@@ -49,7 +49,6 @@ def no_doubles(table: Table, key: str, ids: list[str]) -> None:
 
 
 def read_measurement(table: Table, setup: Setup) -> Measurement:
-    """Read `name`, `id`, parameters, `unit`, `digits`, `compare` and `text_only`."""
     name = table.choice("name", sorted(QUANTITIES))
     found = QUANTITIES[name]
     id = read_identity(table, name)
@@ -73,7 +72,6 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
 
 
 def _compared(table: Table, setup: Setup) -> Compared:
-    """Read a further run: `start` if it has its own; every other key is a setting."""
     start = start_of_table(table) if table.has("start") else None
     compared = Compared(read_changes(table, ""), start)
     if not compared.changes and start is None:

@@ -1,7 +1,6 @@
-"""`lwr-duet lessons --check`: walk every path through every lesson without a page.
+"""`lwr-duet lessons --check`: walks every path through every lesson.
 
-The right path has to pass, wrong ones fail for the declared reason, and no challenge passes with nothing
-changed.
+Right paths must pass, wrong ones fail as declared, and no challenge may pass unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -33,12 +32,7 @@ PathKind = Literal["reference", "answer", "drawing", "untouched", "attempt", "le
 
 @dataclass(frozen=True)
 class Walk:
-    """One path through a lesson.
-
-    Attributes:
-        wrong: true if it should fail.
-        seconds: wall time.
-    """
+    """One path through a lesson. `wrong`: it should fail; `seconds`: wall time."""
 
     lesson: str
     step: str
@@ -72,7 +66,7 @@ def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
 
 
 def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
-    """Yield all paths except the right answer: kind, name, should it fail, and its function."""
+    """Kind, name, true if it should fail, function; without the right answer."""
     wrong = (
         []
         if step.question is None
@@ -90,7 +84,7 @@ def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthro
 
 
 def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]:
-    """Yield what the lesson lacks: step or "", name, and remedy."""
+    """Step or "", name, remedy."""
     unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
     if unsaid and lesson.steps[0].setup.folder == FOLDER:
         yield "", "list", f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
@@ -294,9 +288,9 @@ def _untouched(walk: Walkthrough) -> str:
 
 
 def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup]:
-    """Yield the runs of a challenge with nothing changed.
+    """Runs of a challenge with nothing changed.
 
-    If the student moves: the run without movement, and the movements of passing attempts, which must not pass
+    If the student moves: without movement, and with the movements of passing attempts, which must fail
     without their settings or start.
     """
     asked = challenge.setup
@@ -336,7 +330,7 @@ def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
 
 @cache
 def _verdicts(name: str) -> tuple[TrialResult, ...]:
-    """Test results of a law; "" is the template that a student begins with."""
+    """ "" is the template."""
     law = LawSettings(law=name).made() if name else template.law
     return tuple(verdict_on(StandIn(law), test) for test in TRIALS)
 

@@ -1,4 +1,4 @@
-"""`lwr-duet lessons` and `new-lesson`: list the lessons, walk every path through them, begin a new one."""
+"""`lwr-duet lessons` and `new-lesson`."""
 
 import json
 import os
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 LessonFolder = Annotated[Path, tyro.conf.arg(help_behavior_hint="(default: the lessons of Duet)")]
-"""Option for a folder with lesson files; its help names no path of the computer."""
+"""Its help names no path of the computer."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,10 @@ def lessons(command: Lessons) -> int:
 
 
 def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
-    """Return the lessons of a folder, or of a playlist; our own folder includes its test.
+    """Lessons of a playlist or a folder; ours includes its test.
 
     Raises:
-        BadSetting: there is no such playlist.
+        BadSetting: no such playlist.
     """
     from app.features.lessons.library import Library
     from app.features.lessons.loading import load_lessons
@@ -102,9 +102,7 @@ def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "
 
 
 def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:
-    """Print a summary line, red if something is wrong; return the exit code. `failed`: number of failed
-    paths.
-    """
+    """Print the summary; return the exit code."""
     if not (problems or failed):
         return 0
     parts = (
@@ -130,7 +128,7 @@ def new_lesson(command: NewLesson) -> int:
     """Write the file; return the exit code.
 
     Raises:
-        BadSetting: the file exists, its name is not a lesson's, or it cannot be written.
+        BadSetting: the file exists, has another kind of name, or cannot be written.
     """
     path = command.path
     if not re.fullmatch(r"\d{1,3}-[a-z0-9-]+\.md", path.name):

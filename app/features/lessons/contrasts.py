@@ -1,4 +1,4 @@
-"""Size of the difference between a question's run and the run that shows why an answer is wrong."""
+"""Differences between a question's run and one that explains a wrong answer."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -10,16 +10,16 @@ from scenes.history import COLUMN, SCALARS
 from scenes.simulation import Simulation
 
 LEAST_TURN: Final = 0.035
-"""Smallest visible difference in the 3-D view: 2° of a joint [rad], or 35 mm of a ball's place [m]."""
+"""Smallest visible difference in the 3-D view: 2° of a joint [rad], 35 mm of a ball [m]."""
 
 LEAST_DISTANCE: Final = 0.01
-"""Smallest visible difference in the distance plot [m]."""
+"""Smallest visible difference in the plot of d [m]."""
 
 LEAST_SHARE: Final = 0.1
-"""Smallest difference of the asked number, relative to the larger value."""
+"""Smallest relative difference of the asked number."""
 
 LEAST_SWING: Final = 0.5
-"""Smallest visible difference of two movements, relative to the larger one."""
+"""Smallest visible relative difference of two movements."""
 
 ROWS: Final = 400
 
@@ -29,10 +29,10 @@ class ContrastSize:
     """Largest differences between two runs at the same time.
 
     Attributes:
-        turn: of a joint's angle [rad], or of a ball's place [m].
+        turn: of a joint [rad] or a ball's place [m].
         distance: of d [m]; 0 without an obstacle.
         share: of the asked number, relative to the larger value.
-        swing: largest turn, relative to the joint's range in either run.
+        swing: `turn`, relative to the joint's larger range.
     """
 
     turn: float
@@ -57,7 +57,7 @@ class ContrastSize:
 def contrast_size(
     asked: Simulation, beside: Simulation, values: tuple[float | None, float | None]
 ) -> ContrastSize:
-    """Compare two finished runs. `values`: the asked number in each, or None."""
+    """Compare two finished runs. `values`: the asked number in each run."""
     tables = [run.history.table() for run in (asked, beside)]
     begin = max(float(table[0, 0]) for table in tables)
     end = min(float(table[-1, 0]) for table in tables)
@@ -75,7 +75,7 @@ def contrast_size(
 
 
 def _difference(tables: list[Array], times: Array, column: int) -> float:
-    """Largest finite difference of a column; 0 if the runs share no finite value."""
+    """0 if the runs share no finite value."""
     one, other = (np.interp(times, table[:, 0], table[:, column]) for table in tables)
     known = np.isfinite(one) & np.isfinite(other)
     return float(np.max(np.abs(one[known] - other[known]), initial=0.0))

@@ -1,4 +1,4 @@
-"""Folder of our own lessons."""
+"""Folder of our lessons."""
 
 from pathlib import Path
 from typing import Final

@@ -42,12 +42,12 @@ def label_of(m: Measurement, language: Language = "en") -> str:
 
 
 def sentence(text: str) -> str:
-    """Capitalize a text unless it begins with a symbol such as d, λ or dt."""
+    """Capitalize a text, except a symbol such as d, λ or dt."""
     return text[0].upper() + text[1:] if _WORD.match(text) else text
 
 
 def compared_text(compared: Compared, language: Language = "en", quantity: KeptQuantity = DISTANCE) -> str:
-    """Difference of a further run: "n = 2", "the ball 100 mm off the goal". `quantity`: first task of the run."""
+    """Difference of a further run, such as "n = 2"."""
     words = words_of(language)
     parts = [settings_text(compared.changes, language, quantity)] if compared.changes else []
     ball = compared.start.ball if compared.start is not None else None
@@ -65,7 +65,6 @@ _SCRIPTS: Final = {
     "hand_to": N_("the hand is led to another place"),
     "push": N_("you push at {speed}"),
 }
-"""Script → its movement in words, for runs that differ only in the script."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ class Contrast:
 
     Attributes:
         headline: the difference, and if the answer is right in this run.
-        here, asked: the difference as in this run, and as in the step's run.
+        here, asked: the difference in this run, and in the step's.
     """
 
     headline: str
@@ -85,7 +84,7 @@ class Contrast:
 
 
 def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: Language) -> Contrast:
-    """Compare a run with the step's. `answer`: the wrong answer; None for the student's curve."""
+    """Compare a run with the step's. `answer`: the wrong one; None for the student's curve."""
     words, run = words_of(language), asked.run
     # The drawing board shows the points of a curve.
     changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
@@ -113,7 +112,6 @@ def _headline(answer: Choice | None) -> str:
 
 
 def _chosen(changes: Pairs, language: Language) -> str:
-    """Value of a setting with choices, without its name; "" if several settings differ."""
     return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 

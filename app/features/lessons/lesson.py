@@ -1,4 +1,4 @@
-"""Lessons as data, which `loading` reads from Markdown files."""
+"""Lessons as data, read by `loading`."""
 
 import re
 from collections.abc import Callable
@@ -23,7 +23,7 @@ MOST_FORECASTS: Final = 4
 
 @dataclass(frozen=True)
 class Compared:
-    """A further run for a measurement: changed settings, and its own start or None."""
+    """A further run. `start`: None for that of the base."""
 
     changes: Pairs
     start: Start | None = None
@@ -35,12 +35,12 @@ class Compared:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A number that is measured in a run.
+    """A number measured in a run.
 
     Attributes:
-        name, parameters: function of `measures`, and its arguments.
+        name, parameters: function of `measures` and its arguments.
         unit: key of `UNITS`.
-        text_only: true if only a text shows it, not the list of measured values.
+        text_only: true if the list of measured values omits it.
     """
 
     id: str
@@ -52,7 +52,7 @@ class Measurement:
     text_only: bool = False
 
     def text(self, value: Value) -> str:
-        """Format a value with two significant digits and its unit, or as "< smallest shown value"."""
+        """Value with two significant digits and its unit, or "< smallest shown value"."""
         said = shown_value(value, self.unit, significant_digits(value, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
@@ -66,9 +66,9 @@ class Choice:
     """A possible answer.
 
     Attributes:
-        why: run that shows why it is wrong; None for the right answer, and where the step's own run shows it.
-        otherwise: true if that run shows the case in which the answer would be right.
-        same: true if that run is meant to give the same number as the question's.
+        why: run that shows why it is wrong; None if right, or if the step's run shows it.
+        otherwise: the answer would be right in that run.
+        same: that run must give the question's number.
     """
 
     text: str
@@ -79,7 +79,7 @@ class Choice:
 
 
 Expectation = float | tuple[float, float]
-"""First measurement of a step if a choice were right: a number (the nearest wins), or a range."""
+"""First measurement if a choice were right: a number (the nearest wins) or a range."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,8 @@ class Question:
     """A prediction.
 
     Attributes:
-        choices: two to six.
-        expects: one for each choice; empty if the outcome does not decide between them.
-        ratio: true if it is about the first measurement over its first comparison.
+        expects: one for each choice; empty if the outcome does not decide.
+        ratio: true if it asks for the first measurement over its first comparison.
     """
 
     text: str
@@ -120,7 +119,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Criterion:
-    """low ≤ measured ≤ high in SI units; None for no bound."""
+    """low ≤ measured ≤ high [SI]; None for no bound."""
 
     measurement: Measurement
     low: float | None = None
@@ -129,7 +128,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Forecast:
-    """A number that the student predicts. `within`: largest relative error."""
+    """A number to predict. `within`: largest relative error."""
 
     measurement: Measurement
     changes: Pairs
@@ -141,14 +140,12 @@ class Challenge:
     """A task that the software checks.
 
     Attributes:
-        setup: initial run; the student may change the settings.
-        criteria: all must hold.
-        forecasts: all must be near enough.
-        custom_law: true if a custom law must pass the six tests of `app.features.custom_law.trials`.
-        null_motions: true if the student has a slider for each null-space motion of the arm.
-        search: key of the setting that the student searches (the tries are plotted), or "".
-        keep: name under which the student's motion is kept for a later step, or "".
-        best_of: number of pushes in a duel, of which the nearest is kept; 0 for no duel.
+        criteria, forecasts: all must be met.
+        custom_law: a custom law must pass the six tests of `app.features.custom_law.trials`.
+        null_motions: a slider for each null-space motion.
+        search: key of the setting to search, or "".
+        keep: name of the student's motion for a later step, or "".
+        best_of: pushes of a duel, of which the nearest counts; 0 for no duel.
     """
 
     text: str
@@ -164,12 +161,12 @@ class Challenge:
 
 @dataclass(frozen=True)
 class Trial:
-    """A way to try a challenge, declared in the lesson for `check`.
+    """A declared attempt, for `check`.
 
     Attributes:
-        forecasts: in the challenge's order; a text names the measurement that gives the number.
-        law: name of the law that replaces the custom law.
-        fails: ids of all missed criteria; empty if it passes.
+        forecasts: in order; a text names the measurement that gives the number.
+        law: replaces the custom law.
+        fails: ids of all missed criteria.
     """
 
     name: str
@@ -181,19 +178,17 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Step:
-    """A step of a lesson; its texts are Markdown with LaTeX.
+    """A step; its texts are Markdown with LaTeX.
 
     Attributes:
         id: unique in its lesson.
         measurements: the first one answers the question.
-        hints: three, or none.
-        plots, numbers: at most three each.
         marks: elbow angles to touch, about the line from shoulder to wrist, relative to the start [rad].
-        concept: true if the question is asked without a run; the software's own run gives the measurements.
-        belief: what the wrong answers have in common, for the teacher, or "".
-        asked: in a test, the first time (without replies) or the last time; "" elsewhere.
-        controls: keys of the settings that the student may change in the lesson's panel.
-        number: 1-based place in the file; a playlist may show it elsewhere.
+        concept: a question without a run; the reference run gives the measurements.
+        belief: common idea of the wrong answers, for the teacher, or "".
+        asked: in a test, the first time (without replies) or the last time; else "".
+        controls: keys of settings in the lesson's panel.
+        number: 1-based place in the file.
     """
 
     id: str
@@ -225,7 +220,6 @@ class Step:
 
     @property
     def at_lever(self) -> bool:
-        """True if the student sets λ by the lever in the step's run."""
         return self.setup.run.law.law == LEVER_LAW
 
 
@@ -234,10 +228,10 @@ class Lesson:
     """A lesson.
 
     Attributes:
-        id: file name without number and extension, unique in its folder.
+        id: file name without number and extension.
         equations: of the paper, such as "1–6".
-        promise, learned: first and last sentences of the lesson; may be "".
-        again: title of a test when it is asked for the last time; "" for other lessons.
+        promise, learned: first and last sentences, or "".
+        again: title of a test in its last round; else "".
     """
 
     id: str
@@ -259,7 +253,7 @@ class Lesson:
 
 
 LAST: Final = "_last"
-"""Suffix of a test's id when it is asked for the last time."""
+"""Suffix of a test's id in its last round."""
 
 
 @dataclass(frozen=True)
@@ -278,7 +272,7 @@ class LessonProblem:
 
 @dataclass(frozen=True)
 class LessonBook:
-    """All readable lessons, in order, and the faults of the others."""
+    """Readable lessons, and faults of the others."""
 
     lessons: tuple[Lesson, ...]
     problems: tuple[LessonProblem, ...]
@@ -292,7 +286,9 @@ class LessonBook:
         return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
     def index(self, name: object) -> int:
-        """Index of a lesson. `name`: its id or number.
+        """Index of a lesson.
+
+        `name`: id or number.
 
         Raises:
             BadSetting: unknown lesson.

@@ -1,4 +1,4 @@
-"""The lessons of a server (ours, a folder's, or a playlist's), read again when a file changes."""
+"""Lessons of a server, read again when a file changes."""
 
 import logging
 import os
@@ -24,13 +24,12 @@ from app.text.lesson_text import lesson_html
 log = logging.getLogger("duet.lessons")
 
 BELIEFS: Final = FOLDER / "beliefs"
-"""Folder of the test before the first lesson and after the last."""
+"""Test before the first lesson and after the last."""
 
 PERIOD: Final = 0.5
 """Period of the check for changed files [s]."""
 
 MOST_FILES: Final = 2000
-"""Most files watched in a folder: its own first, then those below it."""
 
 MOST_NAMES: Final = 200
 
@@ -40,9 +39,7 @@ _ours = cache(load_lessons)
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Readable notes (Markdown) by lesson id, kept outside `Lesson` so that they cannot reach a student's
-    page.
-    """
+    """Teacher's notes (Markdown) by lesson id; outside `Lesson`, so that no student's page has them."""
     notes: dict[str, str] = {}
     for lesson in book.lessons:
         with suppress(Fault):
@@ -53,11 +50,7 @@ def notes_of(book: LessonBook) -> dict[str, str]:
 
 
 def _entries_in(text: str, log: FaultLog) -> list[Any]:
-    """Entries of a playlist, unchecked; unknown keys go to the log.
-
-    Raises:
-        Fault: it is not a playlist.
-    """
+    """Unchecked entries; unknown keys go to the log."""
     table = read_block(DataBlock(1, text.splitlines()), "playlist")
     entries = table.any("lessons", [])
     if not isinstance(entries, list) or not entries:
@@ -84,8 +77,9 @@ def _everything(known: Collection[Lesson]) -> Iterator[Lesson]:
 
 
 def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> Iterator[Lesson]:
-    """Number the lessons: consecutive steps of one lesson are one lesson with a share of its minutes; a
-    repeated test has a first and a last time.
+    """Number the lessons.
+
+    Consecutive steps of a lesson share its minutes; a repeated test has a first and a last round.
     """
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
@@ -109,11 +103,11 @@ def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> 
 
 
 class Library:
-    """Reads the book, and again when a file changes; a lesson that became faulty stays as it was.
+    """Reads the book, and again after changes; a faulty lesson keeps its last good state.
 
     Args:
-        folder: more lessons, which replace ours with the same name, or None.
-        playlist: TOML file that names the shown lessons in order; None for all.
+        folder: more lessons, which replace ours of the same name.
+        playlist: TOML file with the lessons to show, in order; None for all.
     """
 
     def __init__(
@@ -135,7 +129,7 @@ class Library:
         self.book, self.notes = book, notes_of(book) if self._with_notes else {}
 
     def book_in(self, language: Language) -> LessonBook:
-        """Read the book from its files now. Never raises."""
+        """Read the book. Never raises."""
         books = [_ours(BELIEFS, language), _ours(FOLDER, language)]
         if self._folder is not None:
             books.append(self._folder_in(self._folder, language))
@@ -186,11 +180,7 @@ class Library:
         problems: list[LessonProblem],
         language: Language,
     ) -> tuple[Lesson, Step | None]:
-        """Lesson of a playlist's entry, and its step; None for all steps.
-
-        Raises:
-            Fault: unknown lesson or step.
-        """
+        """A lesson, and its step; None for all steps."""
         if not isinstance(name, str) or not name:
             raise Fault(1, f"{quoted_value(name)} is no name of a lesson; write it {_LIKE}.")
         which, mark, part = name.partition("#")
@@ -229,7 +219,7 @@ class Library:
         return stamps
 
     def refresh(self) -> bool:
-        """Read everything again if a file has changed and been unchanged since the last call; true if so."""
+        """Read all again if files changed, and not since the last call; true if so."""
         before, self._looked = self._looked, self._stamps()
         if not self._looked or self._looked == self._seen or self._looked != before:
             return False
@@ -241,7 +231,7 @@ class Library:
         return True
 
     def watch(self, changed: Callable[[], None]) -> None:
-        """Watch the files in a thread until `close`. `changed`: called after each new reading."""
+        """Watch the files in a thread until `close`; call `changed` after each reading."""
 
         errors = ThrottledLog(log)
 

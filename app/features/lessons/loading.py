@@ -1,4 +1,4 @@
-"""Markdown files → lessons and notes. A faulty file is reported with its line; the others still load."""
+"""Reads lessons and notes from Markdown; faulty files are reported, the others load."""
 
 import errno
 import os
@@ -30,7 +30,7 @@ _STEP: Final = re.compile(r"^## +(\d{1,3})\b[.:]? *(.*)$", re.MULTILINE)
 
 
 class StepNotes(NamedTuple):
-    """Notes on one step. `number`: 1-based; `title` may be empty."""
+    """Notes on a step. `number`: 1-based."""
 
     number: int
     title: str
@@ -38,7 +38,7 @@ class StepNotes(NamedTuple):
 
 
 class Notes(NamedTuple):
-    """A file of notes (Markdown). `title`, `text`: of the whole lesson, may be empty."""
+    """Notes on a lesson (Markdown); `title` and `text` may be empty."""
 
     title: str
     text: str
@@ -46,7 +46,7 @@ class Notes(NamedTuple):
 
 
 def read_notes(text: str) -> Notes:
-    """Parse notes; text under no step belongs to the whole lesson. Never raises."""
+    """Parse notes; text under no step is about the lesson. Never raises."""
     whole, *parts = _STEP.split("\n".join(text.strip().splitlines()))
     first, _, rest = whole.partition("\n")
     title = re.sub("^#+ *", "", first) if first.startswith("#") else ""
@@ -68,14 +68,14 @@ _NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}|notes))?\.md$"
 def load_lessons(
     folder: Path = FOLDER, language: Language = "en", before: LessonBook = NO_LESSONS
 ) -> LessonBook:
-    """Load the lessons of a folder in their order, and report unreadable ones. Never raises.
+    """Load a folder's lessons in order, and report faults. Never raises.
 
-    A lesson is a file `NN-name.md`; `NN-name.de.md` holds its texts in another language, `NN-name.notes.md`
-    notes for the teacher, see `library.notes_of`. Names without a leading digit are ignored.
+    A lesson is a file `NN-name.md`; `NN-name.de.md` has its texts in another language, `NN-name.notes.md` the
+    teacher's notes. Names without a leading digit are ignored.
 
     Args:
-        language: of the texts; missing translations stay English.
-        before: earlier state of the same lessons, used for files that have become faulty.
+        language: missing translations stay English.
+        before: earlier state, kept for files that have become faulty.
     """
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
@@ -113,11 +113,7 @@ def problems_of(path: Path, fault: Fault, more: str = "") -> list[LessonProblem]
 
 
 def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
-    """Append the lesson of a file; yield the faults of its notes.
-
-    Raises:
-        Fault: the file cannot be read, or does not belong here.
-    """
+    """Append the lesson of a file; yield the faults of its notes."""
     name = _NAME.match(path.name)
     if name is None:
         raise Fault(
@@ -137,7 +133,6 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
 
 
 def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
-    """Yield faults of pictures and formulas in readable notes."""
     try:
         text = read_text(path)
     except Fault:
@@ -150,10 +145,10 @@ def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
 
 
 def read_text(path: Path) -> str:
-    """Read a file.
+    """Text of a file.
 
     Raises:
-        Fault: it cannot be read, is too large or not UTF-8.
+        Fault: unreadable, too large, or not UTF-8.
     """
     try:
         data = read_file(path, MOST_BYTES)
@@ -200,7 +195,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
-    """Lesson in another language, or unchanged if its texts are missing or do not fit."""
+    """Unchanged if its texts are missing or do not fit."""
     path = folder / lesson.file.replace(".md", f".{language}.md")
     if not os.path.lexists(path):
         return lesson

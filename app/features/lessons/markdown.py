@@ -1,4 +1,4 @@
-"""Structure of a lesson file: headings, blocks, questions and hints, with their lines."""
+"""Structure of a lesson file, with line numbers."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -21,11 +21,7 @@ _QUOTE: Final = re.compile(r"^\s*>\s?(.*)$")
 
 
 class Fault(Exception):
-    """A fault of a file.
-
-    Args:
-        line: 1-based.
-    """
+    """A fault of a file. `line`: 1-based."""
 
     def __init__(self, line: int, message: str, others: "Iterable[Fault]" = ()) -> None:
         super().__init__(message)
@@ -34,7 +30,7 @@ class Fault(Exception):
 
 
 class FaultLog:
-    """Collects faults, to report all of a file at once. Reads that fail are left out or replaced."""
+    """Collects faults; failed reads are left out or replaced."""
 
     def __init__(self) -> None:
         self.found: list[Fault] = []
@@ -50,7 +46,7 @@ class FaultLog:
         return tuple(read for read in (self.take(one, None) for one in reads) if read is not None)
 
     def close(self) -> None:
-        """Raise the collected faults in the order of their lines."""
+        """Raise the faults, ordered by line."""
         if self.found:
             first, *others = sorted(self.found, key=lambda fault: fault.line)
             raise Fault(first.line, first.message, (Fault(one.line, one.message) for one in others))
@@ -80,14 +76,14 @@ class SheetPart:
 
 @dataclass
 class Chapter(SheetPart):
-    """A step, or the part under the title: text before its first section, and sections by name."""
+    """A step, or the part under the title."""
 
     sections: dict[str, SheetPart] = field(default_factory=dict)
 
 
 @dataclass
 class Sheet:
-    """A whole file: the part under the title, and the steps."""
+    """A whole file."""
 
     head: Chapter
     steps: list[Chapter]
@@ -95,7 +91,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Item:
-    """Entry of a numbered list: text, quoted lines, and line."""
+    """Entry of a numbered list, with its quoted lines."""
 
     text: str
     quote: str
@@ -103,10 +99,10 @@ class Item:
 
 
 def read_sheet(text: str) -> Sheet:
-    """Parse a lesson's Markdown.
+    """Parse a lesson.
 
     Raises:
-        Fault: a heading is missing or misplaced, or a fence is left open.
+        Fault: a heading is missing or misplaced, or a fence is open.
     """
     log, steps = FaultLog(), list[Chapter]()
     # The title is empty until it is read.
@@ -185,10 +181,10 @@ def _section(chapter: Chapter, known: tuple[str, ...], title: str, number: int) 
 
 
 def read_items(part: SheetPart) -> tuple[str, tuple[Item, ...]]:
-    """Return the text before a numbered list, and its entries with their quoted lines (`> …`).
+    """Text before a numbered list, and its entries.
 
     Raises:
-        Fault: the numbers are not 1, 2, 3 …
+        Fault: the numbers are not 1, 2, 3 …, or text follows a quote.
     """
     before: list[str] = []
     items: list[tuple[list[str], list[str], int]] = []

@@ -19,10 +19,10 @@ from scenes.settings import specs
 
 VERSION: Final = 1
 MOST_WORDS: Final = 4000
-"""Longest own text in a step [characters]."""
+"""Longest own text [characters]."""
 
 LONGEST_REASON: Final = 200
-"""Longest reason for a prediction [characters]."""
+"""Longest reason [characters]."""
 
 
 def kept_reason(typed: str) -> str:
@@ -33,11 +33,11 @@ MOST_TRIES: Final = 30
 
 
 class Try(NamedTuple):
-    """One try at a search, or a push of a duel.
+    """A try at a search, or a push of a duel.
 
     Attributes:
-        setting: its value [SI]; w_max of a push.
-        measured: value of the first criterion [SI].
+        setting: [SI]; w_max of a push.
+        measured: of the first criterion [SI].
     """
 
     setting: float
@@ -47,12 +47,11 @@ class Try(NamedTuple):
 
 @dataclass
 class StepProgress:
-    """Progress in one step.
+    """Progress in a step.
 
     Attributes:
-        guess: guessed distance on the line of contact [m], or None.
+        guess: distance on the line of contact [m].
         why: outcome of the run that shows why the answer is wrong.
-        because: reason for the prediction.
         tries: at a search or a duel, oldest first.
     """
 
@@ -71,7 +70,7 @@ class StepProgress:
 
     @property
     def predicted(self) -> bool:
-        """True if the run may be seen: an answer or a curve exists."""
+        """True if the run may be seen."""
         return self.choice is not None or bool(self.drawing)
 
     @property
@@ -79,14 +78,14 @@ class StepProgress:
         return self == StepProgress()
 
     def note(self, attempt: Attempt, again: bool = False) -> None:
-        """Record an attempt. `again`: same run as the last one, which counts once."""
+        """Record an attempt. `again`: of the same run, counted once."""
         self.attempts += not again
         self.last, self.passed = attempt, self.passed or attempt.passed
 
 
 @dataclass
 class Progress:
-    """Progress by (lesson, step), and the current place by ids."""
+    """Progress by (lesson, step), and the current place, by ids."""
 
     lesson: str = ""
     step: str = ""
@@ -108,7 +107,7 @@ def to_json(progress: Progress) -> str:
 
 
 def _plain(data: Any) -> Any:
-    """Replace infinity (no obstacle) and `LazyText`, which JSON does not know."""
+    """Replace infinity and `LazyText`, which JSON does not have."""
     if isinstance(data, LazyText):
         return {"template": data.template, "parts": _plain(data.parts)}
     if isinstance(data, dict):
@@ -119,7 +118,7 @@ def _plain(data: Any) -> Any:
 
 
 def from_json(text: str) -> Progress:
-    """Read progress; unreadable parts are left out. Never raises."""
+    """Read progress without its unreadable parts. Never raises."""
     try:
         whole = msgspec.json.decode(text, type=dict[str, Any])
     except (msgspec.MsgspecError, RecursionError, UnicodeEncodeError):
@@ -206,12 +205,11 @@ class SavedLesson:
     """Lesson state that survives a disconnection.
 
     Attributes:
-        progress: the walkthrough's JSON.
-        own: the visitor's settings outside the lessons.
+        progress: JSON of the walkthrough.
+        own: settings outside the lessons.
         seen: (lesson, step) → run in which the visitor saw its outcome.
-        now: settings of the open step's run, perhaps changed; None while no lesson is open.
+        now: settings of the step's own run; None if it is not open.
         said: (lesson, step) → typed forecasts.
-        measured: true if the current run was already measured.
     """
 
     progress: str

@@ -18,7 +18,7 @@ from scenes.roles import NO_TARGETS, TargetSource
 from scenes.simulation import Simulation
 
 KEPT_RUNS = 6
-"""Number of whole runs in memory; of others only the values."""
+"""Whole runs in memory; of others only the values."""
 
 
 def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
@@ -28,10 +28,10 @@ def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
 def person_of(
     simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None
 ) -> TargetSource:
-    """Target source of a simulation that has just begun; without targets where the student moves.
+    """Targets for a simulation that has just begun; none if the student moves.
 
     Args:
-        kept: recorded motions of earlier steps, by name.
+        kept: motions of earlier steps, by name.
     """
     given = setup.input
     match given.kind:
@@ -52,7 +52,7 @@ def person_of(
 
 @lru_cache(maxsize=KEPT_RUNS)
 def simulated(setup: Setup) -> Simulation:
-    """Finished simulation, read-only. The experiment's autopilot replaces the student."""
+    """Finished simulation, read-only; the autopilot replaces the student."""
     run = setup.run
     steps = max(1, round(setup.seconds / run.dt))
     simulation = Simulation(run, steps)
@@ -65,7 +65,6 @@ def simulated(setup: Setup) -> Simulation:
 
 @lru_cache(maxsize=4096)
 def measured(setup: Setup, name: str, parameters: Pairs = ()) -> Value:
-    """Measure a run without a page, cached."""
     return measure(Evidence(simulated(setup)), name, parameters)
 
 

@@ -20,9 +20,6 @@ from scenes.settings import RunSettings, changed, specs, values
 Pairs = tuple[tuple[str, Any], ...]
 
 InputKind = Literal["autopilot", "none", "yours", "script", "file", "kept"]
-"""The experiment's autopilot, none, the student, a script, a recorded file, or the student's motion in an
-earlier step.
-"""
 
 LONGEST: Final = 60.0
 """Longest run of a step [s]."""
@@ -33,8 +30,8 @@ class Input:
     """Source of the inputs.
 
     Attributes:
-        name: of a script, of a file beside the lesson, or of a kept motion.
-        fallback: used until a motion was kept under that name.
+        name: of a script, a file beside the lesson, or a kept motion.
+        fallback: used until a motion is kept.
     """
 
     kind: InputKind
@@ -48,12 +45,12 @@ AUTOPILOT: Final = Input("autopilot")
 
 @dataclass(frozen=True)
 class Setup:
-    """A complete description of one run.
+    """One run.
 
     Attributes:
-        changes: settings of run and page that differ from the defaults, by key.
+        changes: settings that differ from the defaults, by key.
         start: None for the scene's own.
-        seconds: time at which the outcome is measured [s].
+        seconds: time of the measurement [s].
     """
 
     changes: Pairs
@@ -63,7 +60,7 @@ class Setup:
     folder: Path
 
     def settings(self, start: Settings) -> Settings:
-        """The lesson's settings; those of the page only where the lesson says so."""
+        """The lesson's settings; of the page, only those that it changes."""
         settings = replace(start, run=RunSettings())
         for key, value in self.changes:
             settings = changed(settings, key, value)
@@ -79,17 +76,17 @@ class Setup:
 
 
 def deviations(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Settings that differ from those asked for, except the lever."""
+    """Settings that differ, except the lever."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value and key != "lever")
 
 
 _SYMBOL: Final = re.compile(r"(?:^|\s)(?:[^\W_]{1,2}|\w_\w+)$")
-"""Symbol at the end of a label: "n", "dt", "d_m", "dead time T"."""
+"""Symbol at the end of a label."""
 
 
 def changes_text(changes: Pairs) -> LazyText:
-    """Settings in words, for a sentence: "n = 2, dt = 5 ms, law set to “Unprotected (task only)”"."""
+    """Settings in words: "n = 2, law set to “Unprotected (task only)”"."""
     return joined([_change_text(key, value) for key, value in changes], ", ")
 
 
@@ -106,6 +103,6 @@ def _change_text(key: str, value: object) -> LazyText:
 
 
 def settings_text(changes: Pairs, language: Language | None = None, quantity: KeptQuantity = DISTANCE) -> str:
-    """Settings in words in a language; None for the page's. `quantity`: first task of the run."""
+    """In the page's language if `language` is None."""
     translate = spoken() if language is None else words_of(language)
     return in_symbols(translate(changes_text(changes)).replace("d_m", "dₘ"), quantity)

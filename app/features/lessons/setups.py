@@ -1,4 +1,4 @@
-"""The part of a block that describes a run."""
+"""The part of a block that describes a run; readers raise `Fault`."""
 
 from dataclasses import replace
 from functools import partial
@@ -25,17 +25,13 @@ USUAL: Final = 8.0
 """Default length of a run [s]."""
 
 _FORMERLY: Final = "nobody"
-"""Former word for "none" in lesson files."""
+"""Former word for "none"."""
 
 PLAIN: Final = ("autopilot", "none", "yours")
 
 
 def read_changes(table: Table, key: str = "settings") -> Pairs:
-    """Read settings by key; with an empty key, those left in the table itself.
-
-    Raises:
-        Fault: an unknown key, or a value that is not possible.
-    """
+    """With an empty key, the settings left in the table itself."""
     given = table.table(key) if key else table
     if given is None:
         return ()
@@ -57,11 +53,6 @@ def usual_setup(folder: Path) -> Setup:
 
 
 def read_setup(table: Table, base: Setup) -> Setup:
-    """Read `settings`, `start`, `input` and `seconds` of a table.
-
-    Raises:
-        Fault: something is not possible.
-    """
     line = "settings" if table.has("settings") else "seconds"
     setup = base.with_changes(read_changes(table))
     setup = replace(setup, seconds=table.number("seconds", base.seconds, SHORTEST, LONGEST))
@@ -102,7 +93,6 @@ def _place(table: Table) -> RoomPlace:
 
 
 def read_input(table: Table, setup: Setup) -> Input:
-    """Read the inputs: a word, or a table with `script`, `file` or `kept`."""
     value = table.any("input")
     if value == _FORMERLY:
         value = "none"

@@ -1,4 +1,4 @@
-"""Data that a page shows of a walkthrough, numbers filled in."""
+"""Data that a page shows of a walkthrough."""
 
 import re
 from dataclasses import dataclass, replace
@@ -33,17 +33,14 @@ class StepPosition:
 
 @dataclass(frozen=True, kw_only=True)
 class StepView(StepPosition):
-    """A step in the student's language; texts are Markdown with LaTeX, numbers filled in. `done` is a copy.
+    """A step in the student's language: Markdown with LaTeX, numbers filled in. `done` is a copy.
 
     Attributes:
-        texts: (phase or "goal", text), those that may be seen by now, in order.
-        drawing: the drawn curve, with the truth once the outcome is known; None without a drawing.
-        why_outcome: measured lines of the run that shows why the answer is wrong.
-        why: true if a run shows why the answer is wrong; `showing` while it is on.
-        contrast: difference of that run, while it is on.
-        tries: at a search, once there are enough to plot; pushes of a duel.
-        forecasts: numbers to predict, one line each.
-        lesson_finished: true at the end of a finished last step.
+        texts: visible (phase or "goal", text), in order.
+        drawing: with the truth once the outcome is known.
+        why: a run shows why the answer is wrong; `showing` while it is on.
+        why_outcome, contrast: of that run.
+        tries: of a search, once enough to plot; pushes of a duel.
     """
 
     phases: tuple[Phase, ...]
@@ -69,12 +66,7 @@ class StepView(StepPosition):
 
 @dataclass(frozen=True)
 class LessonEntry:
-    """A line of the list of lessons.
-
-    Attributes:
-        finished: for each step.
-        step: where it opens (0-based).
-    """
+    """A line of the list of lessons. `step`: where it opens (0-based)."""
 
     lesson: Lesson
     finished: tuple[bool, ...]
@@ -147,7 +139,7 @@ def knows_outcome(phase: Phase) -> bool:
 
 
 def why_of(at: StepPosition) -> Setup | None:
-    """Run that shows why the answer is wrong, if it exists and may begin now."""
+    """None if no such run may begin now."""
     question, choice = at.step.question, at.done.choice
     if (
         question is None
@@ -160,7 +152,7 @@ def why_of(at: StepPosition) -> Setup | None:
 
 
 def has_curve(at: StepPosition) -> bool:
-    """True if a drawn λ(d) that the arm can follow may run now."""
+    """True if the run with the drawn λ(d) may begin now."""
     drawn = at.step.drawing is not None and at.step.drawing.formula and len(at.done.drawing) > 0
     return drawn and at.phase in (Phase.OBSERVE, Phase.EXPLAIN)
 

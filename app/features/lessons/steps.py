@@ -1,4 +1,4 @@
-"""A step of a lesson file → `Step`, checked."""
+"""A step of a lesson file → `Step`, checked; readers raise `Fault`."""
 
 import re
 from collections.abc import Iterator
@@ -38,7 +38,6 @@ from scenes.settings import RunSettings, specs
 
 LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragraph, and \\$ for the sign itself."
 WITH_A_RUN: Final = ("challenge", "attempt", "drawing", "why", "plots", "numbers", "marks", "camera")
-"""Keys that a question without a run does not have."""
 
 MOST_PLOTS: Final = 3
 MOST_NUMBERS: Final = 3
@@ -49,11 +48,7 @@ USUAL_MINUTES: Final = 10
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
-    """Base run of the steps, equations of the paper, and minutes.
-
-    Raises:
-        Fault: the block is missing or not unique, or the lesson has no goal.
-    """
+    """Base run of the steps, equations of the paper, minutes."""
     log = FaultLog()
     if not sheet.head.text:
         log.found.append(Fault(sheet.head.line, "the lesson has no goal; write it under the title."))
@@ -73,7 +68,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
 
 
 def head_faults(head: Chapter, folder: Path) -> Iterator[Fault]:
-    """Yield faults under a lesson's title: pictures (only text is shown) and unclosed formulas."""
+    """Faults under a lesson's title: pictures (only text is shown) and unclosed formulas."""
     for part in (head, *head.sections.values()):
         for number, line in enumerate((part.title, *part.lines), part.line):
             yield from (Fault(number, problem) for problem in picture_problems(line, folder, False))
@@ -92,15 +87,16 @@ def head_texts(head: Chapter) -> tuple[str, ...]:
 
 
 def step_id(title: str) -> str:
-    """Make an id of a title: small letters and underscores."""
     return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
 
 
 def read_step(part: Chapter, base: Setup) -> Step:
-    """Read a step. `base`: the run of its lesson.
+    """Read a step.
+
+    `base`: the lesson's run.
 
     Raises:
-        Fault: something is missing or not possible; all faults at once.
+        Fault: all faults at once.
     """
     if len(part.blocks) != 1:
         line = part.blocks[1].line if part.blocks else part.line
@@ -258,11 +254,7 @@ def _range(table: Table, values: list[Any]) -> tuple[float, float]:
 
 
 def step_texts(part: Chapter, step: Step) -> dict[str, str]:
-    """Complete texts of a step in another language, by field of `Step`, and its challenge's.
-
-    Raises:
-        Fault: a section is missing.
-    """
+    """Texts in another language, by field of `Step`, and its challenge's."""
     log, challenge = FaultLog(), step.challenge is not None
     texts = _checked_texts(part, step.question is not None, challenge, step.concept, log)
     asked = {"Hints": bool(step.hints), "Predict": step.question is not None}
@@ -276,7 +268,6 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
 def _checked_texts(
     part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog
 ) -> dict[str, str]:
-    """Texts of a step by field, and its challenge's; missing ones go to the log."""
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
     needed = {

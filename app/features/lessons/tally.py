@@ -1,4 +1,4 @@
-"""Answers of a class to a question: counts of a round, and changes between rounds."""
+"""Counts of a class's answers."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -16,11 +16,7 @@ class Ballot(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """Counts of a class.
-
-    Attributes:
-        waiting: present students without an answer or a curve.
-    """
+    """Counts of a class. `waiting`: present students without an answer or a curve."""
 
     counts: tuple[int, ...]
     waiting: int
@@ -33,22 +29,22 @@ class Tally(NamedTuple):
 
     @property
     def favourites(self) -> tuple[int, ...]:
-        """Most frequent choices (several in a tie); () without an answer."""
+        """Most frequent choices; () without an answer."""
         most = max(self.counts, default=0)
         return tuple(i for i, count in enumerate(self.counts) if count == most) if most else ()
 
     @property
     def favourite(self) -> int | None:
-        """Most frequent choice, the first in a tie; None without an answer."""
+        """First of `favourites`."""
         return next(iter(self.favourites), None)
 
     def share(self, choice: int) -> int | None:
-        """Share of a choice among the answers [%]; None without an answer."""
+        """Share of the answers [%]; None without an answer."""
         return round(100.0 * self.counts[choice] / self.answered) if self.answered else None
 
 
 class Switch(NamedTuple):
-    """`students` answered `before` in one round and `after` in a later one."""
+    """`students` answered `before`, and `after` in a later round."""
 
     before: int
     after: int
@@ -56,7 +52,7 @@ class Switch(NamedTuple):
 
 
 def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
-    """Count one round, with `waiting` = 0. `ballots`: by student; `choices`: number of choices."""
+    """Count one round, `ballots` by student; `waiting` becomes 0."""
     counts = [0] * choices
     for choice, *_ in ballots.values():
         if choice is not None and choice < choices:

@@ -25,10 +25,10 @@ from scenes.settings import specs, values
 def series_table(
     shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]], setup: Setup, language: Language
 ) -> str:
-    """Table with a row for each run, sorted by the one number in which they differ, if it is one.
+    """Table with a row for each run, sorted by the number in which the runs differ.
 
     Args:
-        shown: measurements with the same comparisons; at least one.
+        shown: with the same comparisons.
         found: value of each, then of its comparisons.
     """
     head, runs = _runs(shown[0], setup, language)
@@ -54,7 +54,7 @@ def series_table(
 
 
 def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[tuple[float, str]]]:
-    """Difference of the runs, and each run's sort value and name; the run itself is first."""
+    """Difference of the runs; sort value and name of each, the run itself first."""
     words = words_of(language)
     keys = {key for compared in m.compare for key, _ in compared.changes}
     others = [compared.setup(setup) for compared in m.compare]
@@ -85,7 +85,7 @@ _HOLE: Final = re.compile(r"\{(measured|setting|table):([^{}]*)\}")
 
 
 def _parts(name: str) -> tuple[str, str, str]:
-    """Split a placeholder: id; index of the comparison or "ratio"; "side", "size" or ""."""
+    """Id; index of the comparison or "ratio"; "side", "size" or ""."""
     whole, _, form = name.rpartition(":")
     if form not in ("side", "size"):
         whole, form = name, ""
@@ -94,7 +94,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 
 def tabled(text: str) -> frozenset[str]:
-    """Ids of the measurements that a text shows in tables."""
+    """Ids of the measurements in a text's tables."""
     return frozenset(id for kind, name in _HOLE.findall(text) if kind == "table" for id in name.split(","))
 
 
@@ -111,8 +111,9 @@ def told_in(step: Step, text: str) -> frozenset[str]:
 
 
 def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterator[str]:
-    """Yield faults in the placeholders of a line. `before`: the text is seen before the run, so the outcome
-    must be hidden.
+    """Yield faults in the placeholders of a line.
+
+    `before`: the line is seen before the run, so the outcome must be hidden.
     """
     by_id = {m.id: m for m in step.measurements}
     for kind, name in _HOLE.findall(line):
@@ -137,11 +138,11 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
 
 
 BLANK: Final = "\\_" * 10
-"""Underscores in Markdown, for a number to be written by hand."""
+"""For a number to be written by hand."""
 
 
 def without_outcome(text: str, step: Step) -> str:
-    """Replace each number that gives the answer away by a blank; see `placeholder_problems`."""
+    """Replace numbers that give the answer away."""
 
     def kept(hole: re.Match[str]) -> str:
         known = hole[1] == "setting" or step.question is not None
@@ -163,11 +164,7 @@ def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], befo
 
 
 def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
-    """Fill in the numbers of a text; unknown ones become a dash.
-
-    Without an outcome they come from the reference run: texts before the student's run show the software's
-    values.
-    """
+    """Fill in a text's numbers, "–" if unknown; without an outcome, those of the reference run."""
     if outcome is None and any(kind != "setting" for kind, _ in _HOLE.findall(text)):
         outcome = reference(step, step.setup)
     by_id, words, setup = {m.id: m for m in step.measurements}, words_of(language), step.setup

@@ -1,7 +1,7 @@
 """A student's way through the lessons, without a page: goal → predict → do → observe → explain → challenge.
 
-The page shows `view`, calls the student's actions, begins a simulation by `setup` and `kept` whenever
-`run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+The page shows `view`, begins a simulation by `setup` and `kept` whenever `run_id` changes, passes it to
+`watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,26 +55,22 @@ from scenes.settings import values
 from scenes.simulation import Simulation
 
 LIVE_ROWS: Final = 250
-"""Newest rows for a live number: the resting distance is a mean over a quarter of a second where two pairs
-tie.
-"""
+"""Newest rows for a live number: where two pairs tie, the resting distance is a mean over 0.25 s."""
 
 
 class Walkthrough:
     """A student's way through a book of lessons.
 
     Args:
-        book: with at least one lesson.
-        progress: JSON of `to_json`, "" for a fresh start; what does not fit the book is left out.
+        progress: JSON of `to_json`, or ""; what does not fit the book is left out.
 
     Attributes:
         run_id: increases whenever a fresh run has to begin.
-        beside: the shown run that is not the step's own: why the answer is wrong, or the student's curve;
-            else None.
-        kept: the student's recorded motions for later steps, by name; saved beside `to_json`.
+        beside: shown run that is not the step's own: why an answer is wrong, or the student's curve.
+        kept: recorded motions for later steps, by name; not in `to_json`.
 
     Raises:
-        BadSetting: the book holds no lesson.
+        BadSetting: the book has no lesson.
     """
 
     def __init__(
@@ -137,7 +133,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """True until the question is answered: Run is locked, and no page may say what the law does."""
+        """True until the answer: no page may say what the law does."""
         return self.phase is Phase.PREDICT
 
     @property
@@ -146,16 +142,16 @@ class Walkthrough:
 
     @property
     def plots(self) -> tuple[str, ...]:
-        """Current plots; before an answer only those that are empty until the run."""
+        """Before an answer, only those that are empty until the run."""
         return (
             tuple(plot for plot in self.step.plots if plot not in AT_ONCE) if self.locked else self.step.plots
         )
 
     def go(self, lesson: str | int, step: int = 0) -> None:
-        """Go to a step, by a link or with the teacher; its progress stays.
+        """Go to a step, whose progress stays.
 
         Raises:
-            BadSetting: there is no such lesson or step.
+            BadSetting: unknown lesson or step.
         """
         at = self._at.at(lesson, step)
         self._enter(at, furthest_phase(at.step, self.done_in(at.lesson.id, at.step.id)))
@@ -163,7 +159,7 @@ class Walkthrough:
     # ---- what the student does ---------------------------------------------------------------------------------------------
 
     def choose(self, answer: int) -> bool:
-        """Choose an answer (0-based), until the outcome is known; true if accepted."""
+        """Choose an answer (0-based) until the outcome is known; true if accepted."""
         question = self.step.question
         if question is None or not 0 <= answer < len(question.choices) or not self._answerable:
             return False
@@ -173,9 +169,7 @@ class Walkthrough:
         return True
 
     def guess(self, distance: float) -> bool:
-        """Accept a guess of d on the line of contact [m] and its answer, until the outcome is known; true if
-        accepted.
-        """
+        """Guess d on the line of contact [m], and so its answer; true if accepted."""
         if not self.guessing or not abs(distance) <= FARTHEST:
             return False
         self.done.guess = distance
@@ -199,7 +193,7 @@ class Walkthrough:
         return self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
 
     def draw(self, curve: Curve) -> bool:
-        """Replace the drawn curve, () for none, before the run; true if accepted."""
+        """Replace the curve before the run; true if accepted. () clears it."""
         drawing = self.step.drawing
         if drawing is None or self.phase is not Phase.PREDICT or self.done.outcome is not None:
             return False
@@ -210,7 +204,7 @@ class Walkthrough:
         return True
 
     def next(self) -> bool:
-        """Go to the next phase or step; false at the end, or before the question is answered."""
+        """Next phase or step; false at the end, or before an answer."""
         ahead = self._ahead()
         if ahead is None:
             return False
@@ -222,7 +216,7 @@ class Walkthrough:
         return True
 
     def back(self) -> bool:
-        """Go to the previous phase, or the end of the step before; false at the beginning."""
+        """Previous phase or step; false at the beginning."""
         behind = self._behind()
         if behind is None:
             return False
@@ -230,7 +224,7 @@ class Walkthrough:
         return True
 
     def reset(self) -> None:
-        """Restart the step, keeping own words; in a test an answer stays once the right one was told."""
+        """Restart the step, keeping own words; a test's answer stays once the right one was told."""
         if self.step.asked and not self._answerable:
             return
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
@@ -244,7 +238,7 @@ class Walkthrough:
         self.run_watch.begin()
 
     def show_why(self) -> bool:
-        """Begin the run that shows why the answer is wrong; false if there is no such run."""
+        """False if no run shows why the answer is wrong."""
         return self._show_beside(why_of(self._place()))
 
     def show_curve(self) -> bool:
@@ -277,7 +271,7 @@ class Walkthrough:
 
     @property
     def rival_hidden(self) -> bool:
-        """True if the ghost is the law that the student plays against, hidden until the end."""
+        """True if the ghost is the student's opponent, hidden until the end."""
         return self.phase is Phase.DO and self.step.at_lever
 
     @property
@@ -298,7 +292,7 @@ class Walkthrough:
 
     @property
     def ends(self) -> bool:
-        """True if the current run has an end: it is not the student's own, or a push of a duel."""
+        """False for the student's own run, except a push of a duel."""
         return not self.yours or self.pushes
 
     @property
@@ -315,8 +309,9 @@ class Walkthrough:
         return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
 
     def watch(self, simulation: Simulation) -> bool:
-        """Check the run once a frame: changed settings spoil it for a challenge. True if the last attempt
-        asked for this run; that attempt is then cleared.
+        """Once a frame: changed settings spoil a run for a challenge.
+
+        True if the last attempt asked for this run, and is cleared.
         """
         self.run_watch.see(simulation)
         last = self.done.last
@@ -329,9 +324,7 @@ class Walkthrough:
         return simulation.time >= self.setup.seconds - 0.5 * simulation.settings.dt
 
     def observe(self, simulation: Simulation) -> StepOutcome:
-        """Measure the run. At its end keep the outcome; a run that is not the student's own continues to
-        OBSERVE.
-        """
+        """Measure the run; at its end keep the outcome and, unless the student moves, go to OBSERVE."""
         setup = self.beside or self.step.setup
         until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
@@ -347,7 +340,7 @@ class Walkthrough:
         return outcome
 
     def decisive(self, simulation: Simulation) -> Mark | None:
-        """Decisive moment of a finished run; None for its end, or without one."""
+        """None for the run's end, or without a decisive moment."""
         if not self.ends or not simulation.history.count:
             return None
         criteria = None if self.challenge is None else self.challenge.criteria
@@ -357,10 +350,10 @@ class Walkthrough:
     def attempt(
         self, simulation: Simulation, said: Sequence[float | None] = (), person: TargetSource | None = None
     ) -> Attempt | None:
-        """Judge the run by the challenge, counted once; None without an open challenge.
+        """Judge the run, counted once; None without an open challenge.
 
         Args:
-            person: the student's motion in this run, kept for a later step that asks for it.
+            person: the student's motion, kept for a later step.
         """
         challenge = self.challenge
         if challenge is None or challenge.custom_law:
@@ -405,7 +398,7 @@ class Walkthrough:
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
     def in_book(self, book: LessonBook | None) -> Bookmark:
-        """Current place in the same book in another language; None for this book."""
+        """Current place in another language's book; None for this book."""
         return (
             self._at if book is None or book is self.book else Bookmark(book).of(self.lesson.id, self.step.id)
         )
@@ -416,7 +409,6 @@ class Walkthrough:
             self._running = self._at, self.setup
 
     def view(self, book: LessonBook | None = None) -> StepView:
-        """What a page shows now. `book`: in the reader's language; None for this one."""
         return make_view(self._place(book), self.yours, self._ahead() is not None, self._behind() is not None)
 
     def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
@@ -449,7 +441,6 @@ class Walkthrough:
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _ahead(self) -> tuple[Bookmark, Phase] | None:
-        """Next place, or the step's own run after another; None at the end, and before an answer."""
         if self.showing:
             return self._at, self.phase
         if self.locked and not self.done.predicted and self.step.asked != "first":
@@ -465,7 +456,7 @@ class Walkthrough:
         )
 
     def _behind(self) -> tuple[Bookmark, Phase] | None:
-        """Previous place; None at the beginning. An answer cannot change once the outcome is known."""
+        """Previous place; a known outcome fixes the answer."""
         if self.showing:
             return self._at, self.phase
         place = self.phases.index(self.phase) - 1

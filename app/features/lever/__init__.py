@@ -1,5 +1,3 @@
-"""The lever: in a lesson, or under the law `lever`, a visitor sets λ by hand."""
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,4 +1,4 @@
-"""The lever beside the contact card, as shown by `contact_lever.js`."""
+"""The lever beside the contact card, shown by `contact_lever.js`."""
 
 from app.i18n.speaking import tr
 from app.page.view import View
@@ -8,11 +8,7 @@ from scenes.settings import LawSettings
 
 
 class CardLever:
-    """The lever on a page that shows a session; it cannot be moved there without a box.
-
-    Attributes:
-        box: id of the box that receives the lever's position, on an operator's page; "" elsewhere.
-    """
+    """`box`: id of the box for the lever's position; "" if it cannot be moved here."""
 
     def __init__(self, view: View) -> None:
         self.box = ""
@@ -24,7 +20,7 @@ class CardLever:
         self._law, self._replayed = frame.settings.run.law, frame.replayed
 
     def _attributes(self) -> dict[str, object]:
-        """Attributes of the lever with its position [%]; {} under another law."""
+        """Labels and position [%]; {} under another law."""
         law = self._law
         if law is None or law.law != LEVER_LAW:
             return {}

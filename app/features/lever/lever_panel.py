@@ -1,4 +1,4 @@
-"""The lever of a visitor who sets λ, moved by `contact_lever.js` and keys."""
+"""The lever that sets λ, moved by `contact_lever.js` and keys."""
 
 from typing import Final
 
@@ -16,7 +16,7 @@ NOTCH: Final = 0.1
 
 
 class LeverPanel(PagePanel):
-    """Hidden box that the script writes to; ↑ and ↓ move the lever, too, while its law runs."""
+    """Hidden box for the script; ↑ and ↓ move the lever, too."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -27,7 +27,7 @@ class LeverPanel(PagePanel):
         handlers.add_first(Nudge, self._move)
 
     def _move(self, nudge: Nudge) -> bool:
-        """Move by a notch; ignore ← and → while a part of the session moves the hand."""
+        """← and → do nothing while a part moves the hand."""
         law = self._session.settings.run.law
         if law.law != LEVER_LAW:
             return False
@@ -37,5 +37,5 @@ class LeverPanel(PagePanel):
         return self._session.parts.hands_off and not self._session.paused
 
     def show(self, frame: Frame) -> None:
-        """Write changes from elsewhere into the box; entering its present value would not count."""
+        """Write changes into the box; entering its present value would not count."""
         self._box.value = frame.live.settings.run.law.hand_lever

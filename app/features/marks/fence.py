@@ -1,4 +1,4 @@
-"""An untrusted file, run in a watched process, and killed with all that it started."""
+"""Run an untrusted file in a watched process, and kill all that it started."""
 
 import contextlib
 import json
@@ -27,13 +27,12 @@ from controllers.own_packages import FOLDER, PACKAGES, own_command
 from scenes.children import ONE_THREAD
 
 _LOOK: Final = 0.05
-"""Time between two checks of the processes [s]."""
+"""Period of the checks [s]."""
 _MOST: Final = 2**20
 """Most characters of output."""
 _TOKEN: Final = "DUET_FENCE"
-"""Environment variable of everything that a file has started."""
+"""Environment variable that marks a file's processes."""
 _KEPT: Final = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
-"""Environment variables that are kept."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class FenceLimits:
         seconds: wall time [s].
         memory: of all processes together [bytes].
         law: of each call.
-        isolated: whether to use new namespaces, if the system allows it.
+        isolated: use new namespaces if possible.
     """
 
     seconds: float = 120.0
@@ -65,10 +64,9 @@ def fenced(
     missing.
 
     Args:
-        module: its `main` reads by `fenced_input`, and answers by `say`.
-        arguments: of the module, after the limits.
-        take: gets each answer; its `ValueError`, `KeyError` and `TypeError` are ignored, as the file may have
-            written the answer.
+        module: its `main` reads by `fenced_input` and answers by `say`.
+        take: gets each answer; its `ValueError`, `KeyError` and `TypeError` are ignored, as answers may be
+            forged.
         stopped: polled; True gives up.
     """
     with TemporaryFolder("fence") as folder:
@@ -87,14 +85,14 @@ def fenced(
 
 
 def isolation_of(limits: FenceLimits) -> str:
-    """Isolation of a file here: "full", "network" or "none"; "" if no process can be started."""
+    """Isolation "full", "network" or "none"; "" if no process can be started."""
     levels: list[str] = []
     fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
     return levels[0] if levels else ""
 
 
 def fenced_input() -> tuple[LawLimits, list[str], bytes]:
-    """In the fenced process: limits of a law, arguments and file text; reports the isolation."""
+    """In the fenced process: limits, arguments and file text; reports the isolation."""
     limits, *arguments, level = sys.argv[1:]
     guard_memory()
     text = sys.stdin.buffer.read()
@@ -126,7 +124,7 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
 
 
 def _seen() -> str:
-    """Folders read in addition to the system's: Python, its packages, and our own."""
+    """Folders that the file may read: Python, its packages and Duet."""
     pythons = {
         Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)
     }
@@ -142,7 +140,7 @@ def _seen() -> str:
 
 
 def _machine_code() -> list[Path]:
-    """Compiled loops; empty if unavailable, so that the loops run in Python."""
+    """Compiled loops; empty if unavailable."""
     try:
         return [loops_folder()]
     except (ImportError, OSError):
@@ -155,7 +153,6 @@ def _feed(stream: IO[bytes], text: bytes) -> None:
 
 
 def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
-    """Queue each line, then None; at most `_MOST` characters."""
     left = _MOST
     with contextlib.suppress(OSError, ValueError):
         while left > 0 and (line := stream.readline(left)):
@@ -171,7 +168,7 @@ def _followed(
     limits: FenceLimits,
     stopped: Callable[[], bool],
 ) -> str:
-    """Process all answers. Returns why they were given up, or ""."""
+    """Handle all answers. Returns why it gave up, or ""."""
     end = time.monotonic() + limits.seconds
     while time.monotonic() < end:
         with contextlib.suppress(queue.Empty):
@@ -191,11 +188,11 @@ def _followed(
 
 
 def _members(token: str, first: int | None = None) -> list[int]:
-    """Processes that a file has started; on Linux only.
+    """Processes that a file has started; Linux only.
 
     Args:
-        token: in the environment that they inherit, unless they start another with a new one.
-        first: ancestor that counts regardless of the environment, or None.
+        token: in the environment that they inherit, unless they replace it.
+        first: its descendants count, too; or None.
     """
     found: list[int] = []
     children: defaultdict[int, list[int]] = defaultdict(list)
@@ -218,7 +215,7 @@ def _members(token: str, first: int | None = None) -> list[int]:
 
 
 def _memory(process: int) -> int:
-    """Memory not shared with files, and that of unnamed files [bytes]."""
+    """Memory not shared with files, and of unnamed files [bytes]."""
     memory = 0
     with (
         contextlib.suppress(OSError, ValueError, IndexError),

@@ -29,7 +29,7 @@ REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attem
 
 _MOODLE: Final = re.compile(r"(?P<name>.+)_(?P<id>\d+)_assignsubmission_file_?.*")
 _CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_.+")
-"""Names of a student's folder or file in an assignment's ZIP file, as Moodle and Canvas write them."""
+"""Student's folder or file, as Moodle and Canvas name it."""
 
 
 class Student(NamedTuple):
@@ -43,9 +43,9 @@ class Remark(NamedTuple):
     """Feedback on one test, question or challenge.
 
     Attributes:
-        passed: None for a remark on the whole file.
+        passed: None for the whole file.
         text: the reason.
-        more: what to try, and which lesson to read.
+        more: advice.
         curve: of the failed run, or None.
     """
 
@@ -60,10 +60,10 @@ class Remark(NamedTuple):
 
 @dataclass
 class GradedFile:
-    """One row of the table; a column that does not apply stays empty.
+    """One row of the table.
 
     Attributes:
-        isolation: see `app.features.marks.marked.LawMarks`.
+        isolation: see `LawMarks`.
         full_marks: text if nothing failed, else "".
     """
 
@@ -81,7 +81,7 @@ class GradedFile:
 
     @property
     def feedback(self) -> str:
-        """What failed and what to do about it, or that nothing failed, in one line."""
+        """Failures with advice, or that nothing failed."""
         failed: dict[str, list[str]] = {}
         for one in self.remarks:
             if not one.passed:
@@ -97,7 +97,7 @@ class GradedFile:
 
 
 def weights_of(points: Sequence[float]) -> dict[str, float]:
-    """Points of each test. `points`: in the order of the tests; () for one point each.
+    """Test → points. `points`: in the tests' order; () for one each.
 
     Raises:
         BadSetting: not six numbers ≥ 0, or all are 0.
@@ -111,7 +111,7 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
 
 
 def student_of(path: Path) -> Student:
-    """`path`: below the graded folder; its first folder is the student's, or else the file."""
+    """`path`: below the graded folder; its first folder names the student, or else the file."""
     first = readable(path.parts[0] if len(path.parts) > 1 else path.name)
     if found := _MOODLE.fullmatch(first) or _CANVAS.fullmatch(first):
         return Student(found["name"], found["id"])
@@ -205,7 +205,7 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
 
 
 def returned_line(text: bytes) -> tuple[str, ...]:
-    """Sentence with the line of the last return of a file's `law`; () if it has none."""
+    """Sentence with the line of the last return of `law`, or ()."""
     try:
         body = ast.parse(text).body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -256,7 +256,7 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
 
 
 def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
-    """Points and their maximum; a question or challenge in several records counts once, the best."""
+    """Points and maximum; of repeated ones the best counts."""
     predicted = [
         (record.lesson, record.step, record.right is True)
         for record in records

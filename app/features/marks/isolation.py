@@ -1,9 +1,8 @@
-"""Process for an untrusted file. Arguments all|none FOLDER SEEN COMMAND …: runs a command with limits, and
-with `all` on Linux, if the system allows it, in new namespaces.
+"""Process for an untrusted file. Arguments all|none FOLDER SEEN COMMAND …: runs a command with limits.
 
-There it sees only its own processes, has no network, reads only the system's programs and libraries and the
-paths in SEEN (separated by os.pathsep), and writes only to FOLDER, which is empty, in memory, and temporary.
-All processes end with the first. If the system does not allow this, only the limits remain.
+With `all` on Linux it runs in new namespaces if the system allows it: it sees only its own processes, has no
+network, reads only the system's programs and libraries and SEEN (separated by os.pathsep), and writes only to
+FOLDER, empty and in memory. All processes end with the first.
 """
 
 import contextlib
@@ -15,13 +14,12 @@ from collections.abc import Callable
 from typing import Any, Final
 
 PROCESSES: Final = 48
-"""Most simultaneous processes."""
 FILE: Final = 16 * 2**20
 """Largest file [bytes]."""
 ROOM: Final = 64 * 2**20
-"""Size of the folder in memory [bytes]."""
+"""Folder in memory [bytes]."""
 DESCRIPTORS: Final = 64
-"""Most file descriptors; each may be a file in memory."""
+"""Each may be a file in memory."""
 SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
     *(
@@ -37,23 +35,23 @@ SYSTEM: Final = (
 """Folders that Python and its libraries may need."""
 
 UNAVAILABLE: Final = 96
-"""Exit code of an attempt that the system does not permit."""
+"""Exit code if the system does not permit it."""
 
 _USER, _MOUNTS, _PROCESSES = 0x10000000, 0x00020000, 0x20000000
 _NETWORK, _MESSAGES = 0x40000000, 0x08000000
-"""Namespaces, `CLONE_NEW…` of <sched.h>."""
+"""`CLONE_NEW…` of <sched.h>."""
 _PRIVATE, _BIND, _DETACH = 1 << 14 | 1 << 18, 1 << 14 | 1 << 12, 2
 """`MS_REC | MS_PRIVATE`, `MS_REC | MS_BIND` and `MNT_DETACH` of <sys/mount.h>."""
 _SET_ATTRIBUTES: Final = 442
-"""System call `mount_setattr`, the same number on every architecture."""
+"""`mount_setattr`, the same number on every architecture."""
 _RECURSIVE, _READ_ONLY, _HERE = 0x8000, 1, -100
 """`AT_RECURSIVE`, `MOUNT_ATTR_RDONLY`, `AT_FDCWD`."""
 _DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
-"""Constants of <sys/prctl.h>."""
+"""<sys/prctl.h>"""
 
 
 def main() -> None:
-    """Run the command in the best available isolation, and add the name of that as its last argument."""
+    """Run the command in the best available isolation; its name is the last argument."""
     wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: None)]
@@ -84,7 +82,6 @@ def main() -> None:
 
 
 def limit_resources() -> None:
-    """Limit this process and its descendants, as far as the system supports it."""
     try:
         import resource
     except ImportError:
@@ -97,14 +94,13 @@ def limit_resources() -> None:
 
 
 def guard_memory() -> None:
-    """Keep other processes of the same user from this one's memory and descriptors."""
+    """Hide memory and descriptors from other processes of the same user."""
     if sys.platform == "linux":
         _prctl(_DUMPABLE, 0)
 
 
 def _own_world(folder: str, seen: list[str]) -> None:
-    """Enter all namespaces, with a new root; returns in the first process of the new one, which its parent
-    waits for."""
+    """Enter all namespaces, with a new root; returns in its first process."""
     import resource
 
     _enter(_USER | _MOUNTS | _PROCESSES | _NETWORK | _MESSAGES)
@@ -146,7 +142,7 @@ def _mount(kind: bytes, place: str, options: str = "") -> None:
 
 
 def _show(path: str, place: str) -> None:
-    """Bind a file or a folder, if it exists; a link at the top level stays a link."""
+    """Bind a file or folder, if it exists; links at the top level stay links."""
     if not os.path.exists(path) or (os.path.exists(place) and os.path.samefile(path, place)):
         return
     os.makedirs(os.path.dirname(place), exist_ok=True)
@@ -161,8 +157,9 @@ def _show(path: str, place: str) -> None:
 
 
 def _enter(namespaces: int) -> None:
-    """Enter new namespaces as the same user; root becomes another number, so that it has no rights after the
-    next `exec`."""
+    """Enter new namespaces as the same user; root becomes another number, without rights after the next
+    `exec`.
+    """
     user, group = os.getuid(), os.getgid()
     _call("unshare", namespaces)
     for name, text in (

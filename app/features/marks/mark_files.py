@@ -1,4 +1,4 @@
-"""Marks as tables, also for Moodle, Canvas and Gradescope, and as feedback pages."""
+"""Marks as tables and feedback pages."""
 
 import json
 import re
@@ -20,7 +20,7 @@ from scenes.files import csv_text, replacing
 
 
 class StudentMarks(NamedTuple):
-    """Hand-ins of one student; the best law counts, and a step in several reports counts once, the best."""
+    """Hand-ins of one student; the best law and the best of each repeated step count."""
 
     student: Student
     files: tuple[GradedFile, ...]
@@ -75,7 +75,6 @@ def write_marks(path: Path, rows: Sequence[GradedFile]) -> None:
 
 
 def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write Moodle's grading worksheet: the columns that its assignment reads, and identifies a student by."""
     head = ("Identifier", "Full name", "Grade", "Maximum Grade", "Last modified (grade)", "Feedback comments")
     rows = [
         (
@@ -88,14 +87,14 @@ def write_moodle(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
-    """Write a table for Canvas, which identifies a student by ID, and takes only numbers."""
+    """Canvas identifies students by ID, and accepts only numbers."""
     most = max((one.maximum for one in students), default=0.0)
     rows = [(one.student.name, one.student.id, "", _number(one.points)) for one in students]
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])
 
 
 def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
-    """`results.json` of one submission: a test for each of a law's, and one for each other file."""
+    """Write `results.json`: each test of a law, and each other file."""
     rows = [row for one in students for row in one.files]
     tests: list[dict[str, object]] = []
     for row in rows:
@@ -122,7 +121,6 @@ def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
 
 
 WRITERS: Final = {"moodle": write_moodle, "canvas": write_canvas, "gradescope": write_gradescope}
-"""Option → writer of its file."""
 
 
 def _number(value: float) -> str:
@@ -134,7 +132,7 @@ def _write(path: Path, rows: Sequence[Sequence[object]]) -> None:
 
 
 def write_feedback(folder: Path, students: Sequence[StudentMarks], language: Language) -> None:
-    """Write a page for each student; creates the folder. Raises `OSError`."""
+    """Creates the folder; raises `OSError`."""
     set_language(language)
     folder.mkdir(parents=True, exist_ok=True)
     taken: set[str] = set()

@@ -19,11 +19,9 @@ from app.settings import Language
 
 @dataclass
 class LawMarks:
-    """Result for one file.
+    """Result for one file, written by the file's own process.
 
     Attributes:
-        verdicts: of the tests made, by name, with reasons for failures. Written by the file's process, like
-            everything here.
         ended: why not all tests were made, or "".
         isolation: "full", "network" or "none"; "" if nothing was run.
     """
@@ -34,7 +32,6 @@ class LawMarks:
 
     @property
     def as_template(self) -> bool:
-        """True if it answers like the template's law."""
         return bool(self.verdicts) and all(verdict.as_template for verdict in self.verdicts.values())
 
 
@@ -45,11 +42,7 @@ def marked(
     stopped: Callable[[], bool] = lambda: False,
     language: Language = "en",
 ) -> LawMarks:
-    """Marks of a file.
-
-    Args:
-        stopped: polled; True gives up.
-    """
+    """Marks of a file. `stopped`: polled; True gives up."""
     marks = LawMarks()
     why = fenced("app.features.marks.marked", [name, language], text, partial(take, marks), limits, stopped)
     if len(marks.verdicts) < len(TRIALS):

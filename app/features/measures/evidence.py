@@ -1,4 +1,4 @@
-"""A run, finished or not, for measurements; leaves the simulation's own kinematics alone."""
+"""Evidence of a run."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -13,11 +13,11 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 SAMPLES: Final = 600
-"""Most rows at which a position is computed from the joints."""
+"""Most rows at which positions are computed."""
 
 
 class Evidence:
-    """Record of a run.
+    """Record of a run, with kinematics of its own.
 
     Args:
         until: later rows do not count [s].
@@ -25,7 +25,7 @@ class Evidence:
 
     Attributes:
         settings, room: at the end of the run.
-        table: rows (rows, columns of `scenes.history`), oldest first; the history may have dropped the first.
+        table: rows (rows, columns of `scenes.history`), oldest first; perhaps without the run's first.
         arm: with the shown task.
     """
 
@@ -45,7 +45,7 @@ class Evidence:
 
     @property
     def whole(self) -> bool:
-        """True if the table has the run's first step."""
+        """True if the first step is in the table."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
     @property
@@ -59,7 +59,7 @@ class Evidence:
 
     @property
     def times(self) -> Array:
-        """Time of every row (rows,) [s]."""
+        """(rows,) [s]."""
         return self.column("t")
 
     @property
@@ -78,7 +78,7 @@ class Evidence:
         return self._simulation.history.desired(self.table)[:, self.arm.joints]
 
     def row_at(self, time: float) -> int | None:
-        """Row nearest to a time [s]; None if the run does not reach it, or has dropped it."""
+        """Row nearest to a time [s]; None if missing."""
         times, half = self.times, self.settings.dt * 0.75
         if not len(times):
             return None
@@ -105,11 +105,11 @@ class Evidence:
         return self._world.detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
-        """Position of the hand (3,) [m]."""
+        """(3,) [m]."""
         return self.kinematics_at(row).hand_pose(self.arm).translation.copy()
 
     def elbow(self, row: int) -> Array:
-        """Position of the elbow (3,) [m]."""
+        """(3,) [m]."""
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:

@@ -1,4 +1,4 @@
-"""Positions in a room as lessons describe them: ball, start, and the elbow's marks."""
+"""Positions in a room, for lessons."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from scenes.room import Room
 from scenes.solo import swing
 
 Anchor = Literal["hand", "goal", "middle", "elbow"]
-"""The hand at the start, the end or the middle of its path past the ball, or the elbow."""
+"""The hand at the start, end or middle of its path past the ball, or the elbow."""
 
 
 @dataclass(frozen=True)
 class RoomPlace:
-    """Position of the ball, by the gap between its surface and the arm's point.
+    """Position of the ball.
 
     Attributes:
         toward: direction (3,), world, any length; or along the upper arm, from shoulder to elbow.
-        gap: free space if the avoiding point were at the origin [m].
+        gap: free space for an avoiding point at the origin [m].
         tilt: of the direction, from the upper arm upwards [rad].
     """
 
@@ -35,7 +35,7 @@ class RoomPlace:
 
 @dataclass(frozen=True)
 class Start:
-    """Another ball position, or another posture (n,) of all arms [rad]."""
+    """Ball position, or posture (n,) of all arms [rad]."""
 
     ball: RoomPlace | None = None
     posture: tuple[float, ...] | None = None
@@ -48,10 +48,10 @@ def _standing(room: Room) -> Kinematics:
 
 
 def ball_centre(room: Room, place: RoomPlace) -> Array:
-    """Centre of the ball (3,) [m].
+    """(3,) [m].
 
     Raises:
-        BadSetting: no ball, no direction, or out of the ball's reach.
+        BadSetting: no ball, no direction, or out of reach.
     """
     if room.ball is None:
         raise BadSetting("A place of the ball needs a room with a ball; set scene = ball.")
@@ -80,7 +80,7 @@ def ball_centre(room: Room, place: RoomPlace) -> Array:
 
 
 def start_positions(room: Room, start: Start | None) -> Array | None:
-    """Start posture q (nv,) [rad, m]; None for the room's own start.
+    """q (nv,) [rad, m]; None for the room's own start.
 
     Raises:
         BadSetting: the room has no such place or posture.
@@ -108,6 +108,6 @@ def start_positions(room: Room, start: Start | None) -> Array | None:
 
 
 def mark_places(room: Room, angles: Sequence[float]) -> Array:
-    """Elbow at the start, turned about the line from shoulder to wrist by each angle (k, 3) [m]."""
+    """Elbow at the start, turned about the line from shoulder to wrist by `angles` [rad] (k, 3) [m]."""
     turned = swing(_standing(room), room.arms[0])
     return np.array([turned(angle).elbow for angle in angles])

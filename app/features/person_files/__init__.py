@@ -1,5 +1,3 @@
-"""Persons to imitate from a BVH file, a camera at the server, or a video."""
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 

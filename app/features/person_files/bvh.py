@@ -1,4 +1,4 @@
-"""A person from a BVH file, with any of the usual names of joints.
+"""A person from a BVH file.
 
 Only directions between joints relative to the torso matter, not unit, vertical axis or position.
 """
@@ -43,14 +43,10 @@ _MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
 
 
 def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
-    """Motion of both arms, from time 0.
-
-    Args:
-        source: a path, or the file's content.
-        name: of the file in messages, if its content is given.
+    """Motion of both arms, from time 0. `source`: path or content; `name`: for messages about content.
 
     Raises:
-        BadInputFile: unreadable or unsuitable file; names the line, or the missing joints, and the remedy.
+        BadInputFile: unreadable or unsuitable file.
     """
     file = load_bvh(source, name)
     skeleton = _Skeleton(file)
@@ -78,14 +74,12 @@ def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
 
 
 class _Skeleton:
-    """Finds arms and hips among the joints of a file.
-
-    The elbow is found by its name, and the wrist by its name below it. The shoulder is the farthest joint up
-    with the name of an upper arm. Joints between them, such as twists and pieces of a bone, only move them.
+    """Finds arms and hips by names: the wrist is below the elbow, the shoulder farthest above it. Joints
+    between them only move them.
 
     Attributes:
-        arm: indices of shoulder, elbow and wrist of a side.
-        hips: joints with the middle of the hips between them.
+        arm: indices of shoulder, elbow and wrist.
+        hips: joints around the middle of the hips.
     """
 
     def __init__(self, file: BvhFile) -> None:
@@ -99,7 +93,7 @@ class _Skeleton:
         self.hips = self._find_hips()
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
-        """Shoulder, elbow and wrist of the first complete arm.
+        """First complete arm.
 
         Raises:
             BadInputFile: no complete arm, or arms of several people.
@@ -149,7 +143,7 @@ class _Skeleton:
         return joint
 
     def _are_pieces(self, shoulder: int, elbow: int) -> bool:
-        """True if all joints between are twists, or have the shoulder's name with a suffix."""
+        """True if all joints between are twists, or extend the shoulder's name."""
         side, part = self._parts[shoulder]
         between = self._above(elbow)[: self._above(elbow).index(shoulder)]
         return all(
@@ -158,7 +152,7 @@ class _Skeleton:
         )
 
     def _wrist(self, elbow: int) -> int | None:
-        """Joint, or End Site, where the forearm of an elbow ends."""
+        """Joint, or End Site, where the forearm ends."""
         part = self._parts[elbow][1]
         below = [
             i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)
@@ -205,5 +199,4 @@ class _Skeleton:
 
 
 def from_bvh(motion: SampledAngles) -> PersonTarget:
-    """Person that repeats a motion."""
     return PersonTarget(motion, max(motion.duration, 1e-3))

@@ -1,4 +1,4 @@
-"""Frames by OpenCV, and MediaPipe with a model of the user's: the extra `[camera]`, imported only here."""
+"""OpenCV and MediaPipe, the extra `[camera]`, imported only here."""
 
 import importlib
 import time
@@ -27,7 +27,6 @@ class VideoFrame(NamedTuple):
 
 class Film(Protocol):
     live: bool
-    """Whether frames come in real time."""
 
     def next(self) -> VideoFrame | None:
         """None at the end."""
@@ -52,7 +51,7 @@ def open_camera(index: int) -> Film:
 
     Raises:
         MissingPackage: OpenCV is not installed.
-        BadSetting: there is no such camera.
+        BadSetting: no such camera.
     """
     cv2 = _package("cv2", "opencv-contrib-python")
     if not 0 <= index < 100:
@@ -91,7 +90,7 @@ def open_detector(model: Path) -> Detector:
 
     Raises:
         MissingPackage: MediaPipe is not installed.
-        BadInputFile: no such file, or not such a model.
+        BadInputFile: not such a model.
     """
     _must_exist(model, "pose_landmarker model (.task), which MediaPipe's web pages offer")
     mediapipe = _package("mediapipe", "mediapipe")
@@ -108,7 +107,7 @@ def open_detector(model: Path) -> Detector:
 
 
 class _Capture:
-    """Film by OpenCV; `rate` is 0 for a camera."""
+    """A film, read by OpenCV. `rate`: 0 for a camera."""
 
     def __init__(self, cv2: ModuleType, capture: Any, rate: float) -> None:
         self._cv2, self._capture, self._rate = cv2, capture, rate

@@ -8,11 +8,8 @@ from scenes.settings import ArmName
 
 
 class Convention(NamedTuple):
-    """Blank-separated names of joints in some programs: lower case, without side, digits and signs, "bend"
+    """Blank-separated names of the joints where parts begin: lower case, without side, digits, signs, "bend"
     and "twist".
-
-    Attributes:
-        thigh, collar, upper_arm, forearm, hand: of the joint where it begins.
     """
 
     thigh: str
@@ -44,10 +41,10 @@ CONVENTIONS: Final = {
     "Advanced Skeleton": Convention("hip", "scapula", "shoulder", "elbow", "wrist"),
     "others": Convention("leg", "collarbone shoulderblade", "upperarm", "foarm", "palm"),
 }
-"""Programs → their names. A word may mean two joints: "shoulder" is a collar or an upper arm."""
+"""A word such as "shoulder" may mean a collar or an upper arm."""
 
 HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
-"""Names of the middle of the hips, without thighs; the first one found counts."""
+"""Names of the middle of the hips; the first one found counts."""
 
 
 def _all(field: str) -> frozenset[str]:
@@ -57,13 +54,12 @@ def _all(field: str) -> frozenset[str]:
 THIGHS, ELBOWS, WRISTS = _all("thigh"), _all("forearm"), _all("hand")
 
 COLLARS: Final = _all("collar") - _all("upper_arm")
-"""Names of collars alone."""
 
 SHOULDERS: Final = _all("collar") & _all("upper_arm")
-"""Names of a collar in one convention and of an upper arm in another."""
+"""Names of both a collar and an upper arm."""
 
 UPPER_ARMS: Final = (_all("upper_arm") - SHOULDERS - {"arm"}, frozenset({"arm"}))
-"""Names of upper arms alone, the most certain first: "arm" may also name the whole arm."""
+"""Names of upper arms alone; "arm" is last, as it may name the whole arm."""
 
 ELBOWS_BELOW_SHOULDERS: Final = frozenset(
     name
@@ -96,21 +92,19 @@ _DECORATION: Final = frozenset(
         "bend",
     }
 )
-"""Words without meaning for a joint's part."""
 
 _WORD: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 _TWIST: Final = re.compile(r"twist|roll", re.IGNORECASE)
 
 
 def is_twist(name: str) -> bool:
-    """True for a joint that only turns a part about its own axis, such as lForearmTwist or LeftArmRoll."""
+    """True for joints that only turn a part about its own axis, such as lForearmTwist or LeftArmRoll."""
     return _TWIST.search(name) is not None
 
 
 def joint_part(name: str) -> tuple[ArmName | None, str]:
-    """Side and part in a joint's name, in lower case without decoration.
-
-    An unknown part is the rest of the name. A twist has the part that it turns.
+    """Side and part of a joint, in lower case. A twist has the part that it turns; an unknown part is the
+    rest.
     """
     words = [w.lower() for w in _WORD.findall(name.rsplit(":", 1)[-1])]
     words = [w for w in words if w not in _DECORATION] or words
@@ -127,6 +121,6 @@ def joint_part(name: str) -> tuple[ArmName | None, str]:
 
 
 def _stems(words: list[str]) -> Iterator[str]:
-    """The name without twist and bend, whole first, then without its first words, which may be a skeleton's."""
+    """Name without twist and bend: whole, then without its first words."""
     for i in range(len(words)):
         yield _TWIST.split("".join(words[i:]))[0].removesuffix("bend")

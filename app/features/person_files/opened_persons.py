@@ -16,7 +16,7 @@ from scenes.person.source import PersonTarget
 
 
 class OpenedPersons(OpenedFeature):
-    """The server's person from a file, and its camera or video."""
+    """A person from a file, and a camera or video."""
 
     def __init__(self, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
         self.bvh, self.camera = bvh, camera

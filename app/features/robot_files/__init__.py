@@ -1,4 +1,4 @@
-"""Robots from URDF files on the command line, and the list of suitable ones."""
+"""Robots from URDF files."""
 
 from collections.abc import Mapping
 from pathlib import Path

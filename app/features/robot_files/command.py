@@ -1,4 +1,4 @@
-"""`lwr-duet robots`: list of available arms."""
+"""`lwr-duet robots`."""
 
 from dataclasses import dataclass
 from typing import get_args

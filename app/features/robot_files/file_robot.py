@@ -1,4 +1,4 @@
-"""A robot from a URDF file for the scenes."""
+"""A robot from a URDF file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from scenes.robots.description import Capsule, Robot
 SOURCES: Final = tuple(sorted(Path(__file__).parent.glob("*.py")))
 
 DARK: Final = 70.0
-"""Mean of red, green and blue below which a part is dark, 0 … 255."""
+"""A part is dark below this mean of red, green and blue, 0 … 255."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,6 @@ class FileRobot(GivenRobot):
         return load_arm(self.file).robot(capsules)
 
     def shapes(self) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-        """Of the colours in the file only light and dark count."""
         arm = load_arm(self.file)
         shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
         lights = np.array([float(np.mean(one.colour)) for one in shapes])
@@ -78,6 +77,5 @@ class FileRobot(GivenRobot):
 
 
 def register(path: Path, hand: str = "") -> str:
-    """Add a URDF file to the setting `robot` in this process and return its name there; errors as
-    `robot_file`."""
+    """Add a URDF file to this process's setting `robot`; returns its name. Raises as `robot_file`."""
     return give(FileRobot(robot_file(path, hand)))

@@ -1,4 +1,4 @@
-"""The arm among the joints of a URDF file."""
+"""The arm among a URDF file's joints."""
 
 from __future__ import annotations
 
@@ -14,29 +14,25 @@ FEWEST, MOST = 5, 7
 """Joints of an arm."""
 
 GRIPPER: Final = ("gripper", "finger", "jaw")
-"""Parts of the names of joints beyond the arm; held still."""
+"""Parts of names of joints beyond the arm; these are held still."""
 
 TURNING: Final = ("revolute", "continuous")
-"""Types of the joints of an arm."""
 
 MOST_NAMES: Final = 60
-"""Most links listed in a message."""
 
 FARTHEST: Final = 50.0
-"""Greatest bound of a joint [rad]: a larger one is in degrees, or means no stops."""
+"""Greatest bound [rad]: a larger one is in degrees, or means no stops."""
 
 SLOWEST: Final = 0.01
-"""Least top speed of a joint [rad/s]."""
+"""Least top speed [rad/s]."""
 
 
 @dataclass(frozen=True)
 class Chain:
-    """The arm in a tree of joints.
+    """Joints of the arm, base first, and other movable ones.
 
     Attributes:
-        joints: names, base first.
-        hand: named link of the hand; "" leaves the choice to `hand_frame`.
-        still: names of all other movable joints.
+        hand: its link; "" leaves the choice to `hand_frame`.
     """
 
     joints: tuple[str, ...]
@@ -45,11 +41,10 @@ class Chain:
 
 
 def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
-    """The revolute joints from the root to the hand; without a named hand, up to a fork, a gripper or the
-    end.
+    """Revolute joints from the root to the hand, or up to a fork, a gripper or the end.
 
     Raises:
-        BadInputFile: no chain of 5 to 7 revolute joints, or no link of that name.
+        BadInputFile: no chain of 5 to 7 revolute joints, or no such link.
     """
     joints = _joints_to(tree, hand, name) if hand else _joints_from_root(tree, name)
     _check_joints(joints, name)

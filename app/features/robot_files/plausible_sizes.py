@@ -1,4 +1,4 @@
-"""Check of an arm's shapes: sizes relative to its length reveal millimetres and plates."""
+"""Check of shapes: sizes reveal wrong units and plates."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
 ShapeKind = Literal["visuals", "collisions"]
 
 LARGEST: Final = 2.0
-"""Least impossible size of a link [arm lengths]."""
+"""Largest size of a link [arm lengths]."""
 
 LARGEST_FOOT: Final = 4.0
-"""Least impossible size of the arm's foot [arm lengths]; a plate may be as wide as its arm is long."""
+"""Largest size of the foot [arm lengths]; a plate may be as wide as its arm is long."""
 
 SMALLEST: Final = 0.005
-"""Greatest impossibly small size of a link [arm lengths]."""
+"""Smallest size of a link [arm lengths]."""
 
 FAR: Final = 4.0
-"""Distance from its joint at which a shape is misplaced [arm lengths]."""
+"""Distance of a misplaced shape from its joint [arm lengths]."""
 
 FLAT: Final = 0.05
-"""Greatest thickness of a plate [its size]."""
+"""Thickness of a plate [its size]."""
 
 UNITS: Final = (("millimetres", 0.001), ("inches", 0.0254), ("centimetres", 0.01), ("feet", 0.3048))
-"""Units of drawings, and their size [m]."""
+"""Units of drawings [m]."""
 
 USUAL: Final = 0.15
-"""Usual size of a link [arm lengths]: the unit that comes nearest is likely."""
+"""Usual size of a link [arm lengths]; selects the likely unit."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,9 @@ class Solid:
     """A shape of an arm.
 
     Attributes:
-        joint: index of the joint that carries it.
-        mesh: in the frame of that joint [m].
+        mesh: in the frame of its joint [m].
         colour: (3,) in 0 … 255.
-        pose: (4, 4) of its form in the frame of that joint [m].
+        pose: (4, 4) in the frame of its joint [m].
     """
 
     link: str
@@ -61,18 +60,14 @@ class Solid:
 
 
 def arm_length(model: pin.Model) -> float:
-    """Along all joints [m]."""
+    """Length along all joints [m]."""
     data = model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     return float(sum(np.linalg.norm(b.translation - a.translation) for a, b in pairwise(data.oMi[1:])))
 
 
 def check_sizes(solids: Iterable[Solid], model: pin.Model, kind: ShapeKind, name: str) -> None:
-    """Refuse shapes that are much too large, too small or too far away. `name`: of the file, for messages.
-
-    Raises:
-        BadInputFile: names the link, its size and the likely cause.
-    """
+    """Raises `BadInputFile` for a wrong size or position, with the likely cause."""
     length = arm_length(model)
     largest: dict[int, tuple[float, Solid]] = {}
     parts: dict[str, list[Solid]] = {}

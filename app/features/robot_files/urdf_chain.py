@@ -1,4 +1,4 @@
-"""The arm in a URDF file as a Pinocchio model, with landmarks."""
+"""The arm as a Pinocchio model, with landmarks."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 
 HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
-"""Parts of the name of a hand frame, in order of preference."""
+"""Parts of a hand frame's name, best first."""
 
 COMPARED: Final = 3
-"""Random postures in which two readers must agree."""
+"""Random postures in which both readers must agree."""
 
 FASTEST: Final = 10.0
-"""Greatest top speed that is believed [rad/s]."""
+"""Greatest credible top speed [rad/s]."""
 
 USUAL_SPEED: Final = 2.0
-"""Speed limit of a joint without one in its file [rad/s]."""
+"""Default top speed of a joint [rad/s]."""
 
 TURN: Final = 2.0 * np.pi
 """Bound of a joint without stops, to either side [rad]."""
 
 SHOULDER_HEIGHT: Final = 0.31
-"""Least height of the shoulder above the foot [m], the LWR's; a lower one gets a column."""
+"""Least height of the shoulder [m], the LWR's; a column adds the rest."""
 
 SHORTEST: Final = 0.1
 LONGEST: Final = 10.0
-"""Least and greatest length from joint to joint [m]: others mean other units."""
+"""Length of an arm along its joints [m]; outside, the units are wrong."""
 
 ROLL: Final = 0.8
-"""Least cosine between axis and link of a joint that only turns the link about itself."""
+"""Least cosine between axis and link of a joint that only turns the link."""
 
 
 def frame_names(tree: UrdfTree) -> dict[str, str]:
-    """Link → name of its frame in the model: its own, unless the model uses that."""
+    """Link → name of its frame: its own, unless it is taken."""
     taken = {
         "universe",
         *(f"arm_joint_{i}" for i in range(1, MOST + 1)),
@@ -58,7 +58,7 @@ def frame_names(tree: UrdfTree) -> dict[str, str]:
 
 
 def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
-    """Model of the chain, other joints held still, and height of the column under its foot [m].
+    """Model of the chain, other joints fixed, and height of its column [m].
 
     Raises:
         BadInputFile: Pinocchio cannot read it, or finds a different arm.
@@ -98,21 +98,20 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
 
 
 def _stops(joint: UrdfJoint) -> tuple[float, float]:
-    """[rad]"""
+    """Bounds [rad]."""
     if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
         return -TURN, TURN
     return joint.lower, joint.upper
 
 
 def top_speed(joint: UrdfJoint) -> float:
-    """A usual one if missing or unbelievable in the file [rad/s]."""
+    """[rad/s]; `USUAL_SPEED` if missing or not credible."""
     speed = joint.velocity or 0.0
     return speed if 0.0 < speed <= FASTEST else USUAL_SPEED
 
 
 def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict[str, Array]:
-    """Link → pose (4, 4) in the frame of the root, from the tree; other joints are at 0. `positions`: q (n,)
-    of the chain [rad]."""
+    """Link → pose (4, 4) in the root's frame; other joints at 0. `positions`: q (n,) of the chain [rad]."""
     from trimesh import transformations
 
     poses = {tree.root: np.eye(4)}
@@ -161,7 +160,7 @@ def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], 
 
 
 def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
-    """Refuse an arm in other units than metres, and one that moves only in a plane. `axes`: (3, n)."""
+    """Refuse wrong units and planar arms. `axes`: (3, n)."""
     places = [placement.translation for placement in data.oMi[1:]]
     length = float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
     if not SHORTEST <= length <= LONGEST:
@@ -179,8 +178,8 @@ def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
 def landmarks(model: pin.Model) -> tuple[int, int, int]:
     """Joints at shoulder, elbow and wrist.
 
-    The shoulder is the first joint across the first axis; the elbow changes the distance from there to the
-    last joint most; the wrist is the next one that bends.
+    Shoulder: first joint across the first axis. Elbow: changes the distance from there to the last joint
+    most. Wrist: the next one that bends.
     """
     data, random = model.createData(), np.random.default_rng(2)
     stretch = np.zeros(model.njoints)
@@ -210,8 +209,7 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
 
 
 def hand_frame(model: pin.Model) -> tuple[str, str]:
-    """Name of the hand's frame, and the part of it that identified it; "" for the frame farthest from the
-    last joint."""
+    """Frame of the hand, and the part of `HANDS` in its name; "" for the one farthest from the last joint."""
     last = model.njoints - 1
     frames = [
         frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY

@@ -1,4 +1,4 @@
-"""A robot from a URDF file, with capsules around its shapes."""
+"""A robot with capsules around its shapes."""
 
 from __future__ import annotations
 
@@ -19,17 +19,12 @@ from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 
 MOST_TRIANGLES: Final = 1_500_000
-"""Most triangles in all meshes together."""
+"""Of all meshes together."""
 
 
 @dataclass(frozen=True)
 class FileArm:
-    """The arm without its slow parts.
-
-    Attributes:
-        model: of the arm on its column.
-        column: height [m].
-    """
+    """The arm without its slow parts, on its column of height `column` [m]."""
 
     file: RobotFile
     tree: UrdfTree
@@ -45,7 +40,7 @@ class FileArm:
 
 
 def load_arm(file: RobotFile) -> FileArm:
-    """Raises `BadInputFile` if it cannot be read."""
+    """Raises `BadInputFile` as `chain_model`."""
     tree = read_urdf(file.text, str(file.path))
     model, column = chain_model(tree, file.chain.joints, str(file.path))
     return FileArm(file, tree, model, column)
@@ -79,8 +74,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[Solid]:
 
 
 def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
-    """A capsule around each link's collision shapes, or else around its visible ones. The first link shares
-    one with its base.
+    """A capsule around each link's collision shapes, or else its visible ones. The first link and its base
+    share one.
 
     Raises:
         BadInputFile: as `solids`; or nothing has a shape.
@@ -122,7 +117,7 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
 
 
 def _own_capsule(shapes: list[Solid]) -> tuple[Array, Array, float] | None:
-    """Capsule (centres (3,), radius [m]) that is a joint's only shape; None with others, or for a ball."""
+    """Capsule (centres (3,), radius [m]) that is a joint's only shape, or None."""
     from scenes.robots.fitting import SHORTEST
 
     (first, *more) = shapes

@@ -1,4 +1,4 @@
-"""Solid shapes in a URDF file as triangles, in metres, with outward normals."""
+"""URDF shapes as triangles with outward normals."""
 
 from __future__ import annotations
 
@@ -17,24 +17,23 @@ if TYPE_CHECKING:
     import trimesh
 
 ROUND: Final = 24
-"""Sections of a cylinder."""
 
 THIN: Final = 0.001
 """Thickness of a flat shape [m]."""
 
 MENDED: Final = 20_000
-"""Most triangles of a mesh with inconsistent faces that is mended."""
+"""Most triangles of a mesh that is repaired."""
 
 GREY: Final = np.full(3, 200.0)
 """Default colour, 0 … 255."""
 
 
 def form_meshes(form: ShapeForm, files: Mapping[str, Path]) -> Iterator[tuple[trimesh.Trimesh, Array]]:
-    """Meshes in the shape's own frame [m] with their colours (3,) in 0 … 255. `files`: name of a mesh, as in
-    the URDF → its file.
+    """Meshes in the shape's own frame [m], with colours (3,) in 0 … 255. `files`: name in the URDF → mesh
+    file.
 
     Raises:
-        BadInputFile: a mesh cannot be read, or has nothing solid in it.
+        BadInputFile: unreadable, or nothing solid in it.
     """
     import trimesh
 
@@ -75,7 +74,6 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
 
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Mesh with outward faces: a file may have it inside out."""
     # For an open shell only its author knows which side is outside.
     if len(mesh.faces) <= MENDED and mesh.is_watertight and not mesh.is_winding_consistent:
         mesh.fix_normals(multibody=True)

@@ -1,6 +1,6 @@
-"""The one strict reader of URDF files (versions 1.0 to 1.2), for joints and shapes of an arm.
+"""Strict reader of URDF files, versions 1.0 to 1.2.
 
-It refuses unknown numbers, attributes and shapes: two lenient readers would find two different arms.
+It refuses unknown numbers, attributes and shapes, in which two lenient readers would find different arms.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from controllers.kinematics import Array
 VERSIONS: Final = ("1.0", "1.1", "1.2")
 
 KINDS: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical")
-"""Types of joints in the format."""
 
 SHAPES: Final = {
     "box": ("size",),
@@ -29,10 +28,9 @@ SHAPES: Final = {
     "capsule": ("radius", "length"),
     "mesh": ("filename", "scale"),
 }
-"""Shapes and their attributes."""
 
 GREATEST: Final = 1e6
-"""Greatest number in a position or a size [m, rad]."""
+"""Greatest position or size [m, rad]."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ANY_NUMBER: Final = re.compile(rf"{_NUMBER.pattern}|[+-]?(?:nan|inf(?:inity)?)", re.IGNORECASE)
@@ -47,7 +45,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder about z; a length of 0 is a disc [m]."""
+    """About z [m]; a length of 0 is a disc."""
 
     radius: float
     length: float
@@ -55,14 +53,14 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere [m]."""
+    """A sphere with its radius [m]."""
 
     radius: float
 
 
 @dataclass(frozen=True)
 class Pill:
-    """A capsule about z; length between the centres of its half spheres [m]."""
+    """About z [m]; length between the centres of the half spheres."""
 
     radius: float
     length: float
@@ -81,7 +79,7 @@ ShapeForm = Box | Cylinder | Sphere | Pill | MeshFile
 
 @dataclass(frozen=True)
 class Shape:
-    """`pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1, or None."""
+    """`pose`: (4, 4) in the link's frame [m]. `colour`: red, green, blue in 0 … 1, or None."""
 
     form: ShapeForm
     pose: Array
@@ -100,11 +98,10 @@ class UrdfJoint:
     """A joint.
 
     Attributes:
-        kind: one of `KINDS`.
-        pose: (4, 4) of the child in the frame of the parent at angle 0 [m].
+        pose: (4, 4) of the child in the parent's frame at angle 0 [m].
         axis: (3,), not normalised.
         lower, upper, velocity: as in the file [rad, rad/s], or None.
-        mimic: whether it only follows another joint.
+        mimic: True if it follows another joint.
         origin, direction: <origin> and axis, as in the file.
     """
 
@@ -124,12 +121,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True)
 class UrdfTree:
-    """A robot: one tree of links from one root.
-
-    Attributes:
-        links, joints: in the order of the file, with unique names.
-        root: name of the link without a parent.
-    """
+    """Links and joints in the order of the file, with unique names; `root`: link without a parent."""
 
     version: str
     links: tuple[Link, ...]
@@ -142,16 +134,11 @@ def short(name: str) -> str:
 
 
 def read_urdf(text: bytes, name: str) -> UrdfTree:
-    """`name`: of the file, for messages.
-
-    Raises:
-        BadInputFile: damaged, not a URDF file, or ambiguous.
-    """
+    """Raises `BadInputFile` if damaged, not a URDF file, or ambiguous."""
     return _UrdfReader(name).robot(_root(text, name))
 
 
 def _root(text: bytes, name: str) -> Element:
-    """Refuses damaged XML, other XML, and xacro that is not expanded."""
     try:
         robot = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
@@ -373,7 +360,6 @@ class _UrdfReader:
         return name
 
     def _only(self, part: Element, tag: str, place: str) -> Element | None:
-        """Child with that tag, at most one."""
         found = part.findall(tag)
         if len(found) > 1:
             raise self._fault(f"{place}: it has {len(found)} <{tag}>; give one")
@@ -394,7 +380,7 @@ class _UrdfReader:
         place: str,
         usual: tuple[float, ...] | None = None,
     ) -> tuple[float, ...]:
-        """Finite numbers of an attribute. `counts`: allowed lengths. `usual`: default."""
+        """Finite numbers. `counts`: allowed lengths. `usual`: default."""
         text = part.get(key)
         if text is None:
             if usual is None:

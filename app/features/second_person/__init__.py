@@ -1,5 +1,3 @@
-"""A guest who joins another visitor's session by a link, and holds the silver arm."""
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final

@@ -1,4 +1,4 @@
-"""A guest's part of a session: the arm that keeps its place."""
+"""A guest's hand in a session."""
 
 from collections.abc import Callable
 
@@ -12,10 +12,9 @@ from scenes.targets import HandTarget, LinkTarget, Target
 
 
 class SecondHand:
-    """A guest's hand, with a session's interface for its handles, see `app.page.handles.holder.Holder`.
+    """Implements `app.page.handles.holder.Holder`.
 
-    Attributes:
-        posts: waiting actions, kept out of the session's own queue, where they could mean more than a pull.
+    `posts`: waiting actions, kept out of the session's queue, where they could mean more than a pull.
     """
 
     def __init__(self, session: Session, do: Callable[[Action], object]) -> None:
@@ -38,7 +37,7 @@ class SecondHand:
         return self.session.hand.other
 
     def hold(self, target: Target | None) -> None:
-        """None lets go; the hand's desired place stays where it was moved."""
+        """None releases the arm; the hand's desired place stays."""
         self.session.hand.other = target if isinstance(target, (HandTarget, LinkTarget)) else None
 
     def nudge(self, way: Array) -> None:

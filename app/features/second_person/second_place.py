@@ -1,4 +1,4 @@
-"""The place of a second person in a session: word of its link, and guest."""
+"""A second person's place in a session."""
 
 from typing import ClassVar
 
@@ -9,11 +9,9 @@ from app.session.session import Session
 
 
 class SecondPlace(SessionPart):
-    """A part of a session, see `app.session.parts`.
+    """Place of a second person in a session.
 
-    Attributes:
-        word: of the link; "" without an invitation.
-        guest: their page, or None.
+    `word`: of the link; "" without an invitation. `guest`: their page, or None.
     """
 
     name: ClassVar[str] = "invitation"
@@ -28,7 +26,7 @@ class SecondPlace(SessionPart):
         return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """Open the saved link; a damaged record opens none."""
+        """A damaged record opens no link."""
         try:
             self.word = msgspec.msgpack.decode(saved, type=str)
         except msgspec.MsgspecError:

@@ -1,5 +1,3 @@
-"""Absent visitors' work, in memory or in a file that outlives the server."""
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 

@@ -1,4 +1,4 @@
-"""A visitor's record as bytes: a head, and a part for every recorded piece of a run."""
+"""A visitor's record as bytes: a head and parts."""
 
 import zlib
 from collections.abc import Iterator, Mapping
@@ -24,14 +24,13 @@ _NIL: Final = msgspec.msgpack.encode(None)
 
 
 _TAB: Final = "\t"
-"""Separator of the words of a part's name."""
 
 
 class DamagedRecord(ValueError): ...
 
 
 def record_to_bytes(data: object) -> bytes:
-    """Plain data as compressed bytes with a check sum."""
+    """Compressed bytes with a check sum."""
     content = zlib.compress(msgspec.msgpack.encode(data, enc_hook=_array_out), 1)
     return zlib.crc32(content).to_bytes(4, "big") + content
 
@@ -40,19 +39,14 @@ def record_from_bytes(data: bytes, kind: type[P]) -> P:
     """Inverse of `record_to_bytes`.
 
     Raises:
-        DamagedRecord: the bytes are others.
+        DamagedRecord: other bytes.
     """
     with _damage():
         return msgspec.msgpack.decode(_content(data), type=kind, dec_hook=_array_in)
 
 
 def visitor_from_bytes(data: bytes) -> VisitorRecord:
-    """`record_from_bytes` for this release and earlier ones, which stored the parts of features beside the
-    record's own fields.
-
-    Raises:
-        DamagedRecord: the bytes are others.
-    """
+    """`record_from_bytes` that also reads earlier releases, which stored features' parts as fields."""
     record = record_from_bytes(data, VisitorRecord)
     with _damage():
         stored = msgspec.msgpack.decode(_content(data), type=dict[str, msgspec.Raw])
@@ -132,7 +126,7 @@ def joined_record(record: VisitorRecord, parts: Mapping[str, Recorded]) -> Visit
 
 
 def _leading_to(steps: int, pieces: list[Recorded]) -> tuple[Recorded, ...]:
-    """Newest pieces that lead to a number of steps without a gap."""
+    """Newest pieces that end at `steps`, without a gap."""
     found: list[Recorded] = []
     for piece in reversed(pieces):
         if piece.snapshot.steps + piece.steps != steps:

@@ -1,7 +1,6 @@
-"""Reads intact rows in a damaged SQLite file, page by page, regardless of its head and its trees.
+"""Reads intact rows of a damaged SQLite file, page by page. Imports nothing slow.
 
-Format: https://www.sqlite.org/fileformat2.html, sections 1.6 (pages), 2.1 (rows) and 4.1 (the log). Imports
-nothing slow.
+Format: https://www.sqlite.org/fileformat2.html, sections 1.6 (pages), 2.1 (rows) and 4.1 (the log).
 """
 
 import struct
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 PAGE: Final = 4096
-"""Size of a page of the store [bytes]."""
+"""Page size [bytes]."""
 
 _TABLE: Final = 13
 """First byte of a page with rows of a table."""
@@ -22,7 +21,7 @@ _LEAST: Final = (PAGE - 12) * 32 // 255 - 23
 """Most bytes of a row in its own page, and least if it continues in others."""
 
 _NUMBERS: Final = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)
-"""Bytes of a number by its kind; the first has no value, the eighth is real, and the last two are 0 and 1."""
+"""Bytes of a number by its kind: 0 has no value, 7 is real, 8 and 9 are the numbers 0 and 1."""
 
 _REAL: Final = 7
 
@@ -30,7 +29,7 @@ SqliteValue = float | str | bytes
 
 
 def is_whole(data: bytes) -> bool:
-    """True if packed bytes match the check sum at their beginning."""
+    """True if data match their check sum."""
     return zlib.crc32(data[4:]) == _number(data[:4])
 
 
@@ -42,12 +41,12 @@ class Pages:
         self._count = max([-(-len(self._content) // PAGE), *self._logged])
 
     def page(self, number: int) -> bytes:
-        """Page by its number, from 1; shorter where the end of the file is missing."""
+        """Page `number` (1-based); short where the file ends early."""
         logged = self._logged.get(number)
         return self._content[(number - 1) * PAGE : number * PAGE] if logged is None else logged
 
     def rows(self) -> Iterator[tuple[SqliteValue, ...]]:
-        """Readable rows of all tables; without a check sum a value may be wrong."""
+        """Readable rows of all tables; values may be wrong."""
         for number in range(1, self._count + 1):
             page = self.page(number)
             if page[:1] == bytes([_TABLE]):
@@ -77,7 +76,7 @@ def _number(data: bytes) -> int:
 
 
 def _varint(data: bytes, place: int) -> tuple[int, int]:
-    """Number of variable length, and the offset after it."""
+    """Value, and offset after it."""
     value = 0
     for end in range(place, place + 8):
         value = value << 7 | data[end] & 127

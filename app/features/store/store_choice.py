@@ -1,4 +1,4 @@
-"""Default store file: several servers of one computer have one each."""
+"""Default store file, one for each server of a computer."""
 
 from pathlib import Path
 from typing import Final
@@ -6,14 +6,11 @@ from typing import Final
 from app.features.store.store_file import StoreLock, StoreTaken
 
 MOST_SERVERS: Final = 32
-"""Most files that are tried, one per running server."""
 
 
 def chosen_store(usual: Path, port: int) -> tuple[Path, StoreLock]:
-    """Choose and lock a file for the server at a port.
-
-    The file of the last server at this port, as browsers return to an address; else the first free one of
-    `usual` and its neighbours (`visitors.sqlite`, `visitors-2.sqlite`, …).
+    """Choose and lock the file of the last server at this port, since browsers return to an address, or the
+    first free one of `visitors.sqlite`, `visitors-2.sqlite`, ….
 
     Raises:
         StoreTaken: all files belong to running servers.

@@ -1,4 +1,4 @@
-"""A damaged file of records is set aside, and its readable records go into a new one."""
+"""Replacement of a damaged store."""
 
 import fcntl
 import os
@@ -17,7 +17,7 @@ _DATE: Final = "%Y%m%d-%H%M%S"
 
 @contextmanager
 def mending(path: Path, how: int = fcntl.LOCK_EX) -> Iterator[None]:
-    """Let one process at a time replace an unusable file. `how`: `LOCK_SH` for those that open it."""
+    """Lock under which one process replaces an unusable file. `how`: `LOCK_SH` to open it."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = os.open(path.with_name(path.name + ".mending"), os.O_RDWR | os.O_CREAT, 0o600)
     try:
@@ -43,14 +43,10 @@ def is_usable(path: Path, most_bytes: int) -> bool:
 
 
 def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
-    """Replace an unusable file by a new one with the readable records.
-
-    Args:
-        most_bytes: of the new file.
-        now: the time [s since 1970].
+    """Replace an unusable file by a new one with the readable records. `now`: time [s since 1970].
 
     Returns:
-        The new path of the old file, and the number of readable records.
+        The old file's new path, and the number of readable records.
 
     Raises:
         sqlite3.Error, OSError: there can be no new file now; the old one stays.
@@ -74,7 +70,7 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
 
 
 def last_aside(path: Path) -> tuple[str, float]:
-    """Name and time [s since 1970] of the newest existing file that was set aside; "" and 0 without one."""
+    """Name and time [s since 1970] of the newest damaged file; "" and 0 without one."""
     # Excludes SQLite's own files and packed ones.
     names = path.parent.glob(f"{escape(path.name)}.damaged-{8 * '[0-9]'}-{6 * '[0-9]'}")
     name = max((one.name for one in names), default="")

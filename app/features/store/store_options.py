@@ -11,7 +11,6 @@ from app.hosting.serve_options import FeatureOptions
 from controllers.errors import BadSetting
 
 MEMORY: Final = "memory"
-"""Option value: keep visitors' work in memory only."""
 
 LONGEST_KEEP: Final = 24.0 * 366.0
 """Largest value of `--keep` [hours]."""
@@ -41,12 +40,12 @@ class StoreOptions(FeatureOptions):
 
     @property
     def seconds(self) -> float:
-        """How long a visitor's work is kept [s]."""
+        """`keep` [s]."""
         return 3600.0 * self.keep
 
     @property
     def most_bytes(self) -> int:
-        """Largest size of the file [bytes]."""
+        """`store_size` [bytes]."""
         return round(1e6 * self.store_size)
 
     def check(self) -> None:

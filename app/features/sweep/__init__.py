@@ -1,4 +1,4 @@
-"""Grids of settings over a scene, as one table and its maps."""
+"""Sweeps over a grid of settings."""
 
 from collections.abc import Mapping
 from pathlib import Path

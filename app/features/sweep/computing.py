@@ -1,4 +1,4 @@
-"""Runs in processes of this computer, or on a cluster."""
+"""Runs here or on a cluster."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def computing(workers: int, scheduler: str | None) -> AbstractContextManager[Com
     """Processes of this computer (0: one per core), or a Dask scheduler's workers.
 
     Raises:
-        BadSetting: both are given, or an impossible number; once entered, as `on_dask`.
+        BadSetting: both, or a negative number; later as `on_dask`.
     """
     from app.features.sweep.dask_cluster import on_dask
     from scenes.children import computed

@@ -1,4 +1,4 @@
-"""Calls on a Dask cluster: the same results as on one machine, while workers join and leave."""
+"""Calls on a Dask cluster: results as on one machine, while workers join and leave."""
 
 import asyncio
 import hashlib
@@ -25,7 +25,7 @@ from scenes.given_robots import GivenAtStart, GivenRobot, given_at_start, take_o
 T = TypeVar("T")
 
 Environment = dict[str, str]
-"""What figures depend on → its version or name."""
+"""What figures depend on → version or name."""
 
 CONNECTING: Final = 10.0
 """Longest wait for a scheduler [s]."""
@@ -34,10 +34,10 @@ JOINING: Final = 10.0
 """Longest wait for its first worker [s]."""
 
 ALONE: Final = 60.0
-"""Time after which runs without any worker are given up [s]."""
+"""Longest wait without any worker [s]."""
 
 AHEAD: Final = 2
-"""Runs per thread of the workers: one that runs, and the next one."""
+"""Runs per worker thread: the current and the next."""
 
 LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", "daqp", "example-robot-data")
 """Distributions that affect the figures."""
@@ -58,9 +58,8 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
     """Function that computes on a scheduler's workers; at the end all calls are cancelled.
 
     Raises:
-        BadSetting: Dask is not installed, no scheduler answers, it has no workers, or a worker's environment
-            would give other figures.
-        DuetError: later, if that holds for a new worker, or the scheduler or all workers are gone.
+        BadSetting: no Dask, no scheduler, no workers, or a worker's environment would give other figures.
+        DuetError: later, the same for a new worker, or the scheduler or all workers are gone.
     """
     client = _connected(address)
     from distributed.comm.core import CommClosedError
@@ -213,11 +212,10 @@ def called_there(
 
 
 checked: Final[set[str]] = set()
-"""Keys of the robots with equal files on this worker."""
+"""Keys of robots with the right files on this worker."""
 
 
 def _check_files(robot: GivenRobot) -> None:
-    """Raise an error if a robot's files are missing or different here; each robot once."""
     if robot.key not in checked:
         robot.check_files()
         checked.add(robot.key)

@@ -1,4 +1,4 @@
-"""Pictures of a sweep, PNG and SVG, without a display."""
+"""Pictures of a sweep, PNG and SVG."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -22,7 +22,7 @@ SHOWN: Final = {
     "e2_max": ("Largest squared error", r"$e^2_\mathrm{max}$", "", 1.0),
     "ddq_max": ("Largest joint acceleration", r"$\ddot q_\mathrm{max}$", "rad/s²", 1.0),
 }
-"""Figure → name, symbol, shown unit ("" if the scene decides), and scale: shown value = scale · value."""
+"""Figure → name, symbol, shown unit ("" if the scene decides), and factor to it."""
 
 _LIGHT: Final = PALETTES["light"]
 _COLOURS: Final = (*_LIGHT.joints, _LIGHT.resting)
@@ -31,10 +31,9 @@ _MARKERS: Final = "osD^vPX*"
 
 
 def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> list[Path]:
-    """Draw d_min, e2_max and ddq_max of a complete sweep; return the files, or none if there would be too
-    many panels.
+    """Draw the `SHOWN` figures of a complete sweep; no files if there are too many panels.
 
-    Numbers come first on the axes, choices as lines or side by side. The line on a heat map is d_min = d_m.
+    Numbers come first on the axes, choices as lines or side by side.
     """
     plan = HeatmapPlan(grid, rows)
     if len(plan.panels) > MOST_PANELS:
@@ -58,10 +57,10 @@ class HeatmapPlan:
     """Use of the axes.
 
     Attributes:
-        y: up a heat map; None for lines.
+        y: None for lines.
         series: a line each; None for a heat map, or a single line.
-        panels: settings of each panel, as index of a value for each of `beside`.
-        critical: d_m at every point, of the grid's shape [m].
+        panels: index of a value for each of `beside`.
+        critical: d_m, of the grid's shape [m].
     """
 
     def __init__(self, grid: Grid, rows: Mapping[int, SweepFigures]) -> None:
@@ -83,7 +82,7 @@ class HeatmapPlan:
         )
 
     def figure(self, name: str) -> Array:
-        """A figure in the shown unit, of the grid's shape; nan where it is not finite."""
+        """In the shown unit, of the grid's shape; nan where not finite."""
         field = self._figures[name] * SHOWN[name][3]
         return np.where(np.isfinite(field), field, np.nan)
 
@@ -95,7 +94,7 @@ class HeatmapPlan:
         return f"{symbol} [{unit}]"
 
     def part(self, field: Array, panel: tuple[int, ...]) -> Array:
-        """A panel's part of a field of the grid's shape: (y, x), (series, x) or (1, x)."""
+        """A panel's part of a field: (y, x), (series, x) or (1, x)."""
         order = (*self.beside, self.y or self.series, self.x)
         ordered = np.transpose(field, [self.grid.axes.index(axis) for axis in order if axis is not None])
         return np.atleast_2d(ordered[panel])
@@ -109,7 +108,6 @@ class HeatmapPlan:
         return self.specs[axis.key]
 
     def symbol(self, axis: Axis) -> str:
-        """Name of an axis, as mathematics if it is a symbol."""
         label = self.spec(axis).label
         head, _, index = label.partition("_")
         if len(head) > 1 or " " in label:
@@ -130,7 +128,7 @@ class HeatmapPlan:
         return f"{value * self.spec(axis).page_scale:g} {unit}".strip()
 
     def places(self, axis: Axis) -> Array:
-        """Positions of values (k,): to scale in the page's unit, or one after the other."""
+        """Positions (k,) in the page's unit; 0, 1, … for choices."""
         if not is_scale(axis):
             return np.arange(len(axis.values), dtype=float)
         return np.array(axis.values, float) * self.spec(axis).page_scale
@@ -211,7 +209,7 @@ def _draw_heat(plan: HeatmapPlan, name: str, figure: Any, used: list[Any]) -> No
 
 
 def _scale(plan: HeatmapPlan, name: str) -> tuple[Any, str]:
-    """Colour scale of a figure, safe for colour-blind people."""
+    """Safe for colour-blind people."""
     from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 
     whole = plan.figure(name)

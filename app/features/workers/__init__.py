@@ -1,5 +1,3 @@
-"""Several processes that share the visitors of one server."""
-
 import socket
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final

@@ -1,8 +1,4 @@
-"""The listening process, which hands connections to the workers of their tabs.
-
-The data of a connection never pass through it. Imports nothing slow, so that a single visitor pays nothing
-for it.
-"""
+"""The listening process, which hands connections over to workers. Imports nothing slow."""
 
 import asyncio
 import logging
@@ -22,16 +18,16 @@ from app.web.traffic_limits import BoundedQueue
 log = logging.getLogger("duet.workers")
 
 HEAD: Final = 8192
-"""Bytes in which the end of a head is searched; the worker gets a longer head as it is."""
+"""Most bytes of a head that are awaited."""
 
 SLOW: Final = 10.0
-"""Time in which the head has to arrive [s]."""
+"""Longest wait for the head [s]."""
 
 GLANCE: Final = 0.05
 """Time between two reads of an incomplete head [s]."""
 
 MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
-"""Most connections without a whole head: in all, from one address, and of one tab; the oldest is dropped."""
+"""Most connections without a whole head: in all, per address and per tab; the oldest is dropped."""
 
 _WORD: Final = {
     key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)")
@@ -42,14 +38,13 @@ _END: Final = re.compile(rb"\n\r?\n")
 
 
 def tab_of(line: bytes, key: str = "resume") -> str:
-    """Id of the tab in the first line of a request, or, with the key `JOIN`, the word of its link; "" without
-    one."""
+    """Id of the tab in a request's first line (with `JOIN`, the word of its link); "" without one."""
     found = _WORD[key].match(line)
     return found[1].decode() if found else ""
 
 
 class Dispatcher:
-    """Listens for a group of workers. `start`: what every worker serves; `most`: see `WorkerGroup`."""
+    """Listens for a group of workers; arguments as in `WorkerGroup`."""
 
     def __init__(self, listener: socket.socket, start: WorkerStart, most: int) -> None:
         listener.setblocking(False)
@@ -59,10 +54,10 @@ class Dispatcher:
         self._group = WorkerGroup(self._runner.get_loop(), start, most)
 
     def run(self, ready: Callable[[int], None]) -> None:
-        """Serve until an exception, such as Ctrl+C; renew the workers at every SIGUSR1.
+        """Serve until an exception, such as Ctrl+C; SIGUSR1 renews the workers.
 
         Args:
-            ready: called once, when the first worker serves, with the number of places.
+            ready: called with the number of places when the first worker serves.
 
         Raises:
             DuetError: the first worker cannot start.
@@ -82,7 +77,7 @@ class Dispatcher:
                     signal.signal(number, handler)
 
     def close(self, goes_on: bool = False) -> None:
-        """Stop listening, and end the workers once they have saved everything. `goes_on`: see `Stop`."""
+        """Stop listening, and end the workers. `goes_on`: see `Stop`."""
         self._runner.get_loop().remove_reader(self._listener)
         self._runner.close()
         self._listener.close()
@@ -116,8 +111,7 @@ class Dispatcher:
             oldest.cancel()
 
     async def _pass_on(self, connection: socket.socket, address: str) -> None:
-        """Hand a connection over once the head of its request has arrived; drop it if too slow, or over a
-        limit."""
+        """Drops a slow connection, or one over a limit."""
         this = asyncio.current_task()
         assert this is not None
         try:
@@ -148,7 +142,7 @@ async def _readable(connection: socket.socket) -> None:
 
 
 def _begun(connection: socket.socket) -> tuple[bytes, bool]:
-    """First line, left for the worker to read, and whether the head is complete.
+    """First line, left unread, and True if the head is complete.
 
     Raises:
         OSError: the browser has gone.

@@ -1,4 +1,4 @@
-"""Connections that one process accepts and hands over to another."""
+"""Connections handed over between processes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 
 
 class HandedOverListener(socket.socket):
-    """Replacement of the listening socket in a server that does not accept connections itself.
+    """Listening socket of a server whose connections another process accepts.
 
     Args:
-        channel: descriptor of the Unix socket that delivers the connections' descriptors.
+        channel: descriptor of the Unix socket that delivers descriptors.
         address: at which the other process listens.
     """
 
@@ -30,8 +30,8 @@ class HandedOverListener(socket.socket):
         """As `socket.accept`.
 
         Raises:
-            BlockingIOError: no connection waits now.
-            ConnectionAbortedError: the browser has gone meanwhile.
+            BlockingIOError: no connection waits.
+            ConnectionAbortedError: the browser has gone.
             OSError: this process has no free descriptor.
         """
         data, descriptors, _, _ = socket.recv_fds(self, 1, 1)
@@ -52,7 +52,7 @@ class HandedOverListener(socket.socket):
 
 
 def hand_over(connection: socket.socket, channel: socket.socket) -> None:
-    """Give a connection to the process at the other end of a Unix socket, and close it here.
+    """Send a connection through a Unix socket, and close it here.
 
     Raises:
         OSError: the other process has ended.

@@ -1,4 +1,4 @@
-"""Address and start of the shared pool of jobs; imports nothing slow."""
+"""Address and start of the shared job pool. Imports nothing slow."""
 
 import subprocess
 from pathlib import Path
@@ -8,14 +8,14 @@ from controllers.own_packages import own_command
 
 
 class JobAddress(NamedTuple):
-    """Path of a Unix socket, and the shared secret."""
+    """Path of a Unix socket, and a secret."""
 
     path: str
     secret: bytes
 
 
 def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
-    """It ends when its standard input is closed; see `app.features.workers.shared_jobs.main`."""
+    """The server ends when its standard input is closed."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
     process = subprocess.Popen(

@@ -1,4 +1,4 @@
-"""A worker of `lwr-duet serve`, started by the dispatcher, which hands it connections."""
+"""A worker of `lwr-duet serve`, started by the dispatcher."""
 
 import logging
 import signal
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class MessagePipe:
-    """Messages to and from the dispatcher. `send` may be called from any thread."""
+    """Messages to and from the dispatcher; `send` is thread-safe."""
 
     def __init__(self, control: "Connection[Any, Any]") -> None:
         self._control, self._lock = control, threading.Lock()
@@ -45,10 +45,7 @@ class MessagePipe:
 
 
 def main() -> int:
-    """Serve until the dispatcher ends it, or has ended; return the exit code.
-
-    Arguments are the descriptors of the connections and of the dispatcher's messages.
-    """
+    """Arguments: descriptors of the connections and of the dispatcher's messages."""
     channel, control = map(int, sys.argv[1:])
     # The dispatcher decides when to end, also if all processes of a service get the signal.
     for ending in (signal.SIGINT, signal.SIGTERM):
@@ -77,7 +74,7 @@ def main() -> int:
 
 
 def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
-    # Imported here, so that the dispatcher is told of a library that the system lacks.
+    # Imported here, so that a missing system library is reported to the dispatcher.
     from app.features.workers.shared_jobs import JobClient
     from app.start import start_app
     from scenes.given_robots import take_over
@@ -93,7 +90,6 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
-    """True if a shared session continues on the next server."""
     from app.features.workers.shared_load import LoadOfAll
 
     load = LoadOfAll(app)

@@ -1,4 +1,4 @@
-"""One pool of jobs for several processes: `JobServer` runs it, and each process uses a `JobClient`."""
+"""One pool of jobs for several processes."""
 
 import logging
 import os
@@ -22,7 +22,7 @@ from scenes.given_robots import given_at_start, take_over
 log = logging.getLogger("duet.background")
 
 PATIENCE: Final = 60.0
-"""Longest wait for the job server [s]; on a busy machine it starts slowly."""
+"""Longest wait for the job server, which may start slowly [s]."""
 
 LOST: Final = (EOFError, OSError)
 """Exceptions at the end of a connection."""
@@ -50,11 +50,7 @@ class _Answer(NamedTuple):
 
 
 class JobClient(Jobs):
-    """Client of the shared pool; see `app.runtime.job_pool.Jobs`.
-
-    Args:
-        start: starts the server; called with the first job, and again when the server has ended.
-    """
+    """Client of the shared pool. `start`: starts the server, for the first job and again after its end."""
 
     def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
         super().__init__()
@@ -108,7 +104,6 @@ class JobClient(Jobs):
     # ---- in the threads ----------------------------------------------------------------------------------------------------
 
     def _send(self) -> None:
-        """Send requests on a connection that is made for the first job, and again after its end."""
         for ticket, message in iter(self._unsent.get, None):
             if ticket is not None and ticket not in self._jobs:
                 # No longer wanted.
@@ -167,7 +162,7 @@ class JobClient(Jobs):
         job.wake()
 
     def _end(self) -> None:
-        """Fail all pending jobs; the next job opens a new connection."""
+        """The next job opens a new connection."""
         with self._lock:
             lost = list(self._jobs.values())
             self._jobs.clear()
@@ -181,7 +176,7 @@ class JobClient(Jobs):
 
 
 class JobServer:
-    """Runs the jobs of all clients. `workers`: processes; None as in `JobPool`."""
+    """Runs the jobs of all clients."""
 
     def __init__(self, address: JobAddress, workers: int | None = None) -> None:
         self._listener = Listener(address.path, family="AF_UNIX", backlog=64, authkey=address.secret)

@@ -1,4 +1,4 @@
-"""Load of all processes of a server together."""
+"""Load of all processes."""
 
 from collections.abc import Sequence
 
@@ -29,6 +29,6 @@ class LoadOfAll:
 
     @property
     def everywhere(self) -> ServerLoad:
-        """Load of all processes; one that has drawn nothing yet does not count as the slowest."""
+        """A process that has drawn nothing yet does not count as the slowest."""
         reports = [self._workload.report, *self._elsewhere]
         return combined([one for one in reports if one.frames] or reports)

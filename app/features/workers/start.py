@@ -21,10 +21,7 @@ def serve_with_workers(
     features: Sequence[Feature],
     announce: Callable[[int], None],
 ) -> bool:
-    """Serve until Ctrl+C; return False at once if the page must be served in this process.
-
-    Args:
-        announce: called once, when the first worker serves, with the number of places.
+    """Serve until Ctrl+C; False at once if this process must serve. `announce`: see `Dispatcher.run`.
 
     Raises:
         BadSetting: see `WorkerOptions.count`.

@@ -10,7 +10,7 @@ from app.web.request import request_query
 
 
 class WorkerHost(PrivateHost):
-    """Host that sends tabs to other workers which have them, or more room. `link`: to the other processes."""
+    """Host that sends tabs to workers that have them, or more room."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         super().__init__(context)
@@ -18,7 +18,6 @@ class WorkerHost(PrivateHost):
         self._announced: set[str] = set()
 
     def connect(self) -> None:
-        """Handle announcements, and send waiting tabs to workers that have more room."""
         super().connect()
         for message in self._link.received():
             if isinstance(message, Announced):

@@ -1,4 +1,4 @@
-"""Messages between the listening process and its workers, and between workers. Imports nothing slow."""
+"""Messages between the dispatcher and its workers. Imports nothing slow."""
 
 import pickle
 from collections import deque
@@ -13,20 +13,18 @@ if TYPE_CHECKING:
     from scenes.given_robots import GivenAtStart
 
 PULSE: Final = 2.0
-"""Time between two reports of a worker [s]."""
+"""Period of a worker's reports [s]."""
 
 
 @dataclass(frozen=True)
 class WorkerStart:
-    """What a worker serves.
+    """First message to a worker; the dispatcher sets `run`, `jobs` and `index`.
 
     Attributes:
         options: with the address of the dispatcher's socket.
-        given: robots known only to the command line, or None.
+        given: robots known only to the command line.
         features: each an `app.feature.Feature`.
-        run: see `app.web.server.DuetServer`; chosen by the dispatcher.
-        jobs: shared pool; chosen by the dispatcher.
-        index: from 0; chosen by the dispatcher.
+        index: 0-based.
     """
 
     options: ServeOptions
@@ -38,13 +36,13 @@ class WorkerStart:
 
 
 class Ready(NamedTuple):
-    """A worker serves. `places`: sessions of all workers at once."""
+    """A worker serves. `places`: sessions of all workers."""
 
     places: int
 
 
 class Failed(NamedTuple):
-    """A worker cannot start, for a reason that the user can remove."""
+    """A worker cannot start; the user can remove the reason."""
 
     message: str
 
@@ -56,27 +54,25 @@ class ClientCount(NamedTuple):
 
 
 class MakeRoom(NamedTuple):
-    """Another worker serves now: waiting tabs must go there. `share`: browsers that a worker keeps."""
+    """Another worker takes waiting tabs. `share`: browsers that a worker keeps."""
 
     share: int
 
 
 class LetGo(NamedTuple):
-    """A worker has sent a tab away, which is now a new tab."""
+    """A worker has sent a tab away."""
 
     tab: str
 
 
 class Announced(NamedTuple):
-    """A worker has the session of a link's word; sent to a worker, another one has it. See
-    `app.settings.JOIN`."""
+    """A worker has the session of a link's word `JOIN`; received: another worker has it."""
 
     word: str
 
 
 class Load(NamedTuple):
-    """Sent every `PULSE`: the fields of a worker's `ServerLoad`. `draws`: whether it draws its pages, however
-    slowly."""
+    """Fields of a worker's `ServerLoad`, every `PULSE`. `draws`: it draws its pages, however slowly."""
 
     report: tuple[int, ...]
     draws: bool
@@ -91,13 +87,13 @@ class StartJobs(NamedTuple):
 
 
 class ToFirst(NamedTuple):
-    """For the process with the shared session; like the next two, passed on unread by the dispatcher."""
+    """For the process with the shared session; not read by the dispatcher."""
 
     content: bytes
 
 
 class ForTab(NamedTuple):
-    """For the process that has a tab from now on, the same for all tabs of a group."""
+    """For the process that gets a tab, the same for all tabs of a group."""
 
     tab: str
     group: str
@@ -105,7 +101,7 @@ class ForTab(NamedTuple):
 
 
 class ForAll(NamedTuple):
-    """For all processes except the first, also those that start later."""
+    """For all processes except the first, also later ones."""
 
     content: bytes
 
@@ -115,25 +111,22 @@ class ForgetTabs(NamedTuple):
 
 
 class Replaced(NamedTuple):
-    """With a shared session, a process was replaced: news of the first go to all others, of another to the
-    first."""
+    """A process was replaced: sent to the first one, or to all others if that was the first."""
 
     worker: int
 
 
 class Stop(NamedTuple):
-    """A worker must save everything and end. `goes_on`: whether a shared session continues on the next
-    server."""
+    """Save everything and end. `goes_on`: a shared session continues on the next server."""
 
     goes_on: bool = False
 
 
 class WorkerLink:
-    """One process's end. All methods may be called from any thread, `received` from one alone.
+    """A process's end of the messages. Thread-safe, but only one thread may call `received`.
 
     Args:
-        index: of the process; 0 has the shared session, if any.
-        send: to the dispatcher.
+        index: 0 has the shared session, if any.
 
     Attributes:
         wake: called when something has arrived.
@@ -148,15 +141,13 @@ class WorkerLink:
         self.send(ToFirst(pickle.dumps(message)))
 
     def to_tab(self, tab: str, group: str, message: object) -> None:
-        """See `ForTab`."""
         self.send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
-        """See `ForAll`."""
         self.send(ForAll(pickle.dumps(message)))
 
     def put(self, message: object) -> None:
-        """Accept a message for this process; unpacks content from another."""
+        """Unpacks content from another process."""
         self._arrived.append(pickle.loads(message) if isinstance(message, bytes) else message)
         self.wake()
 

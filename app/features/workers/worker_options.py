@@ -24,10 +24,10 @@ class WorkerOptions(FeatureOptions):
             raise BadSetting("--workers must be at least 1.")
 
     def count(self, options: ServeOptions) -> int:
-        """Processes that may share the visitors. `options`: of the server.
+        """Processes that may share the visitors.
 
         Raises:
-            BadSetting: more than one is asked for, but only one is possible.
+            BadSetting: the option asks for more than one, and only one is possible.
         """
         reasons = [one.one_process for one in options.features if one.one_process]
         if not hasattr(socket, "send_fds"):

@@ -1,4 +1,4 @@
-"""The dispatcher's view of a worker process. Imports nothing slow."""
+"""A worker process. Imports nothing slow."""
 
 import contextlib
 import socket
@@ -13,29 +13,25 @@ from app.web.traffic_limits import BoundedQueue, remember
 from controllers.own_packages import own_command
 
 LATELY: Final = 3.0
-"""Time that a handed-over tab counts before it is likely to have a place [s]."""
+"""Time for which a handed-over tab counts as a browser [s]."""
 
 MOST_WAITING, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 200, 8
-"""Most waiting connections: in all, from one address, and of one tab; the oldest is dropped."""
+"""Most waiting connections: in all, per address and per tab; the oldest is dropped."""
 
 
 class WorkerProcess:
-    """A running worker.
-
-    Args:
-        now: the time [s].
+    """A running worker. `now`: time [s].
 
     Raises:
         OSError: no process can be started.
 
     Attributes:
-        ready: whether it serves.
-        has_served: whether it lives and has served, so that it has something to save.
-        has_started: whether it could serve.
-        began: its start [s].
+        ready: it serves.
+        has_served: it lives and has something to save.
+        has_started: it could serve.
         report: its load; () before the first report.
         silent: consecutive checks without a sign of work.
-        waiting: connections for when it is ready.
+        waiting: connections until it is ready.
     """
 
     def __init__(self, start: WorkerStart, now: float) -> None:
@@ -68,12 +64,7 @@ class WorkerProcess:
         return max(self.clients, len(self._lately)) + len(self.waiting)
 
     def take(self, connection: socket.socket, now: float, address: str, tab: str) -> None:
-        """Hand over a connection once the worker is ready.
-
-        Args:
-            address: of the browser.
-            tab: which has a websocket from then on, or "".
-        """
+        """Hand over a connection once the worker is ready. `tab`: "" if it has no websocket."""
         if tab:
             remember(self._lately, tab, now, MOST_WAITING)
         if self.ready:
@@ -102,7 +93,7 @@ class WorkerProcess:
             self.control.send(message)
 
     def close(self, patience: float) -> None:
-        """Wait for the end of the process, and kill it after `patience` [s]."""
+        """Kill the process if it has not ended after `patience` [s]."""
         if not self.has_served:
             self.process.kill()
         try:

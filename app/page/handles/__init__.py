@@ -1,1 +1,1 @@
-"""Handles on the `scene` of the operator's client, which move things of the `session`."""
+"""Handles of the things that an operator moves."""

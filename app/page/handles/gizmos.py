@@ -1,4 +1,4 @@
-"""Grip and handles of what a visitor can move."""
+"""Handles of one visitor."""
 
 from collections.abc import Callable
 from typing import Final, Literal
@@ -38,14 +38,12 @@ SWING: Final = 0.07
 
 
 class Gizmos:
-    """Grip and handles of one person, on the scene of their client. `hand_hover.js` reports when the pointer
-    rests on the hand or the ball, which then shows its arrows.
+    """Grip and handles on one client's scene. The hand or the ball shows its arrows if `hand_hover.js`
+    reports the pointer over it.
 
     Args:
-        holder: for the visitor, the session itself.
-        yours: what is drawn of it on the same scene; None if nothing can be held.
-        wall: returns the wall on that scene, which can be held as well; None on a scene without one.
-        hands_off: whether a part of the session moves what the visitor would.
+        yours, wall: return what can be held, or None.
+        hands_off: True while a part of the session moves what the visitor would.
     """
 
     def __init__(
@@ -152,19 +150,18 @@ class Gizmos:
             swing_elbow(self._holder, action.sign * SWING)
 
     def nudge(self, action: Nudge) -> None:
-        """Move the hand or the ball by one step. The page adds this handler, as the keys sometimes mean
-        something else."""
+        """Move the hand or the ball by one step. The page adds this handler, as its keys may have other
+        meanings."""
         if self._grip is not None:
             self._holder.nudge(_in_view(self._client.camera, action))
 
     def forget_drag(self) -> None:
-        """Let go of everything, for a reset in mid-drag."""
         for each in self._pulled_at:
             each.forget_drag()
 
 
 def _in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
-    """A nudge (3,) in the world [m]: across a person's view, up, and away from them along the floor."""
+    """Displacement (3,) in the world [m]: across the view, up, and away along the floor."""
     forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
     forward[2] = 0.0
     length = float(np.linalg.norm(forward))

@@ -1,4 +1,4 @@
-"""What the pointer pulls across the view: the visitor's arm, the ball, or the imitated person."""
+"""Things that the pointer pulls."""
 
 from collections.abc import Iterable
 from typing import Any, get_args
@@ -21,7 +21,7 @@ from scenes.targets import AnglesTarget, BallTarget, LinkTarget, WallTarget
 
 
 class Grip:
-    """Nodes, of which one is pulled at a time."""
+    """Nodes; one is pulled at a time."""
 
     def __init__(
         self,
@@ -70,7 +70,6 @@ class Grip:
         self._holder.hold(None)
 
     def _ended_elsewhere(self) -> bool:
-        """True if a reset, or what leads the session, has ended the pull."""
         return self._holder.held is None
 
     def show(self) -> None: ...
@@ -79,14 +78,13 @@ class Grip:
         self._taken = None
 
     def remove(self, nodes_stay: bool) -> None:
-        """`nodes_stay`: whether the nodes remain in the scene."""
         if nodes_stay:
             for node in self._nodes.values():
                 node.remove_drag_callback()
 
 
 class ArmGrip(Grip):
-    """Pulls a link at the point where it was taken."""
+    """Pulls a link at the taken point."""
 
     def __init__(self, arm: ArmView, holder: Holder) -> None:
         super().__init__(arm.links, holder)
@@ -103,7 +101,7 @@ class ArmGrip(Grip):
 
 
 class BallGrip(Grip):
-    """Takes the ball from the autopilot, and leaves it where it is released."""
+    """Takes the ball from the autopilot; it stays where it is released."""
 
     def __init__(self, view: BallView, holder: Holder) -> None:
         super().__init__((view.ball,), holder)
@@ -118,7 +116,7 @@ class BallGrip(Grip):
 
 
 class WallGrip(Grip):
-    """Moves the wall as it is turned; the pull holds it at the point that was taken."""
+    """Moves the wall without turning it."""
 
     def __init__(self, view: WallView, holder: Holder) -> None:
         super().__init__((view.wall,), holder)
@@ -178,7 +176,7 @@ class FigureGrip(Grip):
         return AnglesTarget(None if self._figure is None else self._figure.angles(time))
 
     def show(self) -> None:
-        """Begin when the settings make the figure the source, and end when they choose another one."""
+        """Begin or end, as the settings choose the source."""
         chosen = self._hand.settings.page.source == "figure"
         if chosen and self._figure is None:
             self._begin()

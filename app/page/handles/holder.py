@@ -1,4 +1,4 @@
-"""Who moves something by handles and keys."""
+"""Interface for handles and keys."""
 
 from typing import Protocol
 
@@ -10,7 +10,7 @@ from scenes.targets import Target
 
 
 class Holder(Protocol):
-    """A person with a hand on an arm, a ball or a figure; see `app.session.visitor_hand.VisitorHand`."""
+    """A person who moves something; see `app.session.visitor_hand.VisitorHand`."""
 
     @property
     def settings(self) -> Settings: ...
@@ -25,11 +25,11 @@ class Holder(Protocol):
     def held(self) -> Target | None: ...
 
     def hold(self, target: Target | None) -> None:
-        """Hold something from the next step on; None lets go."""
+        """Hold a target from the next step on; None releases it."""
         ...
 
     def nudge(self, way: Array) -> None:
-        """Move what they hold by (3,) [m], world."""
+        """Move what the visitor holds by `way` (3,), world [m]."""
         ...
 
     def post(self, action: Action) -> None:

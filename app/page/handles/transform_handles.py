@@ -15,12 +15,11 @@ from scenes.first_task.wall import angles_of, turn_of
 from scenes.targets import BallTarget, HandTarget, Target, WallTarget
 
 AUTOPILOT_SIZE: Final = 0.6
-"""Factor of their size while the autopilot plays."""
+"""Factor of the handles' size while the autopilot plays."""
 
 
 class TransformHandle:
-    """Transform controls; a subclass defines their place and the meaning of a drag. A free handle returns to
-    what it moves; a dragged one is left alone.
+    """Transform controls; a subclass defines place and drags.
 
     Args:
         name: of the node under `/gizmo`, and of the handle in a `Drag`.
@@ -44,7 +43,7 @@ class TransformHandle:
             )
 
     def drag(self, action: Drag) -> None:
-        """Ignores pulls at other handles, and any after a reset until the pointer is released."""
+        """Follows the rules of `app.page.handles.grips.Grip.drag`."""
         if action.handle != self._name or action.turn is None:
             return
         if action.phase == "start":
@@ -86,11 +85,11 @@ class TransformHandle:
 
 
 FARTHEST_SWING: Final = 0.35
-"""Farthest that a held key pulls the elbow ahead of its position [rad]."""
+"""Largest lead of a held key over the elbow [rad]."""
 
 
 class HandHandle(TransformHandle):
-    """On the visitor's hand, or on the desired place of a hand that is drawn there."""
+    """Handle on the visitor's hand or on its desired place."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "hand", 0.22)
@@ -108,7 +107,7 @@ class HandHandle(TransformHandle):
 
 
 class ElbowHandle(TransformHandle):
-    """Arc about the line from shoulder to wrist; the hand stays where it is."""
+    """Arc about the line from shoulder to wrist; the hand keeps its place."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
@@ -143,7 +142,7 @@ def swing_elbow(holder: Holder, angle: float) -> None:
 
 
 def keeps_place(holder: Holder) -> bool:
-    """True if the visitor moves a desired place, to which the arm is drawn."""
+    """True if the visitor moves the arm's desired place."""
     return holder.arm is holder.simulation.avoiding
 
 
@@ -157,7 +156,7 @@ def _elbow(holder: Holder) -> Array:
 
 
 def wanted_pose(holder: Holder) -> tuple[Array, Array]:
-    """Copies of the desired place (3,) [m] and orientation (3, 3) of the hand while it is not moved."""
+    """Copies of the hand's desired place (3,) [m] and orientation (3, 3)."""
     simulation = holder.simulation
     pose = simulation.kinematics.hand_pose(holder.arm)
     keeper = simulation.keeper
@@ -167,15 +166,14 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
 
 
 def _hand_kept(holder: Holder) -> HandTarget:
-    """Target at the hand's place, with its orientation if the elbow can move nevertheless."""
     joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
     spare = joints.stop - joints.start > 6 and _turn_counts(holder)
     return HandTarget(place, rotation if spare else None)
 
 
 def swivel_frame(holder: Holder) -> tuple[Array, Array]:
-    """Frame (3, 3) with the first axis from shoulder to wrist and the others on both sides of the elbow, and
-    the elbow's foot on that line (3,) [m]."""
+    """Frame (3, 3), the first axis from shoulder to wrist, the others on both sides of the elbow; and the
+    elbow's foot on that line (3,) [m]."""
     kinematics, arm = holder.simulation.kinematics, holder.arm
     shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
     x = wrist - shoulder
@@ -210,7 +208,7 @@ class BallHandle(TransformHandle):
 
 
 class WallHandle(TransformHandle):
-    """The arrows and arcs on the wall."""
+    """Arrows and arcs on the wall."""
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "wall", 0.26)

@@ -1,14 +1,10 @@
-"""Panels of controls, numbers and plots.
-
-A panel uses the visitor's `gui` in a container that the caller has opened, operates the `session` by actions,
-and adds their handlers to the page's.
-"""
+"""Panels of controls, numbers and plots, made in the container that the caller has opened."""
 
 from app.session.frame import Frame
 
 
 class PagePanel:
-    """Posts a visitor's actions to the session, and draws frames."""
+    """Panel of an operator's page."""
 
     def show(self, frame: Frame) -> None:
         raise NotImplementedError
@@ -19,4 +15,4 @@ class PagePanel:
         return False
 
     def close(self) -> None:
-        """Drop unfinished work: the page is no longer operated."""
+        """Drop unfinished work."""

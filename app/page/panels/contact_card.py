@@ -1,5 +1,4 @@
-"""Data of the contact card, drawn by `contact_card.js`: words and a curve when they change, numbers ten times
-a second."""
+"""Data of the contact card, which `contact_card.js` draws."""
 
 import json
 import math
@@ -42,7 +41,7 @@ PERIOD: Final = 0.1
 """Time between two sets of numbers [s]; the page interpolates."""
 
 WIDEST: Final = 0.36
-"""Least length of the axis of d [m]; longer for a large d_m."""
+"""Least length of the axis of d [m]."""
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
 
@@ -52,12 +51,7 @@ Note = tuple[str, str]
 
 
 class ContactCard:
-    """Sends the data of the card.
-
-    Args:
-        gui: of those who see the card.
-        tab: of the plots; a folded panel is not on the page, but one of several always is.
-    """
+    """Sends the card's data, also to `tab`, because a folded panel is not on the page."""
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle) -> None:
         self._parts = {name: [gui.add_html("", order=-1.0)] for name in ("words", "note", "symbols", "now")}
@@ -70,11 +64,8 @@ class ContactCard:
         self._trend = 0
 
     def show(self, frame: Frame, further: Callable[[], CardWords], asking: bool) -> None:
-        """Send changes: every `PERIOD`, and at once while the run is paused.
-
-        Args:
-            asking: whether a question waits for its answer, so that the law's values are hidden.
-        """
+        """Send changes every `PERIOD`, or at once while the run is paused. `asking`: True hides the law's
+        values."""
         if frame.now < self._next and not frame.pace.paused:
             return
         more = further()
@@ -115,7 +106,7 @@ class ContactCard:
 
 
 def part_text(part: object) -> str:
-    """Words or note as JSON; numbers without keys, as they are sent at every moment."""
+    """Words or note as JSON; numbers without keys."""
     return (
         ",".join("" if number is None else str(number) for number in part)
         if isinstance(part, list)
@@ -128,7 +119,6 @@ def _legend() -> list[tuple[str, str]]:
 
 
 def _first_task_legend(wall: bool) -> list[tuple[str, str]]:
-    """Legend of a first task; only a wall has something at the distance to keep."""
     return [_legend()[0], *([("dm", tr("violet plane: distance to keep"))] if wall else [])]
 
 
@@ -177,7 +167,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
 
 
 def symbol_sentences(frame: Frame) -> dict[str, str]:
-    """Symbol → sentence with its meaning in this run."""
+    """Symbol → its meaning in this run."""
     run = frame.settings.run
     if run.both_avoid:
         arm = other = tr("each arm")
@@ -204,8 +194,8 @@ def symbol_sentences(frame: Frame) -> dict[str, str]:
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
-    """Numbers of the card, or None: d, law distance, d at rest and the ghost's d [mm], λ [‰], u, w and
-    allowed approach [mm/s], trend, and every part of ḋ [mm/s]."""
+    """d, law distance, d at rest and the ghost's d [mm], λ [‰], u, w and allowed approach [mm/s], trend,
+    and the parts of ḋ [mm/s]; None if unknown."""
     sample, run, ghost = frame.sample, frame.settings.run, frame.ghost
     rest = math.nan if isinstance(frame.simulation.law, LawOfFile) else resting_now(frame.simulation, sample)
     return [
@@ -223,7 +213,7 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
 
 
 def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note, CardNumbers]:
-    """Card while a question waits for its answer: positions of the bodies, nothing of the law."""
+    """Card without the law's values, while a question waits."""
     if "step" in words:
         return {**words, "asks": True, "step": 0.0, "title": "", "axis": ""}, ("", ""), numbers
     distance, law_distance, _, ghost = numbers[:4]
@@ -232,7 +222,7 @@ def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note
 
 
 def solo_words(run: RunSettings) -> CardWords:
-    """Text of the card for a single arm: how its error develops."""
+    """Words for a single arm's error."""
     k = run.gain * run.overdrive * run.dt
     return {
         "step": round(1.0 - k, 4),
@@ -244,7 +234,7 @@ def solo_words(run: RunSettings) -> CardWords:
 
 
 def solo_note(run: RunSettings) -> Note:
-    """Class and words of the line below a single arm."""
+    """CSS class and words below a single arm."""
     k = run.gain * run.overdrive * run.dt
     return (
         "alarm" if k >= 2.0 else "halt" if k == 0.0 else "",
@@ -268,7 +258,7 @@ def _common_words() -> CardWords:
 
 
 def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> Note:
-    """Class and words of the line below the drawing."""
+    """CSS class and words below the drawing."""
     run, custom = simulation.settings, isinstance(simulation.law, LawOfFile)
     words = "" if custom else consequence(simulation, sample, now)
     if any(term.kind == "lost" and term.value for term in terms):
@@ -287,7 +277,7 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
 
 
 def _bodies(simulation: Simulation, run: RunSettings) -> dict[str, list[str]]:
-    """Symbol → nodes of the scene, by name, or by a part of the name without a leading slash."""
+    """Symbol → names of scene nodes, or parts of names without a leading slash."""
     line = [f"/closest/{part}" for part in ("line", "end0", "end1")]
     guided, avoiding = (f"/arms/{arm.name}" for arm in (simulation.guided, simulation.avoiding))
     own, other = (guided, avoiding) if run.avoid == "guided" else (avoiding, guided)
@@ -305,7 +295,7 @@ def _span(run: RunSettings) -> float:
 
 @lru_cache(maxsize=64)
 def _curve(law: Law, span: float, critical: float) -> list[int]:
-    """Positions on the axis and λ there, in turn [mm, ‰]; denser beyond d_m, where a large n bends the curve."""
+    """Positions [mm] and λ [‰] in turn; denser beyond d_m, where a large n bends the curve."""
     bend = critical + critical * np.linspace(0.0, 1.0, 21) ** 1.5
     jump = critical + np.array([-1e-6, 1e-6])
     places = np.unique(np.concatenate([np.linspace(0.0, span, 25), bend, jump]))

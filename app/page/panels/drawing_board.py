@@ -1,4 +1,4 @@
-"""Axes to draw on, by mouse, finger or keys; `drawing.js` does the drawing."""
+"""Axes to draw on, with `drawing.js`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.text.templates import macros
 from app.web.control_events import on_entry
 
 Place = tuple[str, str]
-"""Two names that identify what a curve is drawn for."""
+"""Two names that identify a curve."""
 
 
 def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> Markup:
@@ -46,12 +46,11 @@ class TakeDrawing(Action, newest_by=("board",)):
 
 
 class DrawingBoard:
-    """Board on one student's page, in the open container.
+    """Board in the open container of a page.
 
     Args:
-        post: queues an action for the thread to which all but the callback belongs.
-        draw: takes the place, and the curve.
-        order: in the container, also of the hidden box behind it; None for the end.
+        post: queues an action; called on the network's thread.
+        order: of the board and of its hidden box; None for the end.
     """
 
     def __init__(
@@ -70,7 +69,7 @@ class DrawingBoard:
         on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
 
     def take(self, text: str) -> None:
-        """Hand over a curve, unless it was drawn for another place."""
+        """Ignores a curve that was drawn for another place."""
         at, _, heights = text.partition(" ")
         if self._shown is None or at != "/".join(self._shown[0]):
             # The last drawing may arrive when the student is already elsewhere.
@@ -82,7 +81,7 @@ class DrawingBoard:
             self._draw(place, curve)
 
     def show(self, place: Place, drawing: Drawing | None, drawn: Curve) -> None:
-        """None for no board."""
+        """Update the board; hide it if `drawing` is None."""
         shown = None if drawing is None else (place, drawing)
         # A board that is being drawn on is left alone: it already shows what came from it.
         if drawing is not None and (shown != self._shown or drawn != self._known):

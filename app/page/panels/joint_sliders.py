@@ -20,10 +20,7 @@ PERIOD: Final = 0.5
 
 
 class JointSliders:
-    """One slider [°] per joint of the guided arm, if a slave follows its joints.
-
-    They follow the arm; moving one holds the arm at the angles of all.
-    """
+    """One slider [°] per joint of the guided arm, if a slave follows it; moving one holds all angles."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
         self._gui, self._session = gui, session

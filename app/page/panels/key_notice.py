@@ -1,4 +1,4 @@
-"""The notice that a teacher's key is wrong."""
+"""Notice of a wrong teacher's key."""
 
 import viser
 
@@ -7,7 +7,7 @@ from app.text.templates import element
 
 
 def name_mistake(client: viser.ClientHandle) -> None:
-    """Show that the key is wrong, and let the tab forget it."""
+    """Show the notice; the tab forgets the key."""
     client.gui.add_html(element("i", class_="duet-key-wrong"), order=1000.0)
     text = tr(
         "This is not the teacher's key, so you are here as a student. The person who started Duet has the right link."

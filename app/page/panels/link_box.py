@@ -1,4 +1,4 @@
-"""The link to the page as it is now."""
+"""Link to the page's present state."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
@@ -52,8 +52,7 @@ class PageLink:
 
 
 class LinkBox:
-    """A line with the link, and a button that copies it, in the open container. `links`: see
-    `PanelContext.links`."""
+    """Line with the link and a button that copies it."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The panel of plots: two over time, and a chosen one."""
+"""Panel of plots."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -27,21 +27,20 @@ from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 
 WHAT_IF: Final = ("d", "e2")
-"""Columns of "what if"."""
 
 PERIOD: Final = 0.2
-"""Time between two refreshes of a plot [s], in which a line grows by a few pixels."""
+"""Time between two refreshes of a plot [s]."""
 
 MOST_BYTES: Final = 50_000.0
-"""Largest traffic of a plot [B/s]; many or noisy lines are refreshed less often."""
+"""Largest traffic of a plot [B/s], which limits its refreshes."""
 
 
 CURTAIN: Final = 0.3
-"""Time without plots over time after a change of theme [s]."""
+"""Time without plots after a change of theme [s]."""
 
 
 _TICKS: Final = tuple(float(f"{digit}e{power}") for power in range(-3, 7) for digit in (1, 2, 5))
-"""Tick distances: the page writes three decimals, which would round every other tick of 0.0025."""
+"""Tick distances without 0.0025, because the page writes three decimals."""
 
 
 def _curves_beside(frame: Frame) -> WhatIf | None:
@@ -51,15 +50,14 @@ def _curves_beside(frame: Frame) -> WhatIf | None:
 
 
 class Plots:
-    """Panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed
-    elements.
+    """Plots are hidden, never removed: viser's page warns of late updates of removed elements.
 
     Args:
         height: of one plot [CSS px].
 
     Attributes:
-        only: plots in place of the first two; empty for the first two.
-        run_names: names of the run and the ghost in the legends; None for the usual ones.
+        only: plots in place of the first two, if any.
+        run_names: of run and ghost in the legends; None for the usual ones.
         span: ends of the time axis [s]; None before the second step.
     """
 
@@ -84,7 +82,6 @@ class Plots:
         self.span: tuple[float, float] | None = None
 
     def dress(self, page: PageSettings, height: int) -> None:
-        """Apply another theme or profile. `height`: of one plot [CSS px]."""
         self._page, self._height, self._dressed = page, height, True
         self._drawn.clear()
         for time_plot, plot in self._time_plots.values():
@@ -222,7 +219,7 @@ class Plots:
                 self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 
     def _data(self, time_plot: TimePlot, with_ghost: bool) -> tuple[Array, ...]:
-        """Time and all lines; a line without values is an empty array, which costs no bytes."""
+        """Time and all lines; an empty array for a line without values."""
         follows = time_plot.span is None
         times, found = self._lines(time_plot, with_ghost)
         lines = [drawable(line, follows) for line in found]
@@ -313,7 +310,7 @@ class Plots:
         )
 
     def _padding(self) -> tuple[int, int, int, int]:
-        """Top, right, bottom and left of the frame [CSS px]; at the top for the name of a moment."""
+        """Top, right, bottom and left [CSS px]."""
         return round(PLOT_HEADROOM * scale(self._page.profile)), 12, 0, 0
 
     def _caption(self, name: str, simulation: Simulation, ghost: Simulation | None) -> Markup:

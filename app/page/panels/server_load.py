@@ -10,8 +10,8 @@ class ServerLoad(NamedTuple):
 
     Attributes:
         frames: per second, of every page.
-        sessions: with a frame lately: neither resting nor hidden.
-        places: sessions that it carries at 20 frames per second.
+        sessions: neither resting nor hidden.
+        places: sessions that it can serve at 20 frames per second.
         load: share of its capacity [%]; beyond 100 all pages have fewer than 20 frames per second.
     """
 

@@ -1,4 +1,4 @@
-"""The shown moment of a run: slider, line in the plots, and name."""
+"""The shown moment of a run."""
 
 import json
 import math
@@ -19,7 +19,7 @@ from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
 HANDS_OFF: Final = 0.4
-"""Time without a write after the visitor has moved it [s]."""
+"""Time without a write after the visitor moves the slider [s]."""
 
 
 class Seek(Action):
@@ -29,13 +29,13 @@ class Seek(Action):
 
 
 class Scrubber:
-    """The slider; hidden at first.
+    """Slider, hidden at first.
 
     Args:
         seek: takes the chosen moment [s], on the session's thread.
         step: of the slider [s].
-        period: between two writes while the moment advances [s].
-        order: in the open container, None for the end.
+        period: between two writes [s].
+        order: None for the end.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Scrubber:
         self._seek(action.time)
 
     def show(self, now: float, span: tuple[float, float, float] | None) -> None:
-        """`now`: wall time [s]; `span`: ends of the slider, and the moment [s], or None."""
+        """`now`: wall time [s]; `span`: ends of the slider and the moment [s]; None hides it."""
         self._clock, slider = now, self._slider
         slider.visible = span is not None
         if span is not None and now >= self._next:
@@ -85,15 +85,14 @@ class Scrubber:
 
 
 NEAR: Final = 0.02
-"""Distance within which a moment takes another's name [s]."""
+"""Distance within which a moment has the mark's name [s]."""
 
 WIDEST: Final = 0.7
-"""Mean width of a character in a wide font [font sizes]."""
+"""Mean width of a wide font's character [font sizes]."""
 
 
 def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
-    """Named marks of the shown moment, and of the moment worth a look, on the plots over time. `span`: ends
-    of the time axis [s], or None."""
+    """Marks of moments on the plots over time. `span`: ends of the time axis [s], or None."""
     if span is None or not (frame.pace.paused or frame.replayed):
         return Markup()
     shown, (begin, end) = frame.shown, span

@@ -1,4 +1,4 @@
-"""Two buttons of the few controls: first view, and link to the page."""
+"""Two buttons: first view, and link to the page."""
 
 from app.i18n.speaking import tr
 from app.page.panel_context import PanelContext
@@ -12,7 +12,7 @@ from app.web.viser_internals import uuid_of
 
 
 class ViewRow(PagePanel):
-    """Hidden with all controls, where both are elsewhere. Features of `page` may define what the link opens."""
+    """Hidden while all controls are shown."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, order = page.client.gui, page.controls.below_transport

@@ -1,4 +1,4 @@
-"""Marks for the elbow to touch; green with a tick once touched."""
+"""Marks for the elbow to touch."""
 
 from collections.abc import Callable
 from typing import Final
@@ -18,17 +18,17 @@ from app.theme import PALETTES, rgb, scale
 from scenes.simulation import Simulation
 
 RADIUS: Final = 0.03
-"""Drawn radius of a mark [m]; the challenge decides what counts as touched."""
+"""Drawn radius [m]; the challenge has its own tolerance."""
 
 USUAL_REACH: Final = 0.015
-"""Default tolerance without a challenge [m]."""
+"""Tolerance without a challenge [m]."""
 
 PERIOD: Final = 0.2
 """Wall time between updates [s]."""
 
 
 class Marks:
-    """The drawn marks of a step. `page`: gives the look."""
+    """The marks of a step."""
 
     def __init__(self, scene: viser.SceneApi, run: LessonSession, page: Callable[[], PageSettings]) -> None:
         self._scene, self._run, self._page = scene, run, page
@@ -86,7 +86,7 @@ class Marks:
 
 
 def reaches(step: Step) -> tuple[float, ...]:
-    """Tolerance of the elbow at each mark of a step [m]."""
+    """Tolerance at each mark [m]."""
     criteria = step.challenge.criteria if step.challenge is not None else ()
     said: dict[object, float] = {}
     for criterion in criteria:

@@ -14,16 +14,16 @@ from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
 MARGIN: Final = 0.22
-"""Margin around joints (an arm has a girth) and the hand (it swings) [m]."""
+"""Margin for the arm's girth and the hand's swing [m]."""
 
 REACH: Final = 0.12
-"""Extra margin above the hand of a single arm [m]."""
+"""Extra margin above a single arm's hand [m]."""
 
 INSIDE: Final = 0.7
-"""Share of the experiment's own view that a wider one shows, about its middle."""
+"""Share of the experiment's view that must be shown, about its middle."""
 
 TOP: Final = (0.35, 0.0, 1.0)
-"""Direction from the middle of the view to an eye above it, any length."""
+"""Direction from the view's middle to an eye above."""
 
 
 def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
@@ -42,7 +42,7 @@ def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
 
 
 def _near(simulation: Simulation, where: LessonCamera) -> Array:
-    """Points (k, 3) that a near view has to show [m]."""
+    """Points (k, 3) to show [m]."""
     kinematics, room = simulation.kinematics, simulation.room
     arms = room.arms if where == "between" else (simulation.avoiding,)
     points: list[Array] = []
@@ -60,7 +60,6 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
 
 
 def _around(points: Array, view: Camera) -> Camera:
-    """Same direction, fitted to points (k, 3) with a margin."""
     right, up, toward = axes(np.array(view.toward))
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN

@@ -1,4 +1,4 @@
-"""Charts of a search's tries, and of two runs of one attack."""
+"""Charts of a search's tries, and of two runs."""
 
 from collections.abc import Callable
 from typing import Final
@@ -31,9 +31,7 @@ MARGIN: Final = 0.12
 
 
 def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language) -> Markup:
-    """Plot as HTML: dots met the first criterion, crosses missed it, the newest is ringed; dashed lines are
-    the bounds of criterion and setting.
-    """
+    """Plot of the tries: dots met the first criterion, crosses missed it; dashed lines are bounds."""
     criterion, spec = challenge.criteria[0], specs()[challenge.search]
     m = criterion.measurement
     _, factor, sign = UNITS[m.unit]
@@ -70,7 +68,6 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
 
 
 def _axis(values: list[float], low: float, high: float) -> Callable[[float], float]:
-    """Map from numbers to pixels in [low, high] [px] that shows all `values`."""
     first, last = min(values), max(values)
     span = (last - first) or abs(first) or 1.0
     begin, scale = first - MARGIN * span, (high - low) / (span * (1.0 + 2.0 * MARGIN))
@@ -86,7 +83,7 @@ def _bounds(criterion: Criterion) -> list[float]:
 
 
 TRACK_POINTS: Final = 240
-"""Parts of a run; the track shows the smallest distance of each."""
+"""Parts of a run; each shows its smallest distance."""
 
 
 def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:

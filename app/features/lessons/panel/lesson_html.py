@@ -1,4 +1,4 @@
-"""The walkthrough's view as HTML, one block for each part of a step."""
+"""A step's view as HTML, in blocks."""
 
 from typing import Final
 
@@ -53,7 +53,6 @@ _DUEL: Final = "features/lessons/panel/duel.html"
 def blocks_html(
     view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool
 ) -> dict[str, Markup]:
-    """HTML of every block, "" for an empty one."""
     made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
     observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
     verdict = _verdict_html(view, computing)
@@ -107,7 +106,6 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
 
 
 def _number(view: StepView) -> tuple[str, ...]:
-    """First measured value, unless the verdict has it."""
     question, choice, measured = view.step.question, view.done.choice, view.step.measurements
     if question is None or choice is None or not measured:
         return ()
@@ -129,7 +127,6 @@ def _after_html(view: StepView) -> Markup:
 
 
 def figure_html(view: StepView) -> Markup:
-    """Drawn curve, with the truth once known; "" without a drawing."""
     drawing, curves = view.step.drawing, view.drawing
     if drawing is None or curves is None:
         return _NOTHING
@@ -157,7 +154,6 @@ def attempt_html(view: StepView) -> Markup:
 
 
 def duel_html(view: StepView) -> Markup:
-    """Score of a duel; "" before the first push."""
     challenge = view.step.challenge
     if challenge is None or not challenge.best_of or not view.tries:
         return Markup()
@@ -172,7 +168,6 @@ def record_html(margin: float | None) -> Markup:
 
 
 def _with_words(margin: float) -> tuple[float, str]:
-    """Margin [m] and its size in words."""
     return margin, decimal(f"{1000.0 * abs(margin):.1f} mm")
 
 

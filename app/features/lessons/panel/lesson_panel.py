@@ -1,4 +1,4 @@
-"""The panel of the lessons as everyone sees it."""
+"""The lessons' panel as everyone sees it."""
 
 from collections.abc import Callable
 from typing import Final
@@ -21,12 +21,12 @@ from app.text.templates import element, macros
 from scenes.laws import LAWS
 
 PERIOD: Final = 0.2
-"""Wall time between updates of the numbers [s]."""
+"""Wall time between updates [s]."""
 
 WIDTH: Final = 340
 
 EDITOR_WIDTH: Final = 520
-"""Width with an editor in it, in a wide window [CSS px]."""
+"""Width with an editor, in a wide window [CSS px]."""
 
 NARROW_WIDTH: Final = 300
 """Width in a narrow window [CSS px]."""
@@ -42,13 +42,13 @@ IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
 
 
 class LessonPanel:
-    """The panel at the left, made when a lesson is first opened.
+    """The panel at the left, made with the first opened lesson.
 
     Args:
-        width: of the panel [CSS px].
-        folds: true if the controls at the right fold until a step asks for one of them.
-        sheet: gives the page's style sheet; the page's own disappears when the controls fold.
-        book: in the readers' language; None for the session's.
+        width: [CSS px].
+        folds: true if the controls at the right fold until a step needs them.
+        sheet: the page's own style sheet disappears when the controls fold.
+        book: in the reader's language; None for the session's.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class LessonPanel:
         self.edits = False
         self.contrast: Contrast | None = None
         self.run_names: tuple[str, str] | None = None
-        """Names of the visitor's run at the lever and the law's, once both are shown."""
+        """Of the visitor's and the law's run, once both are shown."""
         self._tracks: tuple[object, Markup] = None, Markup()
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
@@ -93,7 +93,7 @@ class LessonPanel:
         self._width, self._shown = width, ()
 
     def show(self, frame: Frame) -> bool:
-        """Update; true if the panel opened or closed, so that cameras have to follow."""
+        """True if the panel opened or closed, so that cameras must follow."""
         run, panel = self._run, self.panel
         if not run.open or run.listing:
             self.contrast = self.run_names = None
@@ -156,7 +156,7 @@ class LessonPanel:
         return blocks
 
     def _both_tracks(self, frame: Frame) -> Markup:
-        """Both runs in one chart; empty if a reload has lost their beginning."""
+        """Empty if a reload lost the beginning of the runs."""
         (own, rival), names = frame.live.traced, self.run_names
         if rival is None or names is None or not 0 < own.history.count == rival.history.count == own.steps:
             return Markup()
@@ -182,14 +182,13 @@ class LessonPanel:
 
 
 def hidden_beside(view: StepView) -> str:
-    """Selectors to hide: the equation before the experience, and plots where nothing runs."""
     early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
     rests = view.step.concept or view.phase is Phase.PREDICT
     return ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "") + (f",{PLOTS}" if rests else "")
 
 
 def asks_for_settings(view: StepView) -> bool:
-    """True if a step asks for a setting with its only control at the right."""
+    """True if the step needs a control at the right."""
     challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
     if challenge is None or view.step.controls:
         return False

@@ -1,4 +1,4 @@
-"""The lessons on a page: panel, marks, camera and plots."""
+"""The lessons on a page."""
 
 from html import escape
 
@@ -18,7 +18,7 @@ from scenes.simulation import Simulation
 
 
 class LessonView:
-    """The lessons of the view's session. `panel`: at the left of the page."""
+    """Panel, marks, camera and plots."""
 
     def __init__(self, view: View) -> None:
         self._view, self.lessons = view, view.session.parts.of(LessonSession)

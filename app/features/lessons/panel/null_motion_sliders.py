@@ -1,4 +1,4 @@
-"""Sliders for null-space motions of an arm."""
+"""Sliders for null-space motions."""
 
 import math
 from typing import Final
@@ -28,14 +28,14 @@ LABELS: Final = (
 
 
 class MoveInNullSpace(Action, newest_by=("motion",)):
-    """Move the arm along a null-space motion (0-based) to `way` from its start [rad]."""
+    """Move along a null-space motion (0-based) to `way` from the start [rad]."""
 
     motion: int
     way: float
 
 
 class NullMotionSliders:
-    """The sliders, in the caller's open container. A fresh run sets them to 0."""
+    """The sliders, in the caller's open container."""
 
     def __init__(
         self, gui: viser.GuiApi, session: Session, run: LessonSession, handlers: ActionHandlers
@@ -77,7 +77,7 @@ class NullMotionSliders:
         return shown and walk.step.challenge is not None and walk.step.challenge.null_motions and walk.yours
 
     def show(self, frame: Frame) -> None:
-        """Show the sliders if the challenge has them; a fresh run, or another mover of the arm, resets them."""
+        """A new run, or another mover of the arm, resets the sliders."""
         offered, of = self._offered, (self._run.walk.run_id, frame.live.simulation)
         if of != self._of or not (offered and isinstance(frame.live.held, JointTarget)):
             self._of, self._motions = of, None

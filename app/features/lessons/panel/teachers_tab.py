@@ -1,4 +1,4 @@
-"""The teacher's tab: notes on the lessons, and the server's load."""
+"""The teacher's tab: notes and load."""
 
 from collections.abc import Mapping
 from typing import Final
@@ -16,7 +16,7 @@ ORDER: Final = -20.0
 
 
 class NotesView:
-    """`notes`: Markdown by lesson id; the current step's come first."""
+    """Notes (Markdown by lesson id), the current step's first."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
@@ -45,7 +45,7 @@ class NotesView:
 
 
 class TeachersTab:
-    """Load and notes, for a teacher with a private session. `notes`: Markdown by lesson id."""
+    """For a teacher with a private session."""
 
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):

@@ -1,4 +1,4 @@
-"""A newcomer's card: the silver arm's task, and what to try."""
+"""A newcomer's card."""
 
 from collections.abc import Mapping
 
@@ -16,12 +16,12 @@ from app.web.viser_internals import uuid_of
 
 
 def is_for_newcomers(query: Mapping[str, str]) -> bool:
-    """True if a link asks for no lesson, and for no settings except the look."""
+    """True if a link asks for no lesson, and no settings except the look."""
     return all(key in LOOKS or (is_foreign(key) and key not in STEP_KEYS and key != WHOLE) for key in query)
 
 
 class Welcome:
-    """The card, shown by `welcome.js` once in a browser. Any action ends it."""
+    """Shown by `welcome.js` once in a browser; any action ends it."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, lessons: LessonSession) -> None:
         self._lessons, self._over = lessons, False

@@ -1,4 +1,4 @@
-"""Actions of a student in a lesson, as typed values."""
+"""Actions of a student in a lesson; steps have ids."""
 
 from typing import Literal
 
@@ -23,7 +23,7 @@ class Choose(LessonAction):
 
 
 class Draw(LessonAction):
-    """Draw a curve in a step, named by ids; () clears it."""
+    """Draw a curve; () clears it."""
 
     lesson: str
     step: str
@@ -31,7 +31,7 @@ class Draw(LessonAction):
 
 
 class Guess(LessonAction):
-    """Guess d [m] on the line of contact in a step, named by ids."""
+    """Guess d on the line of contact [m]."""
 
     lesson: str
     step: str
@@ -39,7 +39,7 @@ class Guess(LessonAction):
 
 
 class GoTo(LessonAction):
-    """Open a step (0-based); None for the current lesson, or for the student's step in it."""
+    """Open a step (0-based); None for the current lesson, or the student's step in it."""
 
     lesson: int | None
     step: int | None
@@ -55,7 +55,7 @@ class SayNumber(LessonAction, newest_by=("lesson", "step", "index")):
 
 
 class Write(LessonAction, newest_by=("lesson", "step")):
-    """Keep the student's own text about a step, named by ids."""
+    """Keep the student's own text about a step."""
 
     lesson: str
     step: str
@@ -63,7 +63,7 @@ class Write(LessonAction, newest_by=("lesson", "step")):
 
 
 class GiveReason(LessonAction, newest_by=("lesson", "step")):
-    """Give a reason for the prediction in a step, named by ids."""
+    """Give a reason for a prediction."""
 
     lesson: str
     step: str
@@ -74,10 +74,8 @@ class Press(LessonAction, newest_by=("what",)):
     """Press a button of the lessons, or its key.
 
     Attributes:
-        what: show or close the list of lessons (list); next phase or step, after fast-forwarding a measured
-            run (next); previous one (back); restart the step (reset) or the run (again); start, pause or
-            continue the run (run); show the run that explains a wrong answer (why), or the run with the drawn
-            λ(d) (curve); next hint (hint); check the challenge (check); close the lessons (leave).
+        what: "reset" restarts the step, "again" the run. "next" first fast-forwards a measured run. "why"
+            shows the run that explains a wrong answer, "curve" the run with the drawn λ(d).
     """
 
     what: Literal["list", "next", "back", "reset", "again", "run", "why", "curve", "hint", "check", "leave"]

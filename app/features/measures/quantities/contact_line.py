@@ -1,4 +1,4 @@
-"""The line ḋ = λ v − (1 − λ) u − w: closed forms, and the run's values."""
+"""Line of contact ḋ = λ v − (1 − λ) u − w."""
 
 from math import inf
 
@@ -17,7 +17,7 @@ FAR = 1000.0
 
 @quantity(N_("setting"), "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
-    """A setting in SI units; the index of a choice."""
+    """SI units; the index of a choice."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
     if value is None or spec is None or spec.read is not None:
         return None
@@ -31,7 +31,7 @@ def activation_now(evidence: Evidence) -> Value:
 
 @quantity(N_("λ at d = {ratio} dₘ"), "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Reading:
-    """λ where d first was `ratio` times d_m, interpolated."""
+    """At the first crossing, interpolated."""
     d, lam, met = (
         evidence.column("law_d"),
         evidence.column("lambda"),
@@ -48,27 +48,26 @@ def activation_met(evidence: Evidence, ratio: float) -> Reading:
 
 @quantity(N_("(dₘ/d)ⁿ at d = {ratio} dₘ"), "", 3, settings=True)
 def activation_formula(evidence: Evidence, ratio: float) -> Value:
-    """(d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
+    """Eq. (31)."""
     law = evidence.settings.law
     return activation(ratio * law.critical_distance, law.critical_distance, law.order)
 
 
 @quantity(N_("u"), "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
-    """u, the pull of the task towards the obstacle [m/s]."""
     return float(evidence.column("u")[-1])
 
 
 @quantity(N_("d*"), "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
-    """d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m]; None under a law without this rest."""
+    """d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w; None under a law without this rest."""
     if not evidence.settings.law.entry.rests:
         return None
     return resting_at_end(evidence.settings, evidence.table)
 
 
 def balance(run: RunSettings, inside: float) -> float:
-    """d at which λ(d) v = (1 − λ(d)) K (d − inside): avoidance balances a straight pull to d = inside [m]."""
+    """d where λ(d) v = (1 − λ(d)) K (d − inside) [m]; ∞ if d exceeds `FAR`."""
     d_m, n, v = run.law.critical_distance, run.law.order, run.law.nominal_velocity
 
     def rate(d: float) -> float:
@@ -87,19 +86,19 @@ def balance(run: RunSettings, inside: float) -> float:
 
 @quantity(N_("d where λv = (1 − λ)K(d − d_goal)"), "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
-    """Rest of a hand drawn straight to a goal at the distance `gap` from the obstacle [m]."""
+    """Rest of a hand drawn straight to a goal `gap` from the obstacle [m]."""
     return balance(evidence.settings, gap)
 
 
 @quantity(N_("displacement by λv = (1 − λ)K e"), "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
-    """Rest's distance from a goal at the distance `gap` from the obstacle, if the hand yields straight [m]."""
+    """Distance of that rest from the goal."""
     return balance(evidence.settings, gap) - gap
 
 
 @quantity(N_("largest n λ (v + u) dt / d"), "", 2, obstacle=True)
 def euler_number(evidence: Evidence) -> Value:
-    """Largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
+    """Explicit Euler chatters where it stays above 2."""
     run, d = evidence.settings, evidence.column("law_d")
     above = d >= run.law.critical_distance
     if not above.any():
@@ -109,7 +108,6 @@ def euler_number(evidence: Evidence) -> Value:
 
 
 def _fall(evidence: Evidence) -> Row:
-    """Row of the fastest fall of d below d_m, or None."""
     d = evidence.column("law_d")
     below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
     if not len(below):
@@ -119,13 +117,12 @@ def _fall(evidence: Evidence) -> Row:
 
 @quantity(N_("loss of distance below dₘ"), "m/s", 3, obstacle=True)
 def loss_rate(evidence: Evidence) -> Reading:
-    """Fastest fall of d below d_m [m/s]."""
     return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
 
 
 @quantity(N_("w − v at that moment"), "m/s", 3, obstacle=True)
 def loss_formula(evidence: Evidence) -> Reading:
-    """w − v at the fastest fall below d_m, where λ = 1 [m/s]."""
+    """At the fastest fall below d_m, where λ = 1."""
     row = _fall(evidence)
     if row is None:
         return None

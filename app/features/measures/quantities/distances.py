@@ -1,4 +1,4 @@
-"""Distance from the obstacle, approach, dead time, and distance from followed joints."""
+"""Distance from the obstacle, and errors of followed joints."""
 
 import numpy as np
 
@@ -22,14 +22,12 @@ def smallest_distance(evidence: Evidence) -> Reading:
 
 @quantity(N_("smallest d − dₘ"), "mm", 1, obstacle=True)
 def distance_margin(evidence: Evidence) -> Reading:
-    """Negative if d_m was passed [m]."""
     d = evidence.column("d")
     return at(d - evidence.settings.law.critical_distance, int(d.argmin()))
 
 
 @quantity(N_("distance lost of dₘ"), "mm", 1, obstacle=True)
 def distance_lost(evidence: Evidence) -> Reading:
-    """0 if d_m was kept [m]."""
     d = evidence.column("d")
     return at(np.maximum(evidence.settings.law.critical_distance - d, 0.0), int(d.argmin()))
 
@@ -41,14 +39,12 @@ def distance_at(evidence: Evidence, time: float) -> Reading:
 
 @quantity(N_("way made towards the obstacle"), "mm", 1, obstacle=True)
 def way_made(evidence: Evidence, since: float, until: float) -> Reading:
-    """d(since) − d(until) [m]."""
     begin, d = evidence.row_at(since), evidence.column("d")
     return None if begin is None else at(d[begin] - d, evidence.row_at(until))
 
 
 @quantity(N_("fastest approach of the obstacle"), "m/s", 2, obstacle=True)
 def largest_approach(evidence: Evidence, within: float = 10.0) -> Reading:
-    """Largest w while d was less than `within` [m/s]."""
     near, w = evidence.column("d") < within, evidence.column("w")
     return at(w, int(np.where(near, w, -np.inf).argmax())) if near.any() else None
 
@@ -65,7 +61,6 @@ def pair_switches(evidence: Evidence) -> Value:
 
 @quantity(N_("swing of d, {since} to {until}"), "mm", 1, obstacle=True)
 def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
-    """Largest less smallest d [m]."""
     rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
     if evidence.row_at(until) is None or not len(rows):
         return None
@@ -75,7 +70,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
 
 @quantity(N_("a T at {time}, T = {dead}"), "", 2, obstacle=True)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
-    """a T = n (u + w) T / d* with u and w at `time`, for a dead time T [s]: a rest is stable below π/2."""
+    """a T = n (u + w) T / d* with u and w at `time`, `dead` T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
         return None
@@ -102,7 +97,6 @@ def largest_joint_error(evidence: Evidence) -> Reading:
 
 @quantity(N_("joint error when d fell to {distance}"), "deg", 1, obstacle=True)
 def joint_error_met(evidence: Evidence, distance: float) -> Reading:
-    """|q_d − q| when d first fell to a distance [rad]."""
     d = evidence.column("d")
     fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
     return at(joint_errors(evidence), int(fallen[0]) + 1) if len(fallen) else None
@@ -110,6 +104,5 @@ def joint_error_met(evidence: Evidence, distance: float) -> Reading:
 
 @quantity(N_("largest joint error while d was more than {distance}"), "deg", 1, obstacle=True)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Reading:
-    """Largest |q_d − q| while d was larger [rad]."""
     errors, beyond = joint_errors(evidence), evidence.column("d") > distance
     return at(errors, int(np.where(beyond, errors, -np.inf).argmax())) if beyond.any() else None

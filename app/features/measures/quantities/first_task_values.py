@@ -1,4 +1,4 @@
-"""Value of another first task than the distance of two arms; see `scenes.quantities` for its unit."""
+"""Values of other first tasks; units: `scenes.quantities`."""
 
 from app.features.measures.evidence import Evidence
 from app.features.measures.quantities.quantity import Reading, Value, at, quantity
@@ -7,19 +7,17 @@ from app.i18n.speaking import N_
 
 @quantity("h", "mm", 0, live=True, obstacle=True)
 def value_now(evidence: Evidence) -> Value:
-    """Value that is a length [m]."""
     return float(evidence.column("d")[-1])
 
 
 @quantity(N_("smallest h"), "mm", 1, obstacle=True)
 def smallest_value(evidence: Evidence) -> Reading:
-    """Smallest value that is a length [m]."""
     h = evidence.column("d")
     return at(h, int(h.argmin()))
 
 
 @quantity(N_("smallest h − hₘ"), "", 3, obstacle=True)
 def value_margin(evidence: Evidence) -> Reading:
-    """Negative if h_m was passed; a number, as several first tasks at once have several units."""
+    """Without a unit, as simultaneous first tasks have several."""
     h = evidence.column("d")
     return at(h - evidence.settings.law.critical_distance, int(h.argmin()))

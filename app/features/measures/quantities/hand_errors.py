@@ -1,4 +1,4 @@
-"""Hand and elbow, eqs (1)–(8): freedom, drift and error."""
+"""Hand and elbow, eqs (1)–(8)."""
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +21,7 @@ def hand_errors(evidence: Evidence) -> Array:
 
 @quantity(N_("ways to move while the hand's task is kept"), "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
-    """trace (I − J^# J) of the hand's task, eq. (6): number of independent joint motions without it."""
+    """trace (I − J^# J), eq. (6)."""
     J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(
         evidence.arm, TASK_DIMENSION[evidence.settings.task]
     )
@@ -53,7 +53,7 @@ def hand_error_at(evidence: Evidence, time: float) -> Reading:
 
 @quantity(N_("way between the elbow's farthest places"), "mm", 0)
 def elbow_travel(evidence: Evidence) -> Reading:
-    """Largest distance between two positions [m], at the row farthest from the first one."""
+    """At the row farthest from the first."""
     places = evidence.along(evidence.elbow)
     farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
     return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
@@ -61,7 +61,6 @@ def elbow_travel(evidence: Evidence) -> Reading:
 
 @quantity(N_("largest turn of the hand"), "deg", 0)
 def hand_turned(evidence: Evidence) -> Value:
-    """Largest angle from the initial orientation [rad]."""
     if not evidence.whole:
         return None
     first = evidence.kinematics_at(0).hand_pose(evidence.arm).rotation.copy()
@@ -71,7 +70,7 @@ def hand_turned(evidence: Evidence) -> Value:
 
 @quantity(N_("elbow's smallest distance from the mark at {angle}"), "mm", 0)
 def mark_miss(evidence: Evidence, angle: float) -> Value:
-    """Least distance of the elbow from the mark at an angle about the line from shoulder to wrist [m]."""
+    """`angle`: about the line from shoulder to wrist [rad]."""
     (mark,) = mark_places(evidence.room, (angle,))
     return float(np.sqrt(((evidence.along(evidence.elbow) - mark) ** 2).sum(axis=1).min()))
 
@@ -87,7 +86,7 @@ def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
 
 @quantity(N_("drift of the tip in a lap"), "mm", 3)
 def drift_per_lap(evidence: Evidence) -> Value:
-    """|e(end) − e(begin)| of the last whole lap [m]: the gap of the tip's curve."""
+    """|e(end) − e(begin)| of the last whole lap."""
     lap = _last_lap(evidence)
     if lap is None:
         return None
@@ -98,7 +97,7 @@ def drift_per_lap(evidence: Evidence) -> Value:
 
 @quantity(N_("drift of the joints in a lap"), "deg", 2)
 def joint_drift_per_lap(evidence: Evidence) -> Value:
-    """|q(end) − q(begin)| of the last whole lap [rad]: 0 if the joints' curve closes, too."""
+    """|q(end) − q(begin)| of the last whole lap."""
     lap = _last_lap(evidence)
     if lap is None:
         return None
@@ -114,7 +113,6 @@ def lap_error(evidence: Evidence) -> Reading:
 
 @quantity(N_("K dt"), "", 2, live=True, settings=True)
 def gain_step(evidence: Evidence) -> Value:
-    """K dt, the share of the error corrected per step: above 2 the correction overshoots by more than the
-    error."""
+    """Above 2 the correction overshoots by more than the error."""
     run = evidence.settings
     return run.gain * (run.overdrive if "kx" in run.experiment.reads else 1.0) * run.dt

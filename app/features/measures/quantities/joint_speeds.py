@@ -1,4 +1,4 @@
-"""Motion of the critical point by the joints: lever, speeds, jumps, chatter."""
+"""Lever and speeds of the joints."""
 
 import numpy as np
 
@@ -10,12 +10,10 @@ from controllers.kinematics import Array
 
 @quantity(N_("|J_d|"), "m/rad", 3, live=True, obstacle=True)
 def lever_now(evidence: Evidence) -> Value:
-    """|J_d| [m/rad]."""
     return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))
 
 
 def _levers(evidence: Evidence) -> Array:
-    """(k,) [m/rad]."""
     return np.linalg.norm(evidence.along(evidence.lever), axis=1)
 
 
@@ -27,7 +25,7 @@ def smallest_lever(evidence: Evidence) -> Reading:
 
 @quantity(N_("speed that the textbook's law asks for"), "rad/s", 1, obstacle=True)
 def textbook_speed(evidence: Evidence) -> Reading:
-    """Largest λ v / |J_d|: |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
+    """Largest λ v / |J_d|: |q̇| by eq. (32) with undamped J_d^# and a task at rest."""
     levers, rows = _levers(evidence), evidence.sampled_rows()
     asked = evidence.column("lambda")[rows] * evidence.settings.law.nominal_velocity
     speeds = np.divide(asked, levers, out=np.full(len(levers), -np.inf), where=levers > 1e-9)
@@ -43,7 +41,6 @@ def reached_speed(evidence: Evidence) -> Reading:
 
 @quantity(N_("largest share of a joint's top speed"), "%", 0)
 def speed_share(evidence: Evidence) -> Reading:
-    """Largest |q̇| of a joint over its limit."""
     limits = evidence.room.model.velocityLimit[evidence.arm.joints]
     shares = (np.abs(evidence.velocities) / limits).max(axis=1)
     return at(shares, int(shares.argmax()))
@@ -51,23 +48,21 @@ def speed_share(evidence: Evidence) -> Reading:
 
 @quantity(N_("time without authority"), "s", 2)
 def time_without_authority(evidence: Evidence) -> Value:
-    """Time in which the arm could not do what the law asked for [s]."""
     return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
 
 
 SWINGS = 4
-"""Consecutive alternating steps that count as chatter."""
+"""Alternating steps that count as chatter."""
 
 
 @quantity(N_("largest step of a joint's speed"), "rad/s", 3)
 def velocity_step(evidence: Evidence) -> Reading:
-    """Of one joint in one step [rad/s]."""
     steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
     return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
 
 
 def _first_switch(evidence: Evidence) -> Row:
-    """Row in which avoidance is first switched on: λ was less than ½ before."""
+    """Row where λ first rises above ½."""
     lam = evidence.column("lambda")
     found = np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))
     return int(found[0]) + 1 if len(found) else None
@@ -75,7 +70,6 @@ def _first_switch(evidence: Evidence) -> Row:
 
 @quantity(N_("jump of the joint velocity"), "rad/s", 3)
 def first_jump(evidence: Evidence) -> Reading:
-    """|Δq̇| over all joints at the first switch [rad/s]."""
     row = _first_switch(evidence)
     return (
         None
@@ -86,7 +80,6 @@ def first_jump(evidence: Evidence) -> Reading:
 
 @quantity(N_("(v + u)/|J_d|"), "rad/s", 3)
 def first_jump_formula(evidence: Evidence) -> Reading:
-    """(v + u)/|J_d| at the first switch [rad/s]."""
     row = _first_switch(evidence)
     if row is None:
         return None
@@ -106,8 +99,7 @@ def switch_lever(evidence: Evidence) -> Reading:
 
 
 def largest_zigzag(values: Array) -> tuple[float, Row]:
-    """Largest alternating swing that values (k,) keep for `SWINGS` steps, and the row of its end, or 0 and
-    None."""
+    """Largest alternating swing over `SWINGS` steps of values (k,), and row of its end; or 0 and None."""
     steps = np.diff(values)
     if len(steps) < SWINGS:
         return 0.0, None
@@ -120,6 +112,5 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
 
 @quantity(N_("chatter of the distance"), "mm", 2, obstacle=True)
 def zigzag(evidence: Evidence) -> Reading:
-    """Of d [m]."""
     swing, end = largest_zigzag(evidence.column("d"))
     return swing if end is None else At(swing, end)

@@ -1,4 +1,4 @@
-"""How near an arm is to its joint stops and to a singular posture."""
+"""Distance from joint stops and singular postures."""
 
 import numpy as np
 
@@ -9,7 +9,6 @@ from app.i18n.speaking import N_
 
 @quantity(N_("smallest way to a joint stop"), "deg", 1)
 def way_to_stops(evidence: Evidence) -> Reading:
-    """Return the smallest way of a joint to one of its stops in the run [rad]."""
     model, j = evidence.room.model, evidence.arm.joints
     q = evidence.positions[:, j]
     ways = np.minimum(q - model.lowerPositionLimit[j], model.upperPositionLimit[j] - q).min(axis=1)
@@ -18,7 +17,7 @@ def way_to_stops(evidence: Evidence) -> Reading:
 
 @quantity(N_("smallest singular value of J"), "m/rad", 3)
 def singular_value(evidence: Evidence) -> Reading:
-    """Return the smallest singular value of J of the hand's place in the run [m/rad]; 0 for an arm that is stretched out."""
+    """Of the hand's place; 0 for a stretched arm."""
     values = evidence.along(
         lambda row: np.linalg.svd(
             evidence.kinematics_at(row).hand_jacobian(evidence.arm, 3), compute_uv=False

@@ -1,4 +1,4 @@
-"""Section III, eqs (14)–(25): independence of the two tasks, and the paper's condition, with K_a = K."""
+"""Section III, eqs (14)–(25), with K_a = K."""
 
 import numpy as np
 
@@ -27,13 +27,12 @@ def _now(evidence: Evidence) -> Analysis:
 
 @quantity(N_("smallest eigenvalue of sym M"), "1/s", 2, live=True, obstacle=True)
 def eigenvalue_now(evidence: Evidence) -> Value:
-    """Smallest eigenvalue of (M + Mᵀ)/2 [1/s]: the paper's condition asks for more than 0."""
+    """The paper's condition asks for more than 0."""
     return _now(evidence).smallest_eigenvalue
 
 
 @quantity(N_("smallest eigenvalue of sym M in the run"), "1/s", 2, obstacle=True)
 def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
-    """Smallest eigenvalue of (M + Mᵀ)/2 from a time on [1/s]."""
     rows = np.flatnonzero(evidence.times >= since - 1e-9)
     if not len(rows):
         return None
@@ -43,17 +42,16 @@ def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
 
 @quantity(N_("rank of both tasks together"), "", 0, live=True, obstacle=True)
 def rank_now(evidence: Evidence) -> Value:
-    """rank [J_a; J_b], eqs (14), (15)."""
+    """Eqs (14), (15)."""
     return float(_now(evidence).rank_stack)
 
 
 @quantity(N_("1 − λρ², the part of the task that is left"), "", 2, live=True, obstacle=True)
 def survival_now(evidence: Evidence) -> Value:
-    """1 − λ ρ²: the part of the task that survives along the line of contact."""
     return _now(evidence).survival
 
 
 @quantity(N_("‖J_a J_b^#‖"), "", 2, live=True, obstacle=True)
 def coupling_now(evidence: Evidence) -> Value:
-    """‖J_a J_b^#‖, eq. (16): 0 for orthogonal tasks."""
+    """Eq. (16): 0 for orthogonal tasks."""
     return _now(evidence).coupling
