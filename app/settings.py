@@ -1,4 +1,4 @@
-"""The page's own settings, and how settings are read and written: link, command line, header of an export."""
+"""The page's settings, and how settings are read and written: link, command line, header of an export."""
 
 import re
 from collections.abc import Mapping
@@ -14,13 +14,11 @@ Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
 PictureQuality = Literal["fine", "fast"]
 LANGUAGES: Final = {"en": "English", "de": "Deutsch", "sl": "Slovenščina"}
-"""Language code → its own name. All texts are written in the first language; see `app/i18n/README.md`."""
+"""Language code → its own name. Texts are written in the first language; see `app/i18n/README.md`."""
 TRANSLATIONS: Final = tuple(LANGUAGES)[1:]
-"""Languages with a catalogue; missing texts are English."""
+"""Languages with a catalogue."""
 LANGUAGE_LABELS: Final = {"auto": "As the browser asks", **LANGUAGES, "pseudo": "Pseudo (a test)"}
-"""Languages of the page: that of the browser, or a fixed one; `pseudo` is longer than all, to find clipped
-texts.
-"""
+"""Choices of the page's language; `pseudo` is longer than all, to find clipped texts."""
 Language = str
 """A key of `LANGUAGE_LABELS`."""
 Details = Literal[
@@ -40,17 +38,16 @@ Details = Literal[
     "laps",
     "joint_laps",
 ]
-"""What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
-in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps; laps of a circle."""
+"""λ, q, q̇ and speeds over time; desired and actual joints; λ(d); all laws; distance against error over n and
+v, and by law; closest pair; section III; single steps; laps.
+"""
 Source = str
-"""Who is imitated: "clips", a built-in clip; "figure", the figure on the stage; or a source that a feature offers."""
+"""A built-in clip ("clips"), the figure in the 3-D view ("figure"), or a feature's source."""
 BUILT_IN_SOURCES: Final = {"clips": "Built-in clip", "figure": "The figure: drag it"}
 
 
 def ghosts() -> dict[str, str]:
-    """Ghosts with the same inputs, value → label: none, the settings frozen when it was chosen, or another
-    law; a feature may add more.
-    """
+    """Ghosts with the same inputs, value → label; features may add more."""
     laws = {name: law.short for name, law in LAWS.items()}
     return {"off": "Off", "frozen": "These settings, frozen", **laws}
 
@@ -146,7 +143,7 @@ class PageSettings:
 
 
 class Look(NamedTuple):
-    """The settings of how the page looks, not of what it shows: in a shared session every tab has its own."""
+    """The page's look; in a shared session every tab has its own."""
 
     theme: Theme
     profile: Profile
@@ -158,7 +155,6 @@ class Look(NamedTuple):
 
 
 LOOKS: Final = ("theme", "profile", "picture", "lang")
-"""Keys of the look."""
 
 
 @dataclass(frozen=True)
@@ -170,12 +166,11 @@ class Settings:
 
 
 def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
-    """Settings of a link, and a message for every part that is not possible and was left out.
+    """Settings of a link, and a message for every impossible part, which is left out.
 
     Args:
-        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys of viser and appended ones are
-            skipped.
-        start: settings that the link does not name, unless it says that it is whole.
+        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Foreign keys are skipped.
+        start: for settings that the link does not name, unless it is `WHOLE`.
     """
     problems: list[str] = []
     query = {mended_key(key): text for key, text in query.items()}
@@ -195,10 +190,8 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
 
 
 def to_query(settings: Settings, but: Settings | None = None) -> dict[str, str]:
-    """Query of a link from which `from_query` restores these settings, however a server was started.
-
-    Args:
-        but: settings that the link's reader already has; None for Duet's defaults.
+    """Query from which `from_query` restores these settings on any server. `but`: settings that the reader
+    has; None for Duet's defaults.
     """
     known = values(but or Settings())
     changes = {key: value for key, value in values(settings).items() if value != known[key]}
@@ -212,37 +205,37 @@ WHOLE = "whole"
 """Key of a link that names every difference from Duet's defaults."""
 
 STEP_KEYS: Final = frozenset({"lesson", "step"})
-"""Keys of a link that opens a lesson."""
+"""Keys of a link to a lesson."""
 
 ALONE: Final = "alone"
-"""Key of a teacher's page without a class, as in a notebook; it has no class tools."""
+"""Key of a teacher's page without a class, as in a notebook."""
 
 MOTION: Final = "motion"
-"""Key by which a browser says that its visitor prefers reduced motion."""
+"""Key of a browser that prefers reduced motion."""
 
 PANEL: Final = "panel"
-"""Key of the number of controls, from a browser or a link: "small" or "all"."""
+"""Key of the number of controls: "small" or "all"."""
 
 EMBED: Final = "embed"
-"""Key of a page in a frame of another page, which shows less; see `embed.js`."""
+"""Key of a page in another page's frame; see `embed.js`."""
 
 JOIN: Final = "guest"
 """Key of a link to another visitor's session; its word leads to the worker process that announced it."""
 
 PUSH: Final = "push"
-"""Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
+"""Key of a visitor's push, replayed bit for bit; see `scenes.run_text`."""
 
 ATTACK: Final = "attack"
-"""Key of a link that replays a run which breaks the promise, or nearly does."""
+"""Key of a run that breaks the promise, or nearly does."""
 
 OPENED: Final = "opened"
-"""Key of a random word, new for each load of the page: another one in the same tab means a reload."""
+"""Key of a random word for each load of the page; a new one in the same tab means a reload."""
 
 LANGUAGES_KEY: Final = "languages"
 """Key of the visitor's languages, preferred first, as in the header Accept-Language."""
 
 LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
-"""Keys of a link that people type, besides settings."""
+"""Keys that people type, besides settings."""
 
 FOREIGN_KEYS = frozenset(
     {
@@ -259,9 +252,7 @@ FOREIGN_KEYS = frozenset(
     | {"resume", WHOLE, ALONE, JOIN, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
-"""Keys of a link that are not settings: viser's, the teacher's key, window size, a proxy's folder, lesson,
-run to replay, completeness.
-"""
+"""Keys that are not settings: viser's, a proxy's folder, and Duet's."""
 
 APPENDED: Final = re.compile(
     # Campaigns of mailings, and what measures them.
@@ -274,13 +265,11 @@ APPENDED: Final = re.compile(
     r"_x_tr_[a-z]+|forceview|redirects|_xsrf|_t|_r",
     re.IGNORECASE,
 )
-"""Keys that mailings, social networks, search engines, translators and learning platforms append to a link;
-ignored.
-"""
+"""Ignored keys that other services append to links."""
 
 
 def mended_key(key: str) -> str:
-    """Key of a link without the rest of an HTML-escaped &amp;."""
+    """Key without the rest of an HTML-escaped &amp;."""
     return _AMP.sub("", key)
 
 
@@ -288,35 +277,33 @@ _AMP: Final = re.compile(r"^(amp;)+", re.IGNORECASE)
 
 
 def is_foreign(key: str) -> bool:
-    """True for a key of a link that is not a setting: viser's, another one of Duet's, or appended."""
+    """True if a key of a link is not a setting."""
     if key in specs(Settings):
         return False
     return key in FOREIGN_KEYS or key.startswith("initialCamera") or APPENDED.fullmatch(key) is not None
 
 
 def asks_for_nothing(query: Mapping[str, str]) -> bool:
-    """True for a page that begins as usual: its link has no setting, lesson or run."""
+    """True if a link has no setting, lesson or run: its page begins as usual."""
     shown = (*STEP_KEYS, WHOLE, PUSH, ATTACK)
     keys = {mended_key(key) for key in query}
     return all(key in LOOKS or (is_foreign(key) and key not in shown) for key in keys)
 
 
-def first_settings(query: Mapping[str, str], start: Settings) -> tuple[Settings, tuple[str, ...]]:
-    """Settings of a new page, and messages as of `from_query`.
+def first_settings(
+    query: Mapping[str, str], start: Settings, glides_as_usual: bool = True
+) -> tuple[Settings, tuple[str, ...]]:
+    """A new page's settings, and messages as of `from_query`.
 
-    The arms of a page that is to begin as usual glide along what they meet. A link that asks for something
-    replays what it was made from, which may be older than that setting.
-
-    Args:
-        query: of the page's link.
-        start: settings that the server was started with.
+    The arms of a usual page glide along what they meet, unless `glides_as_usual` is False; other links replay
+    runs that may be older than that setting.
     """
     settings, problems = from_query(query, start)
-    if asks_for_nothing(query) and start.run == RunSettings():
+    if glides_as_usual and asks_for_nothing(query) and start.run == RunSettings():
         settings = replace(settings, run=replace(settings.run, world=True))
     return settings, problems
 
 
 def is_appended(key: str) -> bool:
-    """True for an appended key that is not Duet's or viser's."""
+    """True if a key was appended, and is not Duet's or viser's."""
     return key not in FOREIGN_KEYS and key not in specs(Settings) and APPENDED.fullmatch(key) is not None

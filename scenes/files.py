@@ -1,6 +1,4 @@
-"""Files named by the user: read only up to a size, and written completely or not at all, with one-line
-errors.
-"""
+"""The user's files: read up to a size, written completely or not at all, with one-line errors."""
 
 import csv
 import errno
@@ -20,12 +18,12 @@ _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
 
 def read_file(path: Path, most: int) -> bytes:
-    """Content of a file of at most `most` bytes. Never blocks, as a pipe would.
+    """Content of a file of at most `most` bytes; never blocks.
 
     Raises:
-        OSError: it cannot be read, is a pipe, a device or a folder, or is larger (errno EFBIG).
+        OSError: unreadable, a pipe, a device or a folder, or larger (errno EFBIG).
     """
-    # A pipe without a writer would block already when it is opened.
+    # Opening a pipe without a writer would block.
     try:
         number = os.open(path, os.O_RDONLY | _WITHOUT_WAITING | getattr(os, "O_BINARY", 0))
     except ValueError:
@@ -38,20 +36,20 @@ def read_file(path: Path, most: int) -> bytes:
     with open(number, "rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
-        raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
+        raise OSError(errno.EFBIG, f"larger than {most / 1e6:.3g} MB")
     return data
 
 
 def input_content(
     path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None
 ) -> bytes:
-    """Content of an input file of a run or a scene; see `read_file`.
+    """`read_file` for input files.
 
     Args:
-        missing, larger: error for a missing file, or for more than `most` bytes; None for the system's words.
+        missing, larger: error for a missing or larger file; None for the system's words.
 
     Raises:
-        BadInputFile: it cannot be read.
+        BadInputFile: unreadable.
     """
     try:
         return read_file(path, most)
@@ -64,20 +62,20 @@ def input_content(
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a path in the same folder, moved to `path` at the end: a reader never sees half a file, and an
-    error or Ctrl+C leaves none. A device or a pipe is yielded as it is.
+    """Yield a draft in the same folder, which replaces `path` at the end: a reader never sees half a file,
+    and an error or Ctrl+C leaves none. A device or a pipe is yielded itself.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: `path` cannot be written.
     """
     if path.exists():
         _check_replaceable(path)
         if not path.is_file():
-            # Held open: a pipe that no other process reads is refused here, and would block below.
+            # Kept open: a pipe without a reader raises here, and would block later.
             with open(os.open(path, os.O_WRONLY | _WITHOUT_WAITING), "wb", 0):
                 yield path
             return
-    # Of a link, the file that it leads to is replaced.
+    # A link stays; its file is replaced.
     path = Path(os.path.realpath(path))
     draft = path.with_name(f".{path.name[:64]}.{secrets.token_hex(4)}")
     try:
@@ -96,24 +94,23 @@ def _check_replaceable(path: Path) -> None:
 
 
 def readable(text: str) -> str:
-    """Text of the command line or a file's name as UTF-8, whatever the locale."""
+    """Command-line text or file name as UTF-8, in any locale."""
     return os.fsencode(text).decode("utf-8", "replace")
 
 
 LONGEST_CELL: Final = 2000
 
 _FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
-"""Beginnings of a cell that a spreadsheet may compute."""
 
 
 def csv_cell(value: object) -> str:
-    """A value as one line that a spreadsheet does not take for a formula."""
+    """A value as one line, never a spreadsheet formula."""
     text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST_CELL].strip()
     return f"'{text}" if text[:1] in _FORMULA else text
 
 
 def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
-    """Rows as CSV: numbers exactly, every other value by `csv_cell`. `end`: of a line."""
+    """Rows as CSV: numbers exactly, other values by `csv_cell`. `end`: of a line."""
     out = io.StringIO()
     cells = (
         [repr(value) if isinstance(value, int | float) else csv_cell(value) for value in row] for row in rows
@@ -123,7 +120,7 @@ def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
 
 
 def path_inside(folder: Path, name: str) -> Path | None:
-    """Path of a name in a folder with all links followed; None if that is outside the folder."""
+    """Path in a folder, all links followed; None if it is outside."""
     try:
         path = Path(os.path.realpath(folder / name))
     except ValueError:
@@ -134,13 +131,10 @@ def path_inside(folder: Path, name: str) -> Path | None:
 
 @contextmanager
 def written(path: Path, option: str) -> Iterator[Path]:
-    """Yield a draft that replaces `path` once it is written; see `replacing`.
-
-    Args:
-        option: the command's option that names it or its folder.
+    """`replacing` for the path or folder of a command's option.
 
     Raises:
-        BadSetting: it cannot be written.
+        BadSetting: the path cannot be written.
     """
     with writable(path, option), replacing(path) as draft:
         yield draft
@@ -148,7 +142,7 @@ def written(path: Path, option: str) -> Iterator[Path]:
 
 @contextmanager
 def writable(path: Path, option: str) -> Iterator[None]:
-    """Turn an `OSError` about a path into the `BadSetting` of the option that names it."""
+    """Turn an `OSError` into the `BadSetting` of an option."""
     try:
         yield
     except OSError as error:
@@ -162,9 +156,7 @@ def writable(path: Path, option: str) -> Iterator[None]:
 
 
 def check_writable(path: Path, option: str) -> None:
-    """Raise the `BadSetting` of an option if its file cannot be written: before long work rather than after
-    it.
-    """
+    """Raise `BadSetting` if the file of an option cannot be written."""
     if not os.path.isdir(path.absolute().parent):
         raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
     with writable(path, option):

@@ -1,7 +1,7 @@
-"""Targets as numbers, bit for bit: kind, count and content."""
+"""Targets as numbers, bit for bit."""
 
 from collections.abc import Iterator
-from itertools import product, repeat
+from itertools import chain, product, repeat
 from typing import Final, NamedTuple, cast
 
 import numpy as np
@@ -21,10 +21,10 @@ from scenes.targets import (
 
 NOTHING: Final = 0
 HAND: Final = 1
-"""Plus `ROTATION` or `TURNED` if there is a rotation, plus `ELBOW` if there is an elbow."""
+"""Plus `ROTATION` or `TURNED` with a rotation, plus `ELBOW` with an elbow."""
 ROTATION: Final = 2
 TURNED: Final = 4
-"""A rotation stored column by column: a matrix product may give other last bits for it."""
+"""A rotation stored by columns: products with it may have other last bits."""
 ELBOW: Final = 8
 BALL: Final = 16
 UNSEEN: Final = 17
@@ -58,23 +58,32 @@ WIDTHS: Final[dict[int, int]] = {
 
 KINDS: Final[dict[int, tuple[int, ...]]] = {
     **{code: (code,) for code in WIDTHS},
-    **dict(enumerate(product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))), start=PAIR)),
+    **dict(
+        enumerate(
+            # Codes never change: files have them.
+            chain(
+                product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))),
+                product((WALL,), (LINK, *sorted(_HANDS))),
+            ),
+            start=PAIR,
+        )
+    ),
 }
-"""Code → kinds of the one or two targets in it; the numbers of the second follow those of the first."""
+"""Code → kinds of its one or two targets; the second one's numbers follow."""
 WIDTHS.update({code: sum(WIDTHS[kind] for kind in kinds) for code, kinds in KINDS.items()})
 _CODE_OF: Final = {kinds: code for code, kinds in KINDS.items()}
 
 WIDTH: Final = np.array([WIDTHS.get(code, 0) for code in range(256)], np.int64)
-"""`WIDTHS` as an array (256,), 0 for what is not a code."""
+"""`WIDTHS` as an array (256,), 0 without a code."""
 
 
 class PackedTargets(NamedTuple):
-    """One target per step, equal neighbours stored once. The arrays are read only.
+    """One target per step, equal neighbours stored once; read only.
 
     Attributes:
-        codes: (k,) kind of each different target.
-        counts: (k,) number of its steps.
-        numbers: those of all targets, concatenated (n,) [m, rad], `WIDTHS` of each.
+        codes: (k,) kinds.
+        counts: (k,) steps.
+        numbers: of all targets, concatenated (n,) [m, rad], `WIDTHS` of each.
     """
 
     codes: np.ndarray
@@ -87,7 +96,7 @@ class PackedTargets(NamedTuple):
 
     @property
     def offsets(self) -> np.ndarray:
-        """Offset of each target's numbers (k,)."""
+        """Start of each target's numbers (k,)."""
         widths = WIDTH[self.codes]
         return np.cumsum(widths) - widths
 
@@ -117,7 +126,7 @@ def joined_targets(parts: list[PackedTargets]) -> PackedTargets:
 
 
 def encoded(target: Target | None) -> tuple[int, bytes]:
-    """Kind and numbers of a target, bit for bit."""
+    """Kind and numbers of a target."""
     if target is None:
         return NOTHING, b""
     if isinstance(target, HandTarget):
@@ -151,7 +160,7 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
 
 
 def decoded(code: int, numbers: Array) -> Target | None:
-    """Target of a kind (a key of `WIDTHS`) with these numbers (its width,); its arrays are views of them."""
+    """Target of a kind with these numbers (`WIDTHS[code]`,); its arrays are views of them."""
     if code == NOTHING:
         return None
     if code == UNSEEN:
@@ -167,7 +176,7 @@ def decoded(code: int, numbers: Array) -> Target | None:
     if code >= PAIR:
         first, second = KINDS[code]
         held = decoded(first, numbers[: WIDTHS[first]]), decoded(second, numbers[WIDTHS[first] :])
-        return PairTarget(*cast(tuple[HeldTarget | None, HeldTarget], held))
+        return PairTarget(*cast(tuple[HeldTarget | WallTarget | None, HeldTarget], held))
     if code > JOINTS:
         return JointTarget(numbers)
     rotation = elbow = None
@@ -179,9 +188,7 @@ def decoded(code: int, numbers: Array) -> Target | None:
 
 
 def planes_of(rows: Array) -> np.ndarray:
-    """Numbers (k, columns) as bytes (columns, 8, k), arranged for a compressor: equal bytes of consecutive
-    rows are adjacent.
-    """
+    """Numbers (k, columns) as bytes (columns, 8, k) for a compressor: XOR of consecutive rows."""
     bits = np.ascontiguousarray(rows.T, "<f8").view("<u8")
     change = bits.copy()
     change[:, 1:] ^= bits[:, :-1]

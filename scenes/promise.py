@@ -1,10 +1,10 @@
 """The promise of the paper's law, d ≥ d_law ≥ d_m, and its conditions.
 
-Along the line of contact the law makes ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ
-= 1, that is s v − (1 − s) u − w. So d_law stays at d_m or above for ever while the obstacle is not faster
-than v, J_d is regular (s = 1), no joint bound and no later stage (`scenes.world_stages`) reduces q̇, and
-d_law has one derivative along the motion. The closest of several pairs violates the last: an arm that slides
-along the tie of two pairs can lose distance although it holds each by itself.
+Along the line of contact ḋ_law = s λ (v + u) − u − w, with the lever s; at d_law = d_m, where λ = 1, this is
+s v − (1 − s) u − w. So d_law stays ≥ d_m while w ≤ v, J_d is regular (s = 1), no joint bound and no later
+stage (`scenes.world_stages`) reduces q̇, and d_law has one derivative along the motion. The closest of
+several pairs violates the last: an arm that slides along the tie of two pairs can lose distance although it
+keeps each by itself.
 """
 
 from enum import Enum
@@ -20,7 +20,7 @@ from scenes.history import COLUMN, History
 from scenes.settings import HardwareSettings, RunSettings
 
 TIE: Final = 0.05
-"""Two pairs count as tied for this time before and after one replaces the other as the closest [s]."""
+"""Pairs count as tied for this time before and after a change [s]."""
 
 
 class Condition(Enum):
@@ -33,10 +33,10 @@ class Condition(Enum):
 
 
 def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.bool_]]:
-    """Condition → steps of a history table (rows, columns) in which it is missing, (rows,) of bool.
+    """Condition → steps of a history table (rows, columns) in which it is missing, bool (rows,).
 
     J_d and the closest pair count where λ > 1/2: far away they do not predict those at d_m. If two arms keep
-    clear, each by its own row, one arm's retreat compensates the other's motion, so that no w is too fast.
+    clear, each by its own row, no w is too fast: one arm's retreat compensates the other's motion.
     """
     law = settings.law
     w, second = table[:, COLUMN["w_law"]], ~np.isnan(table[:, COLUMN["authority_b"]])
@@ -57,7 +57,8 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         least = np.where(second, np.minimum(least, s), least)
         bound |= second & _at_bound(table[:, COLUMN["authority_b"]])
     tied = np.zeros(len(table), bool)
-    if law.pairs == "single":
+    # Each of several stages has one first task.
+    if law.pairs == "single" and not settings.stages:
         reach = _reach(settings)
         for k in np.flatnonzero(np.diff(table[:, COLUMN["pair"]])).tolist():
             tied[max(0, k - reach) : k + 1 + reach] = True
@@ -77,19 +78,19 @@ def _at_bound(authority: Array) -> NDArray[np.bool_]:
 
 
 def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:
-    """Conditions missing in the newest step of a history; () if it is empty."""
-    # Only a change of the closest pair is looked for in the steps before.
-    table = history.table(_reach(settings) + 1 if settings.law.pairs == "single" else 1)
+    """Conditions missing in the newest step."""
+    # Only ties need earlier steps.
+    looks_back = settings.law.pairs == "single" and not settings.stages
+    table = history.table(_reach(settings) + 1 if looks_back else 1)
     return tuple(
         condition for condition, steps in missing(settings, table).items() if len(steps) and steps[-1]
     )
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:
-    """Loss of d_law below d_m with all conditions met [m]; of the order of dt, because the promise is for
-    continuous time.
+    """Loss of d_law below d_m with all conditions met [m]; of the order of dt, as time is discrete.
 
-    Falls that begin below d_m or pass it are counted, minus what is regained in between.
+    Falls below d_m count, minus rises in between.
     """
     distance = table[:, COLUMN["law_d"]]
     critical = settings.law.critical_distance
@@ -103,11 +104,10 @@ def broken_by(settings: RunSettings, table: Array) -> float:
 
 
 def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
-    """Largest fall of a distance from d_m, or from above to below it, in one stretch of steps that are all
-    `kept` (rows,) [m].
+    """Largest fall below d_m in consecutive `kept` steps (rows,) that begin at or above d_m [m].
 
     Args:
-        margins: distance − d_m in every step (rows,) [m].
+        margins: distance − d_m (rows,) [m].
     """
     most, clear = 0.0, False
     for before, after, counts in zip(

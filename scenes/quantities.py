@@ -1,13 +1,13 @@
-"""What a law keeps at or above a threshold, as it is written: symbol, unit, names. Nothing here loads a library.
+"""Quantities that a law keeps at or above a threshold. Loads no library.
 
-The distance of the arms is one. A law computes in the unit of its first task: d_m and v of the settings are then h_m and v in it.
+d_m and v of the settings are h_m and v in the unit of the first task.
 """
 
 from dataclasses import dataclass, replace
 from typing import Final
 
 BETWEEN: Final = ", "
-"""Stands between the units of a value that is now a length, now an angle."""
+"""Separator of several units."""
 
 
 @dataclass(frozen=True)
@@ -15,12 +15,11 @@ class KeptQuantity:
     """A first task as it is written.
 
     Attributes:
-        name: in links and in files.
-        label: what a person reads in the chooser.
-        short: what it is a value of, as in "distance".
-        symbol: of the value.
-        unit: SI unit of it; of several first tasks at once, their units.
-        against: what is kept clear of, in plain words; "" if the arm keeps clear of nothing outside it.
+        name: in links and files.
+        label: in the chooser.
+        short: such as "distance".
+        unit: SI unit, or several separated by `BETWEEN`.
+        against: what is kept clear of, in plain words; "" if it is nothing outside the arm.
     """
 
     name: str
@@ -44,17 +43,32 @@ class KeptQuantity:
         """Unit of |J_a|; "" if it has none."""
         return {"rad": "", "m/rad": "m/rad²", "m, rad": "m/rad"}.get(self.unit, f"{self.unit}/rad")
 
+    @property
+    def sharpness_unit(self) -> str:
+        """Unit of β: one over the value's unit."""
+        return BETWEEN.join({"m/rad": "rad/m"}.get(unit, f"1/{unit}") for unit in self._units)
+
+    @property
+    def field_unit(self) -> str:
+        """Unit of η: the value's unit squared, times rad²/s."""
+        squares = {"rad": "rad⁴/s", "m/rad": "m²/s"}
+        return BETWEEN.join(squares.get(unit, f"{unit}² rad²/s") for unit in self._units)
+
+    @property
+    def _units(self) -> list[str]:
+        return self.unit.split(BETWEEN)
+
     def _each(self, form: str) -> str:
-        return BETWEEN.join(form.format(unit) for unit in self.unit.split(BETWEEN))
+        return BETWEEN.join(form.format(unit) for unit in self._units)
 
     @property
     def critical(self) -> str:
-        """Symbol of the threshold in plain text, as d_m."""
+        """Symbol of the threshold, such as d_m."""
         return f"{self.symbol}_m"
 
     @property
     def seen(self) -> str:
-        """Symbol of what the law acts on in plain text, as d_law."""
+        """Symbol of the value that the law acts on, such as d_law."""
         return f"{self.symbol}_law"
 
 
@@ -80,16 +94,16 @@ FIRST_TASKS: Final[dict[str, KeptQuantity]] = {
 """Name → first task, in the order of the chooser."""
 
 PARTS: Final[dict[str, tuple[str, ...]]] = {ALL: (WALL, SINGULAR, STOPS, TIP)}
-"""Choice → the first tasks of which it consists, if it is not one itself; of stages the last one wins."""
+"""Choice → its first tasks; with stages the last one wins."""
 
 
 def part_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
-    """The first task that is the least now; the same if it is not made of several. `pair`: its number, -1 if unknown."""
+    """Part with the least value; `quantity` if it has no parts. `pair`: its index, -1 if unknown."""
     parts = PARTS.get(quantity.name, ())
     return FIRST_TASKS[parts[pair]] if 0 <= pair < len(parts) else quantity
 
 
 def quantity_of_pair(quantity: KeptQuantity, pair: int) -> KeptQuantity:
-    """A first task in the unit of its part that is the least now, see `part_of_pair`."""
+    """The quantity in the unit of its least part, see `part_of_pair`."""
     part = part_of_pair(quantity, pair)
     return quantity if part is quantity else replace(quantity, unit=part.unit)

@@ -1,4 +1,4 @@
-"""Inputs and outcomes as CSV: targets of a person's hand, and the resulting motion."""
+"""Targets of a hand, and the resulting motion, as CSV."""
 
 import contextlib
 import csv
@@ -30,23 +30,23 @@ from scenes.targets import HandTarget, between
 POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
 REACH: Final = 10.0
-"""Largest plausible coordinate of a hand [m]; more means another unit."""
+"""Largest plausible coordinate of a hand [m]."""
 LENGTHS: Final = (
     ("centimetres", "100", 200.0),
     ("millimetres", "1000", 10_000.0),
     ("micrometres", "1000000", 1e7),
 )
-"""Other possible units of a file, their divisor, and the largest plausible number in this unit."""
+"""Other possible units: name, divisor and largest plausible number."""
 MOST_BYTES: Final = 64_000_000
 
 
 class Recording:
-    """Path of a hand through samples: straight between two of them, at rest after the last.
+    """Path of a hand: straight between samples, at rest after the last.
 
-    Attributes:
+    Args:
         times: (k,) [s], strictly increasing.
         positions: (k, 3) world [m].
-        quaternions: (k, 4) as w, x, y, z of unit length, or None if only the position matters.
+        quaternions: (k, 4) as w, x, y, z of unit length; None if only the position matters.
     """
 
     def __init__(self, times: Array, positions: Array, quaternions: Array | None = None) -> None:
@@ -56,7 +56,6 @@ class Recording:
         )
 
     def target(self, time: float) -> HandTarget:
-        """Target of the hand at a time [s]."""
         i, j, part = between(self.times, time)
         position = self.positions[i] + (self.positions[j] - self.positions[i]) * part
         if self._rotations is None:
@@ -65,7 +64,7 @@ class Recording:
 
 
 def read_inputs(path: Path) -> Recording:
-    """Recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`, see `inputs_from`.
+    """Recording of a CSV file, see `inputs_from`.
 
     Raises:
         BadInputFile: no such file, or not such a file; names the line.
@@ -74,8 +73,9 @@ def read_inputs(path: Path) -> Recording:
 
 
 def inputs_from(data: bytes, path: str) -> Recording:
-    """Recording in a CSV file's content, in any form that `scenes.csv_reading` knows. Names in the header may
-    have SI units, as in `t [s]`.
+    """Recording of CSV content in any form of `scenes.csv_reading`.
+
+    The header is `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`, perhaps with SI units, as in `t [s]`.
 
     Raises:
         BadInputFile: not such a file; names line and column.
@@ -118,7 +118,7 @@ _FACTORS: Final = {
 
 
 def _header(path: str, table: TextTable) -> tuple[tuple[str, ...], tuple[TextRow, ...]]:
-    """Names of the columns, and the rows below them. A header may be a comment, as numpy writes it."""
+    """Column names, and the rows below. numpy writes the header as a comment."""
     if not table.rows:
         return (), ()
     first, *rows = table.rows
@@ -193,12 +193,11 @@ def _sample(
             raise BadInputFile(f"{where}: {name} = {cell[:40]} is not finite.")
         row.append(value)
     if count > 4 and math.hypot(*row[4:]) < 1e-6:
-        raise BadInputFile(f"{where}: qw, qx, qy, qz are all zero, which is no orientation.")
+        raise BadInputFile(f"{where}: qw, qx, qy, qz are all zero, which is not an orientation.")
     return row
 
 
 def _check_units(path: str, samples: Array, rows: tuple[TextRow, ...]) -> None:
-    """Refuse implausible positions. `samples`: (k, columns)."""
     beyond = np.argwhere(np.abs(samples[:, 1:4]) > REACH)
     if not len(beyond):
         return
@@ -220,8 +219,8 @@ def pair_label(names: tuple[str, str]) -> str:
 
 
 def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
-    """Write a history table (rows ≥ 1, columns) as CSV, below # lines with the settings and the units. Equal
-    tables and settings give equal bytes.
+    """Write a history table (rows ≥ 1, columns) as CSV below # lines with settings and units; the same bytes
+    for the same input.
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")

@@ -1,6 +1,4 @@
-"""Recomputes a recorded piece of a run: exactly, with other settings, or in finer steps. Pure functions of
-plain data.
-"""
+"""Recomputes a recorded piece of a run, also with other settings or finer steps."""
 
 import itertools
 import math
@@ -33,12 +31,12 @@ from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, Pai
 from scenes.wanted import while_wanted
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
-"""Settings that cannot change in a recorded piece: they determine the room, the roles and the clock."""
+"""Settings of a recorded piece that set the room, the roles and the clock."""
 
 WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 
 LOOK: Final = 64
-"""Steps between two checks that the result is still wanted."""
+"""Steps between two checks of `scenes.wanted`."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Rerun:
     """A recomputed piece of a run.
 
     Attributes:
-        table: one row per step (steps, columns of `scenes.history`).
+        table: (steps, columns of `scenes.history`).
         seams: rows at which the settings or the kind of target change.
     """
 
@@ -57,15 +55,14 @@ class Rerun:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """A piece of a run recomputed with the present settings and the recorded inputs.
+    """A recorded piece, recomputed with other settings.
 
     Attributes:
-        times: (k,) simulated time [s], on the clock of the run.
+        times: (k,) on the clock of the run [s].
         distance: d (k,) [m].
-        squared_error: e² (k,), of the task as recorded [m² or rad²].
-        settings: at the end of the piece, with the requested ones.
-        summary: of these curves.
-        before: of the original run over the same time.
+        squared_error: e² (k,) of the recorded task [m² or rad²].
+        settings: at the end of the piece.
+        before: summary of the original run over the same time.
     """
 
     times: Array
@@ -90,8 +87,7 @@ def not_again(law: str) -> LazyText:
 def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
     """Simulation at the beginning of a recorded piece; a custom law repeats its recorded answers.
 
-    Args:
-        recorded: the caller applies the settings of further stretches.
+    The caller applies the settings of further stretches.
     """
     simulation = Simulation(recorded.settings, capacity)
     if recorded.law is not None:
@@ -102,15 +98,15 @@ def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
 
 
 def rerun(recorded: Recorded, overrides: Mapping[str, object] | None = None, substeps: int = 1) -> Rerun:
-    """Recompute a recorded piece of a run. With only the first argument the result equals the run bit for
-    bit.
+    """Recompute a recorded piece; without other arguments the result equals the run bit for bit.
 
     Args:
-        overrides: settings by key that are in force all the time.
-        substeps: number of parts of each step; the target then moves straight between recorded places.
+        overrides: settings by key, in force all the time.
+        substeps: parts of each step; the target then moves straight between recorded places.
 
     Raises:
-        BadSetting: an override that is not a setting, is impossible, or cannot be given to a recorded run.
+        BadSetting: `substeps` < 1; an override is unknown, impossible or in `FIXED`; or overrides or substeps
+            for a custom law.
         Stopped: see `scenes.wanted`.
     """
     if substeps < 1:
@@ -149,7 +145,7 @@ def newest_steps(recorded: Recorded, seconds: float) -> int:
 
 
 def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
-    """The last `seconds` of a piece, to the step; the steps before are recomputed for its first state.
+    """The last `seconds` of a piece; earlier steps are recomputed for its first state.
 
     Raises:
         Stopped: see `rerun`.
@@ -169,7 +165,7 @@ def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
 
 
 def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary) -> WhatIf:
-    """Recompute a recorded piece under other settings.
+    """Recompute a recorded piece with other settings.
 
     Raises:
         BadSetting, Stopped: as `rerun`.
@@ -181,7 +177,7 @@ def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary
 
 
 def warm(settings: RunSettings) -> None:
-    """Load machine code and make a few steps, so that the first real step is fast."""
+    """Load machine code in a few steps, so that the first real step is fast."""
     load_now()
     simulation = Simulation(settings, 16)
     source = simulation.source()
@@ -190,11 +186,6 @@ def warm(settings: RunSettings) -> None:
 
 
 def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Stretch, ...]:
-    """Recorded stretches with some settings equal in all of them.
-
-    Raises:
-        BadSetting: see `rerun`.
-    """
     if not overrides:
         return recorded.stretches
     checked = recorded.settings
@@ -235,7 +226,7 @@ def target_between(first: Target | None, second: Target | None, share: float) ->
             target_between(first.first, second.first, share),
             target_between(first.second, second.second, share),
         )
-        return PairTarget(cast(HeldTarget | None, of_first), cast(HeldTarget, of_second))
+        return PairTarget(cast(HeldTarget | WallTarget | None, of_first), cast(HeldTarget, of_second))
     if (
         first is second
         or first is None

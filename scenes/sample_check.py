@@ -1,7 +1,4 @@
-"""Checks samples of a hand before a run: do their times, units and positions fit it?
-
-A run without any sample is refused with the remedy; unlikely samples give a warning.
-"""
+"""Checks times, units and positions of a hand's samples before a run."""
 
 from typing import Final
 
@@ -18,7 +15,7 @@ from scenes.room import SIDES
 from scenes.settings import RunSettings
 
 CLOCK: Final = (3e8, 3e10)
-"""Plausible seconds since 1970 on a clock: from 1979, far beyond this century."""
+"""Plausible readings of a clock, from 1979 on [s since 1970]."""
 
 CLOCK_UNITS: Final = (("seconds", 1.0), ("milliseconds", 1e3), ("microseconds", 1e6), ("nanoseconds", 1e9))
 
@@ -28,23 +25,20 @@ LONGEST: Final = 1e7
 LEAST_OVERLAP: Final = 0.1
 
 FEW: Final = 5
-"""Least number of samples for a usual interval and pace."""
+"""Fewest samples for an estimate of interval and pace."""
 
 SLOW: Final = 0.005
-"""A hand with an interval above `SPARSE` and slower than this [m/s] has times in another unit."""
+"""A slower hand with an interval above `SPARSE` has times in another unit [m/s]."""
 
 SPARSE: Final = 1.0
-"""Long interval of samples for a recording [s]."""
+"""Interval of samples that is too long for a recording [s]."""
 
 USUAL_PACE: Final = 0.01
 """Slowest usual pace of a moving hand [m/s]."""
 
 
 def check_samples(recording: Recording, settings: RunSettings, seconds: float, name: str) -> tuple[str, ...]:
-    """Sentences on everything unlikely in the samples of a run.
-
-    Args:
-        seconds: length of the run [s].
+    """Warnings about unlikely samples of a run of `seconds` [s].
 
     Raises:
         BadInputFile: the samples move nothing in this run, or none of them is in it.
@@ -71,7 +65,6 @@ def _check_moved(settings: RunSettings, name: str) -> None:
 
 
 def _check_times(times: Array, seconds: float, name: str) -> None:
-    """Refuse times that leave no sample in the run, or that cannot be a recording."""
     first, last = float(times[0]), float(times[-1])
     clock = next(((unit, per) for unit, per in CLOCK_UNITS if CLOCK[0] <= first / per < CLOCK[1]), None)
     if clock is not None and first >= seconds:
@@ -83,12 +76,12 @@ def _check_times(times: Array, seconds: float, name: str) -> None:
         )
     if first >= seconds:
         raise BadInputFile(
-            f"{name}: t begins at {first:.15g} s, when the run of {seconds:g} s is over, so that the hand would stand still; "
+            f"{name}: t begins at {first:.15g} s, when the run of {seconds:g} s is over, so that the hand would not move; "
             f"subtract the first t from all{_in_other_unit(times)}, or give --seconds above {last:.6g}."
         )
     if last < 0.0:
         raise BadInputFile(
-            f"{name}: t ends at {last:.15g} s, before the run begins at t = 0, so that the hand would stand still; "
+            f"{name}: t ends at {last:.15g} s, before the run begins at t = 0, so that the hand would not move; "
             "subtract the first t from all."
         )
     if last - first > LONGEST:

@@ -1,4 +1,4 @@
-"""The settings of a run: one frozen tree, and for every field what the command line, the page, links and exports let a person set."""
+"""The settings of a run; every field declares an option, a control, a link and an export."""
 
 import math
 from dataclasses import dataclass, field, fields, replace
@@ -19,26 +19,23 @@ if TYPE_CHECKING:
 RigName = Literal["torso", "table"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
-"""The makes that are always there; a robot given at the start has a name of its own, see `scenes.given_robots`."""
+"""Without robots from files, see `scenes.given_robots`."""
 AvoidChoice = Literal["paper", "free", "guided", "both"]
-"""The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
+"""As in the paper, the arm that is not held, the held one, or both."""
 StartName = Literal["usual", "between"]
-"""Where the arms of a hold experiment on the torso begin."""
 Following = Literal["identical", "mirrored"]
 PathName = Literal["stay", "circle"]
 ControlPoint = Literal["hand", "elbow", "arm"]
-"""What the ball must not touch: one point of the arm, fixed once and for all, or the whole arm."""
+"""Part of the arm that keeps clear of the ball."""
 BallMotion = Literal["still", "cross"]
 ClipName = Literal["medley", "wave", "clap", "cross", "reach"]
 Together = Literal["ratios", "stages"]
-"""How several first tasks are kept at once: as one, or one after the other, of which the last wins."""
+"""As one first task, or by stages, of which the last wins."""
 T = TypeVar("T")
 
 ABOVE, ABOVE_LAST, ELSEWHERE = Tab("above"), Tab("above", 1), Tab("elsewhere")
-"""No tabs: above all of them, and at places of their own."""
 
 LAW, LAW_TASK, LAW_INPUT = (Tab("Law", place) for place in range(3))
-"""The law and its numbers, what it has to keep up, and what it is given."""
 
 ARMS, ARMS_TASK, ARMS_WHO, ARMS_PERSON, ARMS_PACE, ARMS_TIME = (Tab("Arms", place) for place in range(6))
 HARDWARE: Final = Tab("Robot")
@@ -144,7 +141,7 @@ class LawSettings:
 
     @property
     def knows_w(self) -> bool:
-        """True if the law gets the obstacle's speed w, and uses it."""
+        """True if the law uses the obstacle's speed w."""
         return self.feed_forward and "ff" in self.entry.reads
 
 
@@ -350,12 +347,18 @@ class RunSettings:
 
     @property
     def quantity(self) -> KeptQuantity:
-        """The first task: what the law keeps at or above a threshold."""
+        """First task of the law."""
         return FIRST_TASKS[self.first] if "first" in self.experiment.reads else DISTANCE
 
     @property
+    def stages(self) -> tuple[KeptQuantity, ...]:
+        """First tasks kept one after the other, the last wins; () if they are one."""
+        parts = PARTS.get(self.quantity.name, ()) if self.together == "stages" else ()
+        return tuple(FIRST_TASKS[part] for part in parts)
+
+    @property
     def draws_circle(self) -> bool:
-        """True if the hand draws a circle, so that nothing else can move it."""
+        """True if the hand draws a circle and nothing else can move it."""
         return self.path == "circle" and "path" in self.experiment.reads
 
     @property
@@ -365,41 +368,39 @@ class RunSettings:
 
     @property
     def has_law_distance(self) -> bool:
-        """True if the law distance d_law can differ from the true distance d of the closest pair."""
-        # A first task that is not made of several is one "pair".
+        """True if d_law can differ from the distance d of the closest pair."""
+        # A first task without parts is one "pair".
         several = self.quantity is DISTANCE or self.quantity.name in PARTS
         return (several and self.law.pairs != "single") or self.hardware.sees_wrong
 
     @property
     def both_avoid(self) -> bool:
-        """True if both arms keep clear of each other."""
         if self.experiment.obstacle != "arm":
             return False
         return self.experiment.both_avoid if self.avoid == "paper" else self.avoid == "both"
 
     @property
     def one_row(self) -> bool:
-        """True if both arms keep clear by one row over all joints: if chosen, or if w is added to v.
+        """True if both arms avoid by one row over all joints: if chosen, or if w is added to v.
 
-        With one row per arm, each would add the other's velocity of the step before, and the sum would
-        alternate from step to step.
+        With two rows each arm would add the other's last velocity, and the sum would alternate.
         """
         return self.both_avoid and (self.law.coupled or self.law.knows_w)
 
     @property
     def adds_w(self) -> bool:
-        """True if the law adds all of w to v. A master that keeps clear alone leaves out what its slave copies."""
+        """True if the law adds all of w to v; a master that avoids alone leaves out what its slave copies."""
         return self.law.knows_w and (self.both_avoid or self.avoid != "guided" or self.scene != MASTER_SLAVE)
 
     @property
     def fits_between(self) -> bool:
-        """True if it can begin between two pairs, see `scenes.starts`."""
+        """True if the run can start between two pairs, see `scenes.starts`."""
         return "start" in self.experiment.reads and self.rig == "torso" and self.robot == "lwr"
 
 
 @cache
 def leaves(settings_type: type) -> dict[str, tuple[tuple[str, ...], Spec]]:
-    """Key → names of the fields that lead to it, and its declaration, for every leaf of the tree, in order."""
+    """Key → field names that lead to it, and its declaration, in order."""
     found: dict[str, tuple[tuple[str, ...], Spec]] = {}
     for f in fields(settings_type):
         if SPEC in f.metadata:
@@ -423,21 +424,19 @@ def values(settings: Any) -> dict[str, Any]:
 
 
 LATER: Final = {"world": False, "first": WALL, "together": "ratios", "load": 6.0}
-"""Key → default of settings added later: tables name them only with another value."""
+"""Key → default of settings added later: tables name them only with other values."""
 
 
 def named_values(settings: Any) -> dict[str, Any]:
-    """`values` for the head of a table: without later settings at their defaults, so that old tables keep
-    their bytes.
-    """
+    """`values` without defaults of `LATER`, so that old tables keep their bytes."""
     return {key: value for key, value in values(settings).items() if key not in LATER or value != LATER[key]}
 
 
 def changed(settings: T, key: str, value: object) -> T:
-    """The settings with one field, named by its key, set to a checked value.
+    """The settings with the field of a key set to a checked value.
 
     Args:
-        value: of the field's own type, or text that reads as one.
+        value: of the field's type, or text that reads as one.
 
     Raises:
         BadSetting: unknown key, wrong type, not finite, out of range or not a choice.
@@ -452,7 +451,7 @@ def changed(settings: T, key: str, value: object) -> T:
 
 
 def replaced(settings: T, path: tuple[str, ...], value: Any) -> T:
-    """The settings with the field at the end of a path of names set to a valid value."""
+    """The settings with the field at a path of names set to a valid value."""
     name, *rest = path
     return replace(
         cast(Any, settings),

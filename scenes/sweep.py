@@ -1,6 +1,4 @@
-"""A grid of settings, read from text, and run over a scene on all cores: the same figures for any number of
-workers.
-"""
+"""A grid of settings, run on all cores; the figures do not depend on the number of workers."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -23,7 +21,7 @@ Point = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Axis:
-    """A setting and its checked values, in the given order."""
+    """A setting and its checked values, in order."""
 
     key: str
     values: tuple[Any, ...]
@@ -31,7 +29,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of the axes' values; the last axis varies fastest.
+    """All combinations of the axes' values; the last axis varies fastest.
 
     Attributes:
         axes: at least one, with different keys.
@@ -60,17 +58,16 @@ class Grid:
         return settings
 
     def fixed(self) -> dict[str, Any]:
-        """Key → value of every setting that is the same at all points, in order."""
+        """Key → value of the settings that do not vary."""
         swept = {axis.key for axis in self.axes}
         return {key: value for key, value in named_values(self.settings).items() if key not in swept}
 
 
 def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Grid:
-    """Grid of texts such as `n=1:20`; every point of it can be run.
+    """Grid of texts as in `read_axis`; every point can be run.
 
     Raises:
-        BadSetting: a text cannot be read, a value or a combination is not possible, or the grid or a run is
-            too large.
+        BadSetting: a text, value or combination is not possible, or the grid or a run is too large.
     """
     if not over:
         raise BadSetting(f"A sweep needs a setting to sweep: give --over at least once; {FORMS}.")
@@ -89,9 +86,7 @@ def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Gri
 
 
 def _rehearse(grid: Grid) -> None:
-    """Check every point, and make one step with each combination of choices, so that errors come before any
-    work.
-    """
+    """Check every point, with one step for each combination of choices."""
     numbers = {axis.key for axis in grid.axes if is_scale(axis)}
     seen: set[Point] = set()
     for point in grid.points():
@@ -113,8 +108,8 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
     """Axis of a text.
 
     Args:
-        text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends included;
-            `key=x,y,z` for a list. Choices and flags can only be listed, curves with `;` between them.
+        text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values with both ends; `key=x,y,z`
+            for a list, the only form of choices and flags; `;` separates curves.
 
     Raises:
         BadSetting: the text cannot be read, or a value is not possible.
@@ -134,7 +129,7 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
         wanted: list[Any] = [part.strip() for part in body.split(";" if text_of_points else ",")]
     elif isinstance(values(settings)[key], (str, bool)):
         raise BadSetting(
-            f"over = {text!r}: {key} is no number; list its values, as in {key}={','.join(known[key].choices) or '0,1'}."
+            f"over = {text!r}: {key} is not a number; list its values, as in {key}={','.join(known[key].choices) or '0,1'}."
         )
     else:
         wanted = _range(text, parts)
@@ -184,7 +179,7 @@ FIGURES: Final = (
     "pair_switches",
     "out_of_authority_s",
 )
-"""Kept figures of a run, as in `scenes.headless.Summary`, without wall-clock times."""
+"""Figures of `scenes.headless.Summary` without wall-clock times."""
 
 SweepFigures = tuple[float, ...]
 
@@ -197,11 +192,10 @@ def sweep_figures(settings: RunSettings, seconds: float) -> SweepFigures:
 def run_points(
     grid: Grid, todo: Sequence[int], compute: ComputeMany[SweepFigures] = computed
 ) -> Iterator[tuple[int, SweepFigures]]:
-    """Yield (index, figures) of some points of a grid, each as soon as it is done, in order only with one
-    process.
+    """Yield (index, figures) of some points, each when done.
 
     Args:
-        compute: runs them; by default in this process.
+        compute: runs them; by default in this process, in order.
 
     Raises:
         DuetError: a worker was ended from outside, or as `compute` does.
@@ -212,7 +206,7 @@ def run_points(
 
 
 class TradeOff(NamedTuple):
-    """Distance and error of the avoiding arm at one n and v.
+    """Result at one n and v.
 
     Attributes:
         order, nominal_velocity: n, and v [m/s].
@@ -232,11 +226,7 @@ TRADE_OFF_VELOCITIES: Final = (0.1, 0.2, 0.3, 0.45, 0.7)
 
 
 def trade_off(settings: RunSettings, seconds: float, order: float) -> Iterator[TradeOff]:
-    """Distance against error at one n and every v of the map, one run per point.
-
-    Args:
-        seconds: simulated time of a point.
-    """
+    """Results at one n and every v. `seconds`: simulated time of a point."""
     settings = changed(settings, "n", order)
     for velocity in TRADE_OFF_VELOCITIES:
         summary = run(changed(settings, "v", velocity), seconds).summary

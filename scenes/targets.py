@@ -1,6 +1,4 @@
-"""Targets of a person, the autopilot or a recording at one moment, one type for each thing that can be held;
-and a person who moves straight between waypoints.
-"""
+"""Targets at one moment, by what is held; and motion between waypoints."""
 
 from typing import Final, Literal, NamedTuple
 
@@ -14,9 +12,9 @@ class HandTarget(NamedTuple):
     """Target of the held arm's hand.
 
     Attributes:
-        position: of the hand (3,), world [m].
-        rotation: of the hand (3, 3), or None if it is free.
-        elbow: point to which the elbow is pulled (3,), world [m], or None.
+        position: (3,), world [m].
+        rotation: (3, 3), or None if free.
+        elbow: its goal (3,), world [m], or None.
     """
 
     position: Array
@@ -25,18 +23,18 @@ class HandTarget(NamedTuple):
 
 
 class JointTarget(NamedTuple):
-    """Target of the held arm's joints: positions (n,) [rad]."""
+    """Positions (n,) of the held arm's joints [rad]."""
 
     positions: Array
 
 
 class LinkTarget(NamedTuple):
-    """Target of a point of a link of the held arm.
+    """Pull at a point of a link of the held arm.
 
     Attributes:
-        joint: joint of the link, counted from 1 along the arm.
+        joint: of the link, counted from 1 along the arm.
         offset: of the point in the joint's frame (3,) [m].
-        position: to which it is pulled (3,), world [m].
+        position: its goal (3,), world [m].
     """
 
     joint: int
@@ -45,28 +43,21 @@ class LinkTarget(NamedTuple):
 
 
 class BallTarget(NamedTuple):
-    """Target of the ball's middle (3,), world [m]."""
+    """Middle of the ball (3,), world [m]."""
 
     position: Array
 
 
 class WallTarget(NamedTuple):
-    """Where the person wants the wall.
-
-    Attributes:
-        position: of its middle (3,), world [m].
-        turn: about the upright, and tilt (2,) [rad].
-    """
+    """Position of the wall's middle (3,), world [m]; turn about the vertical, and tilt (2,) [rad]."""
 
     position: Array
     turn: Array
 
 
 class AnglesTarget(NamedTuple):
-    """Posture of a person's own arms.
-
-    Attributes:
-        angles: (2, 4), left arm first [rad], see `scenes.person.angles`; None while no person is seen.
+    """Angles of a person's arms (2, 4), left first [rad], see `scenes.person.angles`; None while no person is
+    seen.
     """
 
     angles: Array | None
@@ -76,14 +67,14 @@ HeldTarget = HandTarget | LinkTarget
 
 
 class PairTarget(NamedTuple):
-    """Targets of two people with one arm each.
+    """Targets of two people, or of one with a wall in one hand.
 
     Attributes:
-        first: for the guided arm, or None.
+        first: for the guided arm or the wall, or None.
         second: for the arm that keeps its place.
     """
 
-    first: HeldTarget | None
+    first: HeldTarget | WallTarget | None
     second: HeldTarget
 
 
@@ -91,7 +82,7 @@ Target = HandTarget | JointTarget | LinkTarget | BallTarget | WallTarget | Angle
 
 
 def quintic(s: float) -> tuple[float, float]:
-    """Share of a way from rest to rest at s in [0, 1] of its time, and its derivative by s."""
+    """Share of a way from rest to rest at s in [0, 1], and its derivative by s."""
     return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
 
 
@@ -106,25 +97,32 @@ def between(times: Array, time: float) -> tuple[int, int, float]:
     return i, min(i + 1, last), share
 
 
-SIZES: Final[dict[Moved | Literal["wall"], int]] = {"arm": 3, "ball": 3, "person": 8, "wall": 5}
-"""Moved thing → number of coordinates of a waypoint: a position [m], the angles of both arms of a person [rad],
-or a wall's position [m], turn and tilt [rad].
+Led = Moved | Literal["wall and hand"]
+
+SIZES: Final[dict[Led, int]] = {"arm": 3, "ball": 3, "person": 8, "wall and hand": 8}
+"""Coordinates of a waypoint: a position [m]; the angles of a person's arms [rad]; or a wall [m, rad] and a
+hand [m].
 """
+
+OF_WALL: Final = slice(0, 5)
+OF_HAND: Final = slice(5, 8)
 
 SHORTEST: Final = 0.05
 """Least time between two waypoints [s]."""
 
 
 class Waypoints:
-    """A `TargetSource` through waypoints at a steady speed; at rest at the last one.
+    """A `TargetSource` at a steady speed, at rest at the last waypoint.
 
     Args:
-        points: (k, size), from its place at time 0; see `SIZES`.
-        speed: [m/s or rad/s].
+        points: (k, size), the first at time 0; see `SIZES`.
+        speed: [m/s or rad/s]; of a wall and a hand that of the faster one.
     """
 
-    def __init__(self, moves: Moved | Literal["wall"], points: Array, speed: float) -> None:
-        ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    def __init__(self, moves: Led, points: Array, speed: float) -> None:
+        parts = (OF_WALL, OF_HAND) if moves == "wall and hand" else (slice(None),)
+        steps = np.diff(points, axis=0)
+        ways = np.max([np.linalg.norm(steps[:, part], axis=1) for part in parts], axis=0)
         self._times = np.concatenate([[0.0], np.cumsum(np.maximum(ways / speed, SHORTEST))])
         self._moves, self._points = moves, points
 
@@ -133,6 +131,7 @@ class Waypoints:
         point = self._points[i] + (self._points[j] - self._points[i]) * share
         if self._moves == "person":
             return AnglesTarget(point.reshape(2, 4))
-        if self._moves == "wall":
-            return WallTarget(point[:3], point[3:])
+        if self._moves == "wall and hand":
+            at = point[OF_WALL]
+            return PairTarget(WallTarget(at[:3], at[3:]), HandTarget(point[OF_HAND]))
         return BallTarget(point) if self._moves == "ball" else HandTarget(point)

@@ -1,4 +1,4 @@
-"""A private session for every tab."""
+"""The host of private sessions."""
 
 import logging
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ log = logging.getLogger("duet.hosts")
 
 
 class PrivateHost:
-    """A private session for every tab, except for tabs that join another's.
+    """A private session for every tab, except tabs that join another's.
 
     Attributes:
         visitors: by client id, once their pages are built.
@@ -36,7 +36,6 @@ class PrivateHost:
         )
 
     def close(self, goes_on: bool = False) -> None:
-        """Save and close all sessions, also of absent visitors."""
         del goes_on
         self.admission.close()
         for visitor in self.visitors.values():
@@ -54,7 +53,6 @@ class PrivateHost:
                 visitor.frame(now, elapsed)
 
     def connect(self) -> None:
-        """Close the pages of disconnected browsers, and queue those that have connected."""
         arrivals, departures = self.admission.changes()
         self.context.store.tidy()
         for client_id in departures:
@@ -73,7 +71,7 @@ class PrivateHost:
             pages.follow(self.visitors.values())
 
     def joined(self, query: Mapping[str, str]) -> JoiningPages | None:
-        """Pages to which a link belongs; None if it asks for its own session."""
+        """Pages of this link; None if it asks for its own session."""
         return next((pages for pages in self.joining if pages.expects(query)), None)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
@@ -82,9 +80,8 @@ class PrivateHost:
         if joined is not None:
             yield from joined.build(client, self.visitors.values())
             return
-        settings, problems = first_settings(query, context.options.settings)
-        # The tab's earlier connection may not have been noticed to be gone, or the tab was duplicated and
-        # keeps its own session.
+        settings, problems = first_settings(query, context.options.settings, context.options.glides_as_usual)
+        # The tab's earlier connection may still be open, or a duplicated tab keeps its own session.
         tab = tab_id(query)
         before = [
             one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab

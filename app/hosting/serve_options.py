@@ -1,4 +1,4 @@
-"""Options of a server. Imports nothing slow."""
+"""Options of a server; imports nothing slow."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -21,36 +21,36 @@ class FeatureOptions:
 
     @property
     def shared_by(self) -> str:
-        """Option by which all tabs see one session, such as `--exhibit`; "" if every tab has its own."""
+        """Option by which all tabs share a session, such as `--exhibit`; "" if every tab has its own."""
         return ""
 
     @property
     def most_pages(self) -> int | None:
-        """Pages that may be open at once; None for the number of private sessions."""
+        """Limit of open pages; None for the number of private sessions."""
         return None
 
     @property
     def one_process(self) -> str:
-        """Why one process has to serve all pages, such as "one process reads the camera"; "" if several can."""
+        """Reason why one process must serve all pages; "" if several can."""
         return ""
 
     def check(self) -> None:
-        """Raises `BadSetting` before anything is served."""
+        """Check these options; raises `BadSetting`."""
 
     def held(self, port: int, until: ExitStack) -> Self:
-        """Take what the server holds while it runs, such as a file's lock; return the options to serve with.
+        """Take resources, such as a file's lock; returns the options to serve with.
 
         Raises:
-            DuetError: another server has it.
+            DuetError: another server has them.
         """
         del port, until
         return self
 
     def fits(self, options: "ServeOptions") -> None:
-        """Check the combination with the other options; raises `BadSetting` before anything is served."""
+        """Check the combination; raises `BadSetting`."""
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
-        """Lines printed at the start. `places`: private sessions at once."""
+        """Lines printed at the start. `places`: private sessions."""
         del host, port, places
         return ()
 
@@ -60,21 +60,22 @@ class ServeOptions:
     """How the page is served.
 
     Attributes:
-        host, port: address to listen on; port 0 takes any free one.
+        port: 0 for any free one.
         settings: of a link without a query.
-        sessions: private sessions at once; None for as many as this machine carries.
-        key: the teacher's, or None.
+        glides_as_usual: arms glide on a usual page.
+        sessions: private sessions at once; None for this machine's capacity.
         allowed_origins: web addresses of other pages that may connect.
         embed_origins: web addresses of pages that may show ours in a frame.
         proof: of a notebook server, see `app.web.origin_policy.PROOF`, or "".
-        ahead: whether to prepare what is slow the first time.
-        loops: frame loops that share the sessions, each with its own core.
+        ahead: prepare slow things at the start.
+        loops: frame loops, a core each.
         features: at most one of each type.
     """
 
     host: str = "127.0.0.1"
     port: int = 0
     settings: Settings = field(default_factory=Settings)
+    glides_as_usual: bool = True
     sessions: int | None = None
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()
@@ -89,5 +90,4 @@ class ServeOptions:
 
     @property
     def shared(self) -> FeatureOptions | None:
-        """Options of the feature by which all tabs see one session; None if every tab has its own."""
         return next((one for one in self.features if one.shared_by), None)

@@ -28,14 +28,14 @@ from scenes.run_text import run_of_text
 from scenes.settings import RunSettings
 
 SAVING: Final = 1.0
-"""Time from one record to the next [s]; the file follows at once."""
+"""Time between records [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
-"""Time between records of a resting page [s]: a record's age counts from when the tab was last there."""
+"""Time between a resting page's records [s]; a record's age counts from the tab's last presence."""
 
 
 class Beside(Protocol):
-    """Page of another person who sees the same session."""
+    """Another person's page of the same session."""
 
     client: viser.ClientHandle
 
@@ -46,15 +46,15 @@ class Beside(Protocol):
 
 
 class Visitor:
-    """A private session and its page: claimed from the store, or new. The page exists once `build` has ended.
+    """A private session, claimed from the store or new, and its page, which exists once `build` has ended.
 
     Args:
-        private: True if the session belongs to no student: others may join it.
+        private: the session belongs to no student: others may join it.
         query: key of the session in the store; None for the page's own.
 
     Attributes:
-        is_back: whether the session was claimed from the store.
-        superseded: whether the same tab has connected again meanwhile.
+        is_back: the session was claimed from the store.
+        superseded: the same tab has connected again.
         beside: pages of others who see the session.
     """
 
@@ -95,8 +95,9 @@ class Visitor:
         self.operation: Operation
 
     def build(self) -> Pieces:
-        """Build the page piece by piece, for the browser at once. After a failure a claimed session goes back
-        to the store, and a new one is closed."""
+        """Build the page in pieces, for the browser at once. A failure parks a claimed session and closes a
+        new one.
+        """
         try:
             yield
             yield from self._pieces()
@@ -154,7 +155,6 @@ class Visitor:
         self._replay_link()
 
     def _replay_link(self) -> None:
-        """Replay the run in the link; the visitor's own run is paused meanwhile."""
         for part in self.session.parts:
             self.operation.notify_problems(part.open_link(self.query))
         if PUSH in self.query:
@@ -165,7 +165,6 @@ class Visitor:
                 self.operation.notify_problems((str(error),))
 
     def _translate(self) -> None:
-        """Build the page again, in another language or with changed files; the session continues."""
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
         set_language(self.language)
@@ -178,12 +177,7 @@ class Visitor:
                 pass
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance and draw. A resting or hidden page is drawn seldom; a hidden run is paused.
-
-        Args:
-            now: wall time [s].
-            elapsed: since the last round [s].
-        """
+        """Advance and draw; a hidden run is paused. `now`: wall time, `elapsed`: since the last round [s]."""
         workload = self._context.workload
         clients = self.client, *(one.client for one in self.beside)
         pages = [page for one in clients if (page := self._context.server.page_of(one.client_id)) is not None]
@@ -215,7 +209,6 @@ class Visitor:
         self._attention.note(now, frame.state)
 
     def _keep_record(self, now: float) -> None:
-        """Save the record every `SAVING`, at once after a rest, and warn once of trouble with the store."""
         store = self._context.store
         if not store.lasting or self.superseded or tab_id(self.query) is None:
             return
@@ -231,12 +224,11 @@ class Visitor:
         return record_of(self.query, self.session)
 
     def save(self) -> None:
-        """Save the record, unless a later connection of the same tab has the session."""
         if not self.superseded:
             self._context.store.save(self.record())
 
     def leave(self) -> None:
-        """Close the page of a lost connection, and keep the session for the visitor's return."""
+        """Close the page; keep the session for the visitor's return."""
         self.session.posts.drop()
         for reason in NOT_THE_VISITORS:
             self.session.control.halt.set(reason, False)
@@ -257,7 +249,7 @@ def record_of(query: Mapping[str, str], session: Session) -> VisitorRecord:
 
 
 def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
-    """Continue the run of a record, after its settings and parts; yield every few repeated steps."""
+    """Continue a record's run after its settings and parts; yield every few repeated steps."""
     histories = [part.history for part in session.parts]
     if record.state is None or None in histories:
         return
@@ -268,5 +260,5 @@ def run_again(session: Session, record: VisitorRecord) -> Iterator[None]:
         for part in session.parts:
             part.run_restored()
     except Exception:
-        log.exception("a session could not go on from its record, and begins again")
+        log.exception("a session could not continue from its record, and starts again")
         session.reset()

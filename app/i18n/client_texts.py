@@ -1,7 +1,5 @@
-"""Texts that the browser shows without the server, of viser's client and of our scripts.
-
-The page has all of them in every language; its script `translation.js` translates a text of this list
-wherever it appears.
+"""Texts that the browser shows without the server: viser's client's and our scripts'. The page's
+`translation.js` translates them wherever they appear.
 """
 
 from typing import Final
@@ -11,17 +9,14 @@ from app.i18n.speaking import N_
 from app.settings import TRANSLATIONS
 
 LOST: Final = N_("Connection lost – trying again…")
-"""Shown by `connection.js` when the server is gone."""
 SILENT: Final = N_("The server does not answer – waiting…")
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
-"""Shown when the server refuses the page's address."""
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
-OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to go on in this one.")
-"""Shown when a student has opened another tab."""
+OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to continue in this one.")
 
 NO_PICTURE: Final = N_("No picture: WebGL is switched off in this browser")
 WHAT_WORKS: Final = N_(
-    "Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow."
+    "Lessons, plots, numbers and controls still work; the arrow keys move the hand, J and K the elbow."
 )
 WHAT_TO_SWITCH_ON: Final = N_(
     "To see the arms, switch on graphics acceleration in the browser’s settings and start the browser again, or use another browser."
@@ -30,7 +25,7 @@ WHAT_TO_SWITCH_ON: Final = N_(
 PICTURE_LOST: Final = N_(
     "The picture is lost: the graphics card gave it up. Reload this page to see the arms again."
 )
-"""Shown by `lost_picture.js` until the browser gives the picture back."""
+"""Shown by `lost_picture.js` until the browser restores the picture."""
 
 LOADING: Final = N_("Loading …")
 
@@ -42,9 +37,7 @@ ICON_NAMES: Final = {
     "adjustments": N_("connection and camera"),
     "arrow": N_("back to the controls"),
 }
-"""viser's buttons with only an icon: a part of the icon's name → the button's name, see
-`accessible_names.js`.
-"""
+"""Part of an icon's name → name of viser's button; see `accessible_names.js`."""
 
 PART_NAMES: Final = {
     "scene": N_("The arms in 3-D. The key I describes what is to be seen."),
@@ -53,7 +46,7 @@ PART_NAMES: Final = {
     "right": N_("Controls"),
     "floating": N_("Live plots"),
 }
-"""Names of the picture (`stage`: of a shared session's) and of the parts around it."""
+"""The picture (`stage`: a shared session's) and the parts around it."""
 
 OURS: Final = (
     LOST,
@@ -144,5 +137,5 @@ ALL: Final = (*OURS, *VISERS)
 
 
 def translations() -> dict[str, dict[str, str]]:
-    """Language → English text → text of everything on the list, for the page's script `translation.js`."""
+    """Language → English text → its translation, for `translation.js`."""
     return {name: {english: words_of(name)(english) for english in ALL} for name in (*TRANSLATIONS, "pseudo")}

@@ -1,4 +1,4 @@
-"""The closest pair of bodies over the last 20 s, one strip per pair."""
+"""The closest pair over the last 20 s, one strip per pair."""
 
 from collections import Counter
 from typing import Final
@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
 from app.plots.bins import BIN, WINDOW
 from app.plots.time_series import COLUMNS, RollingSeries
+from app.text.first_task_texts import wording
 from app.text.templates import macros
 from scenes.simulation import Simulation
 
@@ -16,7 +17,6 @@ ROWS: Final = 7
 
 
 def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
-    """The strips, and the number of changes of the closest pair, as HTML."""
     times, pairs, changes = buffer.newest([COLUMNS["pair"], COLUMNS["changes"]])
     held = Counter(int(pair) for pair in pairs.tolist() if pair >= 0.0)
     made = macros("plots/charts.html")
@@ -37,7 +37,7 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
 
 
 def pair_name(simulation: Simulation, pair: int) -> str:
-    """Name of a pair of bodies: "forearm (silver) · hand (orange)"."""
+    """For example "forearm (silver) · hand (orange)"."""
     return " · ".join(
         body_name(name.removeprefix("control point at the ").removeprefix("arm "), simulation.guided.name)
         for name in simulation.detector.pair_names[pair]
@@ -45,12 +45,12 @@ def pair_name(simulation: Simulation, pair: int) -> str:
 
 
 def arm_colour(arm: str, yours: str) -> str:
-    """Name of an arm's colour in the current language. `yours`: the arm that the visitor moves."""
+    """Name of an arm's colour in the current language. `yours`: the visitor's arm."""
     return tr("orange") if arm == yours else tr("silver")
 
 
 def body_name(name: str, yours: str) -> str:
-    """Name of a body in the current language: "forearm (silver)", "link 3", "ball"."""
+    """For example "forearm (silver)", "link 3" or "ball"."""
     arm, _, rest = name.partition(" ")
     if arm in ("left", "right"):
         return f"{body_name(rest, yours)} ({arm_colour(arm, yours)})"
@@ -70,18 +70,20 @@ def _bars(counts: np.ndarray) -> str:
 
 
 def _words(simulation: Simulation, changes: int, pairs: int) -> str:
+    kept = simulation.settings.quantity
     if simulation.detector.count == 1:
-        return tr(
+        only = N_(
             "There is one pair only: the critical point never changes, and the law is smooth in the strict sense."
         )
-    counted = tr(
-        "{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}.", changes=changes, pairs=pairs
-    )
+        return tr(wording(only, kept))
+    said = N_("{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}.")
+    counted = tr(wording(said, kept), changes=changes, pairs=pairs)
     law = simulation.settings.law
     if law.entry.sees == "nothing":
         return counted
     if law.entry.sees == "all pairs":
         return f"{counted} {tr('This law sees all of them at once.')}"
     if law.pairs == "single":
-        return f"{counted} {tr('The law sees the closest pair only: at every change q̇ may jump.')}"
+        single = wording(N_("The law sees the closest pair only: at every change q̇ may jump."), kept)
+        return f"{counted} {tr(single)}"
     return f"{counted} {tr('The law sees a smooth minimum over all: a change makes no jump.')}"

@@ -1,6 +1,4 @@
-"""Section III at this moment in words and numbers: does the paper's condition hold, and does the error
-shrink?
-"""
+"""Section III of the paper in words and numbers."""
 
 import math
 from typing import Final
@@ -22,16 +20,16 @@ from scenes.quantities import DISTANCE, KeptQuantity
 from scenes.simulation import Simulation
 
 NO_ERROR: Final = 5e-4
-"""An error below this counts as zero [m or rad]: half a millimetre, or 0.03 degrees."""
+"""Smaller errors count as zero [m or rad]."""
 
 DIED_OUT: Final = 5e-3
-"""An error below this that changes by less than this per second has died out [m or rad]."""
+"""A smaller error that changes by less than this per second has died out [m or rad]."""
 
 AT_REST: Final = 1e-3
-"""An error with a smaller rate does not change [m/s or rad/s]."""
+"""An error with a smaller rate is constant [m/s or rad/s]."""
 
 STILL: Final = 0.5 * NO_ERROR**2
-"""V of a zero error; a smaller rate of V counts as 0, too [m² or rad², or per second]."""
+"""A smaller V or rate of V counts as zero [m² or rad², or per second]."""
 
 
 def stability_html(
@@ -43,14 +41,11 @@ def stability_html(
     W: float | None,
     quantity: KeptQuantity = DISTANCE,
 ) -> Markup:
-    """Two sentences and the numbers behind them, as HTML.
+    """Two sentences and their numbers.
 
     Args:
-        analysis: of the avoiding arm.
-        error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and its rate [m/s or
-            rad/s].
-        W: the barrier function; None for a hand task, which has none.
-        quantity: what the law keeps.
+        error_norm, error_rate: |e_b| of the task [m], or [rad] for a posture task, and its rate per second.
+        W: barrier function; None for a hand task, which has none.
     """
     eigenvalue, mode = (
         _fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3))
@@ -69,7 +64,7 @@ def stability_html(
 
 
 def condition_text(analysis: Analysis, quantity: KeptQuantity = DISTANCE) -> str:
-    """Sentence: does the paper's sufficient condition, sym(M) > 0, hold now? `quantity`: what the law keeps."""
+    """Does the paper's sufficient condition, sym(M) > 0, hold now?"""
     if analysis.activation == 0.0 and analysis.condition_holds:
         return tr_html("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
@@ -82,7 +77,6 @@ def condition_text(analysis: Analysis, quantity: KeptQuantity = DISTANCE) -> str
 
 
 def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
-    """Sentence: does the task's error shrink, with or without the condition?"""
     if not (math.isfinite(error_norm) and math.isfinite(error_rate)):
         return tr("The error is not known.")
     scale, unit = (180.0 / math.pi, "°") if analysis.joint_task else (1000.0, " mm")
@@ -104,7 +98,7 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     if error_rate > 0.0:
         grows = tr("The error grows even so") if holds else tr("The error grows")
         return Markup("{}: {}, {}.").format(grows, size, speed)
-    shrinks = tr("The error shrinks") if holds else tr("The error shrinks all the same")
+    shrinks = tr("The error shrinks") if holds else tr("The error still shrinks")
     return Markup("{}: {}, {}.").format(shrinks, size, speed)
 
 
@@ -139,9 +133,6 @@ def _trend(rate: float) -> str:
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:
-    """A number with `digits` decimals and the language's decimal sign, with a true minus, but none before a
-    rounded zero.
-    """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞" if value > 0.0 else "−∞"
     text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
@@ -151,7 +142,6 @@ def _fixed(value: float, digits: int, sign: bool = False) -> str:
 
 
 def _small(value: float, sign: bool = False) -> str:
-    """A number with five digits or, if these would hide it, with two significant ones and a power of ten."""
     if not STILL <= abs(value) < 1e-3:
         return _fixed(value, 5, sign)
     number, _, exponent = f"{value:.1e}".partition("e")
@@ -159,11 +149,10 @@ def _small(value: float, sign: bool = False) -> str:
 
 
 SPAN: Final = 0.3
-"""Time over which the error's speed is measured [s]."""
+"""Time for the error's rate [s]."""
 
 
 def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup:
-    """The panel, or a sentence why it does not apply."""
     run, law = simulation.settings, simulation.settings.law
     if not law.entry.of_section_iii or isinstance(simulation.law, LawOfFile):
         return _nothing(
@@ -195,12 +184,12 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
 
 
 def keeps_its_task_clear(simulation: Simulation) -> bool:
-    """True if the first arm that keeps clear has the task that is shown."""
+    """True if the first arm that keeps clear has the shown task."""
     return simulation.roles.avoiders(simulation.settings.avoid)[0] is simulation.roles.task
 
 
 def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | None]:
-    """e_b (m,) of the shown task [m, rad] and its Jacobian J_b (m, n), None for joints."""
+    """e_b (m,) of the shown task [m, rad] and its Jacobian J_b (m, n); None for joints."""
     arm, keeper = simulation.avoiding, simulation.keeper
     if keeper is None:
         return sample.desired[arm.joints] - sample.positions[arm.joints], None

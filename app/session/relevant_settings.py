@@ -1,16 +1,26 @@
-"""Which settings matter in an experiment and under a law; the others are hidden, never removed."""
+"""Settings that matter; the others are hidden, never removed."""
 
 from collections.abc import Callable
 from typing import Final
 
 from app.settings import Settings
 from scenes.experiments import EXPERIMENTS
-from scenes.quantities import ALL, TIP
-from scenes.settings import LawSettings, specs
+from scenes.quantities import ALL, DISTANCE, PARTS, TIP, WALL
+from scenes.settings import LawSettings, RunSettings, specs
 
 
 def _can_be_pulled(settings: Settings) -> bool:
     return settings.run.experiment.moves != "person" and not settings.run.draws_circle
+
+
+def _seen_together(run: RunSettings) -> bool:
+    """True if one row can be made of several: of pairs of bodies, or of first tasks without a stage."""
+    return run.quantity is DISTANCE or (run.quantity.name in PARTS and run.together == "ratios")
+
+
+def _something_comes(run: RunSettings) -> bool:
+    """True if w can differ from 0: of all first tasks, only a wall comes."""
+    return run.quantity is DISTANCE or WALL in PARTS.get(run.quantity.name, (run.quantity.name,))
 
 
 _OF_LAWS: Final = frozenset(specs(LawSettings)) - {"law"}
@@ -30,9 +40,13 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "wmax": _can_be_pulled,
     # A point of the arm and the ball are one pair.
     "beta": lambda s: (
-        s.run.law.pairs != "single" and (s.run.point == "arm" or "point" not in s.run.experiment.reads)
+        s.run.law.pairs != "single"
+        and (s.run.point == "arm" or "point" not in s.run.experiment.reads)
+        and _seen_together(s.run)
     ),
-    "eps": lambda s: s.run.law.pairs == "smooth",
+    "eps": lambda s: s.run.law.pairs == "smooth" and s.run.quantity is DISTANCE,
+    "pairs": lambda s: _seen_together(s.run),
+    "ff": lambda s: _something_comes(s.run),
     "together": lambda s: s.run.first == ALL,
     "load": lambda s: s.run.first in (TIP, ALL),
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
@@ -51,7 +65,7 @@ def matters(key: str, settings: Settings) -> bool:
 
 
 def built_of(settings: Settings) -> tuple[object, ...]:
-    """Settings that determine room, arms, handles and page; a change of one rebuilds something."""
+    """Settings whose change rebuilds room, arms, handles or page."""
     run, page = settings.run, settings.page
     return (
         *(

@@ -1,4 +1,4 @@
-"""Replay in a session: the last part of its run, or the run of a file, instead of the live one."""
+"""Replay of the live run or of a file, in a session."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,33 +22,27 @@ from scenes.simulation import Simulation
 from scenes.targets import Target
 
 DRAFT: Final = 20.0
-"""Length of the newest part of a long replay, which is computed first [s]."""
+"""Newest part of a long replay, which is computed first [s]."""
 
 REVIEWED: Final = DRAFT + 2.0
-"""Shortest part of a paused run that can be reviewed [s]: at least what the plots show."""
+"""Shortest reviewed part of a paused run [s]: at least the plots' length."""
 
 
 class Mark(NamedTuple):
-    """A notable moment of a run.
-
-    Attributes:
-        time: on the clock of the run [s].
-        name: what happens then, for `tr`.
-    """
+    """Notable moment of a run. `time`: on the run's clock [s]; `name`: for `tr`."""
 
     time: float
     name: LazyText
 
 
 class ReplayStatus(NamedTuple):
-    """Which replay is shown instead of the live run.
+    """State of the replay.
 
     Attributes:
-        time: replayed moment on the clock of the run [s]; None while live.
+        time: replayed moment on the run's clock [s]; None while live.
         file: name of the replayed file; "" for the session's own run.
-        reviewed: True for a moment of the live run, which is paused.
-        mark: notable moment of the replay, or None.
-        coming: name of the run that is being loaded; "" if none is loading.
+        reviewed: True for a moment of the paused live run.
+        coming: name of the loading run, or "".
     """
 
     time: float | None = None
@@ -69,17 +63,7 @@ class Live(Protocol):
 
 
 class Past:
-    """A replay as a page reads it instead of a session; nothing is held in it.
-
-    Args:
-        file: name of the replayed file; "" for the session's own run.
-        beside: replay of the ghost, or None.
-        reviewed: True for a moment of the paused live run, so that all of the run is known.
-        mark: notable moment, or None.
-
-    Attributes:
-        ghost: the second run at the same moment, or None.
-    """
+    """A replay in place of a session. `beside`: replay of the ghost; for the rest see `ReplayStatus`."""
 
     # Of a live session, see `app.session.shown.Shown`.
     held, parts, ghost_hidden = None, None, False
@@ -105,13 +89,12 @@ class Past:
 
     @property
     def settings(self) -> Settings:
-        """The run's settings at that moment, with the page's present ones."""
+        """The run's settings of that moment, with the page's present ones."""
         page = self._settings.page if self._reviewed else replace(self._settings.page, ghost="off")
         return replace(self._settings, run=self._replay.simulation.settings, page=page)
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """The run for the plots over time, up to the end of their axis, without a ghost."""
         return self._replay.traced, None
 
     @property
@@ -130,13 +113,13 @@ class ReplayPlayer:
     """Replays of one session. All methods belong to the thread that advances the session.
 
     Args:
-        background: computes the film; None: no replay.
+        background: None: no replay.
         wake: called from any thread when the state of a job changes.
 
     Attributes:
         replay: None while live.
         loaded: name of the replayed file; "" for the session's own run.
-        reviewing: True while a moment of the paused live run is shown, see `review`.
+        reviewing: True while a moment of the paused live run is shown.
     """
 
     def __init__(self, session: Live, background: Jobs | None, wake: Callable[[], None]) -> None:
@@ -155,18 +138,18 @@ class ReplayPlayer:
         return self.loaded if self.replay is None else ""
 
     def recorded(self, seconds: float) -> Recorded | None:
-        """Newest piece [s] of the run that is shown, live or replayed; None if nothing was recorded."""
+        """Newest `seconds` of the shown run; None if nothing was recorded."""
         if self.replay is not None and not self.reviewing:
             return self.replay.recorded
         # After a reset the log still has the run before, until the first step.
         return self._session.inputs.window(seconds) if self._session.simulation.history.count else None
 
     def watch(self, seconds: float) -> None:
-        """Replay the last `seconds` [s] of the live run, which pauses meanwhile."""
+        """Replay the last `seconds` of the live run, which pauses."""
         self.leave()
         whole, draft = self.recorded(seconds), self.recorded(min(seconds, DRAFT))
         if whole is None or draft is None:
-            self._session.notify("There is nothing to replay yet", "Let it run for a moment.")
+            self._session.notify("There is nothing to replay yet", "Run it for a moment.")
             return
         self._watch(draft, whole=whole if whole.steps > draft.steps else None)
 
@@ -175,12 +158,11 @@ class ReplayPlayer:
         self._watch(recorded, name)
 
     def review(self, time: float, mark: Mark | None = None) -> None:
-        """Show a moment of the paused live run, with plots over time of the whole run, or of the replay.
-        Ignored while the run moves.
+        """Show a moment of the paused live run, or of the replay; ignored while the run moves.
 
         Args:
-            time: on the clock of the run [s].
-            mark: the notable moment; None for that of the smallest distance.
+            time: on the run's clock [s].
+            mark: None for the smallest distance.
         """
         if self.replay is not None or self._run is not None:
             self.seek(time)
@@ -237,7 +219,7 @@ class ReplayPlayer:
             self.replay.toggle()
 
     def pause(self, action: Pause) -> bool:
-        """Play or pause the replay; False if the action is for the live run."""
+        """False if the action is for the live run."""
         del action
         if self.reviewing:
             # The run continues from its present state.
@@ -246,7 +228,7 @@ class ReplayPlayer:
         return self._in_place_of_live
 
     def single_step(self, action: SingleStep) -> bool:
-        """Make one step in the replay; False if the action is for the live run."""
+        """False if the action is for the live run."""
         del action
         if self.replay is not None:
             self.replay.playing = False
@@ -262,7 +244,7 @@ class ReplayPlayer:
 
     @property
     def _in_place_of_live(self) -> bool:
-        """True while a replay is shown or loading; the live run must not move meanwhile."""
+        """True while a replay is shown or loading."""
         return self.replay is not None or bool(self.coming)
 
     def _fail(self, job: Job) -> None:
@@ -273,13 +255,13 @@ class ReplayPlayer:
 
     @property
     def past(self) -> Past | None:
-        """What the page draws instead of the session; None while live."""
+        """Replay to draw; None while live."""
         if self.replay is None:
             return None
         return Past(self.replay, self._session.settings, self.loaded, self._ghost, self.reviewing, self.mark)
 
     def advance(self, elapsed: float) -> None:
-        """Collect finished jobs and play `elapsed` seconds [s]."""
+        """Collect finished jobs, and play `elapsed` seconds of wall time."""
         self.jobs.collect()
         if self._run is not None and (
             "replay" not in self._session.control.halt or self._session.settings.run is not self._run

@@ -1,4 +1,4 @@
-"""Answers and drawings of a class: one ballot a student and round."""
+"""Answers and drawings of a class."""
 
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
@@ -11,11 +11,8 @@ from app.web.connection import FilteredConnection
 
 
 class Counts(NamedTuple):
-    """Counts of a question.
-
-    Attributes:
-        first: of the first round; None if there was only one.
-        switches: counts of each pair of a student's answers in the first and last round.
+    """Counts of a question. `first`: None if there is one round; `switches`: from the first to the last
+    round.
     """
 
     newest: Tally
@@ -32,22 +29,17 @@ class VoterCount(NamedTuple):
 
 
 class Ballots:
-    """All answers of a class by tab id, with their origin; an answer outlives its student's connection.
+    """All answers of a class by tab id.
 
-    A repeated question begins a new round and keeps earlier ballots. Addresses stay in memory; students
-    behind a proxy share one.
-
-    Args:
-        record: of a class to resume.
-
-    Attributes:
-        pages_only: true if votes without a page are not counted.
+    A repeated question begins a new round. Addresses are not saved; students behind a proxy share one.
+    `pages_only`: ignore votes without a page.
     """
 
     def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
         self._rounds = {
             question: [*map(dict, record.earlier.get(question, ())), dict(record.ballots.get(question, {}))]
-            for question in {**record.earlier, **record.ballots}
+            # In the order of the first answers.
+            for question in {**record.ballots, **record.earlier}
         }
         self.revealed = set(record.revealed)
         self.pages_only, self.pageless = record.pages_only, set(record.pageless)
@@ -57,16 +49,16 @@ class Ballots:
 
     @property
     def rounds(self) -> dict[QuestionId, tuple[dict[str, Ballot], ...]]:
-        """Copy of all ballots by question and round, oldest first."""
+        """Copy of all ballots, oldest round first."""
         return {question: tuple(map(dict, rounds)) for question, rounds in self._rounds.items()}
 
     @property
     def questions(self) -> tuple[QuestionId, ...]:
-        """All answered questions, in that order."""
+        """In the order of the first answers."""
         return tuple(question for question, rounds in self._rounds.items() if any(rounds))
 
     def rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
-        """Ballots of every round, oldest first; the last round is open until the reveal."""
+        """Oldest round first; the last one is open until the reveal."""
         return tuple(self._rounds.get(question, ({},)))
 
     def counted_rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
@@ -82,11 +74,9 @@ class Ballots:
     def paired(
         self, book: LessonBook, own: Mapping[QuestionId, Mapping[str, int]]
     ) -> dict[QuestionId, tuple[tuple[int, int], ...]]:
-        """Question of a test asked before and after the lessons → (before, after) of each student, sorted,
-        without names.
+        """Sorted (before, after) of each student for every repeated question, without names.
 
-        The first vote counts, or without one the answer `own` (by question and student) from the student's
-        own session.
+        `own`: answers that count for students without a vote.
         """
         paired: dict[QuestionId, tuple[tuple[int, int], ...]] = {}
 
@@ -125,17 +115,17 @@ class Ballots:
         return VoterCount(len(students), len(addresses), len(students & self.pageless))
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
-        """Record an answer, replacing an earlier one; false after the reveal."""
+        """False after the reveal."""
         return choice >= 0 and self._put(
             question, student, self.ballot_of(question, student)._replace(choice=choice)
         )
 
     def draw(self, question: QuestionId, student: str, curve: Curve) -> bool:
-        """Record a curve, () for none, replacing an earlier one; false after the reveal."""
+        """Record a curve; () removes it. False after the reveal."""
         return self._put(question, student, self.ballot_of(question, student)._replace(curve=curve))
 
     def give_reason(self, question: QuestionId, student: str, reason: str) -> None:
-        """Record the reason of a ballot; ignored after the reveal."""
+        """Ignored without a ballot, and after the reveal."""
         ballot = self.ballot_of(question, student)
         if ballot._replace(reason="") != Ballot():
             self._put(question, student, ballot._replace(reason=reason))
@@ -187,12 +177,12 @@ class Ballots:
         return known._replace(newest=known.newest._replace(waiting=waiting))
 
     def reveal(self, question: QuestionId) -> None:
-        """Show the tally to all; no answer changes afterwards."""
+        """No answer changes afterwards."""
         self.revealed.add(question)
 
     def ask_again(self, question: QuestionId) -> None:
-        """Begin a new round of a question, and keep its earlier ballots."""
-        rounds = self._rounds.setdefault(question, [{}])
+        """Earlier ballots are kept."""
+        rounds = self._rounds.get(question, [{}])
         if rounds[-1]:
             rounds.append({})
         self.revealed.discard(question)

@@ -1,6 +1,4 @@
-"""Editor for a custom law: `law_editor.js` edits; here the file is saved, run beside the paper's law, and
-tested.
-"""
+"""The server's side of `law_editor.js`."""
 
 import json
 from collections.abc import Mapping
@@ -34,7 +32,7 @@ WORDS: Final = {
     "how": N_("Ctrl+Enter saves and runs. Tab indents; Esc, then Tab leaves."),
     "saving": N_("Saving …"),
     "unsaved": N_("Not saved yet."),
-    "saved": N_("Saved; it runs beside the paper’s law."),
+    "saved": N_("Saved; it runs together with the paper’s law."),
     "fails": N_("Saved, but it does not run."),
     "conflict": N_("The file was changed by another editor since. Nothing was overwritten."),
     "keep": N_("Save mine over it"),
@@ -44,9 +42,7 @@ WORDS: Final = {
 
 
 class RunLaw(Action):
-    """Save the law and run it. `entry`, from the script: number, space, edited `Version.sha256`, line break,
-    text.
-    """
+    """Save and run the law. `entry`: number, space, edited `Version.sha256`, line break, text."""
 
     entry: str
 
@@ -59,7 +55,7 @@ class LawTask(Protocol):
 
     @property
     def tab(self) -> viser.GuiTabHandle | None:
-        """Second tab for the editor; None while it is not on the page."""
+        """None while it is not on the page."""
         ...
 
     @property
@@ -69,11 +65,10 @@ class LawTask(Protocol):
 
 
 class LawText:
-    """A law's text that can be edited, saved and run.
+    """A law's text.
 
     Attributes:
         name: key in the browser's memory.
-        words: replacements in `WORDS`.
         most: largest size [bytes].
         rows: initial height [lines].
     """
@@ -94,7 +89,7 @@ class LawText:
         raise NotImplementedError
 
     def read(self) -> Version:
-        """Return the current text.
+        """Current text.
 
         Raises:
             DuetError: it cannot be read.
@@ -102,11 +97,13 @@ class LawText:
         raise NotImplementedError
 
     def save(self, text: str, base: str) -> Version:
-        """Save and return a text. `base`: `sha256` of the edited version.
+        """Save and return a text.
+
+        `base`: `sha256` of the edited version.
 
         Raises:
-            ChangedMeanwhile: another editor has changed it.
-            DuetError: the text cannot be saved.
+            ChangedMeanwhile: another editor changed the text.
+            DuetError: it cannot be saved.
         """
         raise NotImplementedError
 
@@ -115,7 +112,7 @@ class LawText:
 
 
 class FileText(LawText):
-    """Text of a file, which is written when it first runs."""
+    """Text of a file, written when it first runs."""
 
     def __init__(self, session: Session, path: Path) -> None:
         self._session, self._path = session, path
@@ -135,7 +132,7 @@ class FileText(LawText):
 
 
 class LawEditor(PagePanel):
-    """The editor on the page of a person who may write a law there. `task`: a feature's second place."""
+    """The editor of a person who may write a law here."""
 
     def __init__(self, page: PanelContext, text: LawText) -> None:
         self._gui, self._session, self._text = page.client.gui, page.session, text

@@ -1,4 +1,4 @@
-"""A law's file in its own process, with error messages about its lines."""
+"""A law's file in its own process; messages name its lines."""
 
 import contextlib
 import inspect
@@ -18,19 +18,17 @@ from controllers.errors import LazyText, joined
 from controllers.laws.situation import Situation
 
 Array = NDArray[np.float64]
-"""As in `controllers.kinematics`, without its libraries in the law's process."""
+"""As in `controllers.kinematics`, without its libraries."""
 
 JOINTS = 7
-"""Joints of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
+"""Joints in `one_joint`: laws like to build 7 × 7 matrices."""
 
 LOOSE = 100.0
 """Unreachable bounds in `one_joint` [rad/s]."""
 
 
 def one_joint(distance: float, pull: float, approach: float, square: float) -> Situation:
-    """Situation in which only the first joint moves the distance, with |J_d|² = `square`, 1 if that is 0; see
-    `Law.line_rate`.
-    """
+    """Situation in which only the first joint moves the distance, with |J_d|² = `square`, 1 if that is 0."""
     length = square**0.5 if square > 0.0 else 1.0
     nominal, row = np.zeros(JOINTS), np.zeros(JOINTS)
     nominal[0], row[0] = -pull / length, length
@@ -42,25 +40,20 @@ def one_joint(distance: float, pull: float, approach: float, square: float) -> S
 
 
 FILENAME: Final = "<own law>"
-"""File name in tracebacks: plain letters, which every tool can print."""
+"""In tracebacks: plain letters, which every tool can print."""
 
 LONGEST: Final = 300
 """Longest message [characters]."""
 
 CURVE: Final = 0.02
-"""Time for a whole curve of a chart [s]; the rest of the picture is left out."""
+"""Time for a chart's curve [s]; the rest is left out."""
 
 BALLAST: Final = 4 * 2**20
-"""Memory reserved to report that memory is exhausted [bytes]."""
+"""Memory to report that memory is exhausted [bytes]."""
 
 
 class Wrong(Exception):
-    """A fault of the file.
-
-    Args:
-        text: fault and expectation, or with parts its template, see `LazyText`.
-        line: None if unknown.
-    """
+    """A fault of the file. `text`: fault and expectation; with parts, a `LazyText` template."""
 
     def __init__(self, text: str, /, line: int | None = None, **parts: object) -> None:
         made = LazyText(text, **parts) if parts else text
@@ -73,15 +66,14 @@ class LawFile:
     """The functions of a file.
 
     Args:
-        path: for `__file__`.
         text: raw content, in its declared encoding.
-        memory: its limit, for the message when it is exceeded [bytes].
+        memory: limit, for messages [bytes].
 
     Attributes:
         wants_all_pairs: true if it reads `rows`, `distances` and `approaches`.
 
     Raises:
-        Wrong: it does not compile, fails while it is read, or has no function `law` of one argument.
+        Wrong: it does not compile, fails, or has no function `law` of one argument.
     """
 
     def __init__(self, path: str, text: bytes, memory: int) -> None:
@@ -125,7 +117,7 @@ class LawFile:
             inspect.signature(function).bind(None)
         except TypeError as error:
             raise Wrong(
-                "{name} must take one argument, {name}({argument}); as it stands: {error}.",
+                "{name} must take one argument, {name}({argument}): {error}.",
                 line=_line_of(function),
                 name=name,
                 argument=argument,
@@ -136,10 +128,10 @@ class LawFile:
         return function
 
     def velocities(self, situation: Situation) -> tuple[Array, float]:
-        """Return q̇ (n,) [rad/s] and its computing time [s].
+        """q̇ (n,) [rad/s] and its computing time [s].
 
         Raises:
-            Wrong: an exception, or a result other than n finite numbers.
+            Wrong: an exception, or not n finite numbers.
         """
         law, n = self._law, len(situation.row)
         assert law is not None
@@ -199,10 +191,10 @@ class LawFile:
         return velocities
 
     def activation(self, distance: float) -> float:
-        """Return λ at a distance [m].
+        """λ at a distance [m].
 
         Raises:
-            Wrong: an exception, or a result that is not in [0, 1].
+            Wrong: an exception, or not in [0, 1].
         """
         function, line = self._activation, _line_of(self._activation)
         assert function is not None
@@ -230,13 +222,11 @@ class LawFile:
         return lam
 
     def activations(self, distances: Array) -> Array:
-        """Return λ (k,) at distances (k,) [m]; nan after a failure or the time limit."""
+        """λ (k,) at distances (k,) [m], see `_curve`."""
         return _curve(self.activation, distances)
 
     def rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
-        """Return J_d q̇ (k,) [m/s] of one pair at distances (k,), see `Law.line_rate`; nan after a failure or
-        the time limit.
-        """
+        """J_d q̇ (k,) [m/s] of one pair, see `Law.line_rate` and `_curve`."""
 
         def rate(distance: float) -> float:
             situation = one_joint(distance, pull, approach, square)
@@ -266,7 +256,7 @@ class LawFile:
 
 
 def _curve(function: Callable[[float], float], distances: Array) -> Array:
-    """Values (k,) of a function at distances (k,) [m]; nan after a failure or the time limit."""
+    """Values (k,) at distances (k,) [m]; nan after a failure or the time limit."""
     found = np.full(len(distances), np.nan)
     end, waited = perf_counter() + CURVE, without_core(os.getpid())
     for i, distance in enumerate(distances.tolist()):
@@ -279,7 +269,7 @@ def _curve(function: Callable[[float], float], distances: Array) -> Array:
 
 
 def _is_text(text: bytes) -> bool:
-    """True if all bytes are valid in the declared encoding (Python's own message depends on its version)."""
+    """True if valid in the declared encoding (Python's message depends on its version)."""
     try:
         return "\0" not in decode_source(text)
     except (SyntaxError, ValueError, LookupError):

@@ -1,8 +1,7 @@
 """Six scripted tests of a law; each reports the failed inequality and its margin.
 
-The runs use the product's scenes, inputs, bounds and integration, with d_m = 0.15 m, v = 0.30 m/s and a hand
-that never moves faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is damped, or its
-velocity clipped to the bounds; as printed it asks for any speed where J_d is singular.
+d_m = 0.15 m, v = 0.30 m/s, and the hand never moves faster than 0.25 m/s. The paper's law passes if its
+pseudo-inverse is damped, or its velocity clipped; as printed it asks for any speed where J_d is singular.
 """
 
 from collections.abc import Callable
@@ -18,34 +17,28 @@ from scenes.experiments import BALL, HOLD, SOLO
 from scenes.history import COLUMN
 
 SLACK: Final = 0.002
-"""Allowance for a switching law at a time step of 5 ms [m]."""
+"""Allowance for a switching law at 5 ms [m]."""
 APPROACH: Final = 8.0
-"""Length of the run with an approaching hand [s]; without avoidance the arms overlap in it."""
+"""Run with an approaching hand [s]; without avoidance the arms overlap in it."""
 REST: Final = 1.5
-"""Initial rest of the hand in the ball experiment [s]."""
+"""Initial rest of the hand beside a ball [s]."""
 UNHARMED: Final = 0.010
-"""Largest error of the hand from a far obstacle [m]."""
+"""Largest error beside a far obstacle [m]."""
 UNTOUCHED: Final = 0.001
-"""Largest error of the hand without an obstacle [m]."""
+"""Largest error without an obstacle [m]."""
 ESCAPE: Final = 2.0
-"""Time to get out of the overlap [s]; at v it takes 0.67 s."""
+"""Time to leave the overlap [s]; at v it takes 0.67 s."""
 STAY: Final = 2.5
-"""Time until which it has to stay out [s]."""
+"""Time until which it must stay out [s]."""
 PASSAGE: Final = 5.5
 """Time at which the hand has passed the ball [s]."""
 HALVED: Final = 0.65
-"""Largest ratio of the steps of q̇ at half the time step: 1/2 if q̇ is smooth, 1 at a jump."""
+"""Largest ratio of q̇'s steps at half the time step: 1/2 if smooth, 1 at a jump."""
 QUICK: Final = 1e-3
 """Longest call with transport [s]."""
 
 
 def verdict_on(law: Candidate, name: str) -> TrialResult:
-    """Verdict of one test.
-
-    Args:
-        law: d ↦ q̇ as in `controllers.laws.situation.Law`.
-        name: in `TRIALS`.
-    """
     try:
         passed, reason, curve = TRIALS[name](law)
     except arena.TrialStopped as stopped:
@@ -87,7 +80,6 @@ def keeps_its_distance(law: Candidate) -> TrialOutcome:
 
 
 def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
-    """|e| stays small without an obstacle (d = ∞), and with a ball at 2.5 d_m."""
     empty = arena.enter(SOLO, law, path="circle")
     table = arena.play(empty, law, [None] * round(2.0 / arena.DT))
     error = arena.largest_error(table)
@@ -131,7 +123,7 @@ def gets_out(law: Candidate) -> TrialOutcome:
 
 
 def is_smooth(law: Candidate) -> TrialOutcome:
-    """Half the time step gives half the largest step of q̇, past a ball with one control point (Fig. 1)."""
+    """Half the time step halves the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
     lines: dict[str, list[float | None]] = {}
     for dt in (2.0 * arena.DT, arena.DT):
@@ -155,9 +147,7 @@ def is_smooth(law: Candidate) -> TrialOutcome:
 
 
 def is_bounded(law: Candidate) -> TrialOutcome:
-    """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap,
-    and at d = ∞.
-    """
+    """|q̇| within its bound in `arena.hard_situations`."""
     worst, where = 0.0, ""
     for situation in arena.hard_situations():
         velocities = law(situation)
@@ -177,7 +167,6 @@ def is_bounded(law: Candidate) -> TrialOutcome:
 
 
 def is_quick(law: Candidate) -> TrialOutcome:
-    """The median call takes less than 1 ms, which leaves time in a tick."""
     situations = arena.hard_situations()
     taken: list[float] = []
     for i in range(300):
@@ -222,23 +211,23 @@ GATES: Final = ("keeps its distance", "gets out")
 TRY: Final[dict[str, tuple[str, int]]] = {
     "keeps its distance": (
         N_(
-            "Let λ be 1 at d_m and below, add λ (v + u) and not less, and look at the sign: J_d @ q̇ > 0 leads away."
+            "Set λ to 1 at d_m and below, add λ (v + u) and not less, and check the sign: J_d @ q̇ > 0 leads away."
         ),
         6,
     ),
     "leaves the task alone": (
-        N_("Let λ fall to 0 as d grows, and return situation.nominal where d is inf."),
+        N_("Decrease λ to 0 as d grows, and return situation.nominal if d is inf."),
         4,
     ),
     "gets out": (
         N_(
-            "Keep λ = 1 wherever d is below d_m, also where d is negative: a quotient or a power of d turns round there."
+            "Keep λ = 1 for every d below d_m, also if d is negative: a quotient or a power of d changes its sign there."
         ),
         4,
     ),
     "smooth": (N_("Replace the `if` at a distance by a λ that changes with d without a jump."), 5),
     "bounded where J_d is singular": (
-        N_("Damp more, with a larger μ² beside `J_d @ J_d`, or clip q̇ to situation.lower and .upper."),
+        N_("Damp more: add a larger μ² to `J_d @ J_d`, or clip q̇ to situation.lower and .upper."),
         10,
     ),
     "quick": (N_("Leave imports and loops outside of law(), and compute with whole arrays."), 10),

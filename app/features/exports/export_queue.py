@@ -1,4 +1,4 @@
-"""Exports and loaded files of one session. A request submits a job to the pool; the page takes the results."""
+"""Exports and loaded files of one session, as jobs."""
 
 from collections.abc import Callable
 from typing import Any, Final, Literal, NamedTuple
@@ -27,11 +27,10 @@ WORDS: Final[dict[str, str]] = {
     "film": N_("the replay"),
     "load": N_("the run of the file"),
 }
-"""Kind of job → its name on the page."""
 
 TITLES: Final[dict[Agreement, str]] = {
     "exact": N_("Loaded: the same run"),
-    "close": N_("Loaded: the same run, but for the last digits"),
+    "close": N_("Loaded: the same run, except for the last digits"),
     "differs": N_("Loaded, but it is not the same run"),
 }
 
@@ -42,7 +41,7 @@ class File(NamedTuple):
 
 
 class ExportQueue:
-    """Belongs to the thread that advances the session. `player`: the session's; it collects finished jobs."""
+    """Belongs to the thread that advances the session. `player` collects finished jobs."""
 
     def __init__(self, session: Session, player: ReplayPlayer) -> None:
         self.session, self.player, self._jobs = session, player, player.jobs
@@ -50,10 +49,10 @@ class ExportQueue:
         self._snippet: str | None = None
 
     def ask(self, kind: FileKind, seconds: float) -> None:
-        """Export the last `seconds` [s] of the shown run, live or replayed."""
+        """Export the last `seconds` [s] of the shown run."""
         recorded = self.player.recorded(seconds)
         if recorded is None:
-            self.session.notify("There is nothing to export yet", "Let it run for a moment.")
+            self.session.notify("There is nothing to export yet", "Run it for a moment.")
             return
         language = spoken().language
         page, name = self.session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
@@ -97,16 +96,13 @@ class ExportQueue:
                 )
 
     def make(self, what: str, name: str, compute: Callable[..., bytes], *arguments: Any) -> None:
-        """Submit a file of another feature.
-
-        Args:
-            what: its name in English, for `tr`.
-            compute: returns its content; at a module's top level, as it runs in another process.
+        """Submit another feature's file. `what`: English name for `tr`; `compute`: top-level function for
+        another process.
         """
         self._jobs.submit(what, self._file(name), compute, *arguments)
 
     def load(self, data: bytes, name: str) -> None:
-        """Load a file: its run is computed again, compared with the stored outcome and replayed."""
+        """Compute a file's run again, compare the outcome, and replay it."""
         self._jobs.submit("load", lambda loaded: self._take(loaded, name), load_run, data, name)
 
     def _file(self, name: str) -> Callable[[bytes], None]:
@@ -142,7 +138,7 @@ class ExportQueue:
 
 
 def make_picture(language: Language, *arguments: Any) -> bytes:
-    """Picture in a language; only the worker imports matplotlib."""
+    """Only the worker imports matplotlib."""
     from app.features.exports.plot_pictures import picture_bytes
 
     set_language(language)

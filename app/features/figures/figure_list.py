@@ -1,4 +1,4 @@
-"""All figures, and the report of their runs."""
+"""All figures, and the report."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class FigureEntry:
     """A figure.
 
     Attributes:
-        paper: the paper's statement on it, or on what it examines.
+        paper: the paper's statement.
         number: in the paper; 0 for ours.
     """
 
@@ -161,10 +161,10 @@ CATALOGUE: Final = (
 
 
 def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
-    """Figures of a list such as "2,5,laws", in the order of the catalogue; all for "".
+    """Figures of a list such as "2,5,laws"; all for "".
 
     Raises:
-        BadSetting: unknown number or name; names the valid ones.
+        BadSetting: unknown number or name.
     """
     asked = [word.strip().lower() for word in only.split(",") if word.strip()]
     by_word = {entry.name: entry for entry in CATALOGUE} | {
@@ -174,7 +174,7 @@ def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
         if word not in by_word:
             numbers = ", ".join(str(entry.number) for entry in CATALOGUE if entry.number)
             names = ", ".join(entry.name for entry in CATALOGUE)
-            raise BadSetting(f"only = {word[:40]!r} is no figure; choose from {numbers} or {names}.")
+            raise BadSetting(f"only = {word[:40]!r} is not a figure; choose from {numbers} or {names}.")
     wanted = {by_word[word].name for word in asked}
     return tuple(entry for entry in CATALOGUE if not asked or entry.name in wanted)
 

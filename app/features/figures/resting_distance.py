@@ -1,6 +1,4 @@
-"""Closed forms against the whole loop: the resting distance over n, v and w, the far bias over n, and the
-threshold at w = v.
-"""
+"""Resting distance, far bias and threshold: closed forms against the whole loop."""
 
 from itertools import islice
 from typing import Final
@@ -25,14 +23,14 @@ CRITICAL_DISTANCE: Final = 0.15
 ORDER: Final = 2.0
 VELOCITY: Final = 0.3
 PULL: Final = 0.2
-"""Default d_m [m], n, v and u [m/s], as in the worked example of the closed form."""
+"""Default d_m [m], n, v and u [m/s], as in the closed form's example."""
 
 STEP: Final = 0.005
-"""dt of the whole loop [s]."""
+"""dt [s]."""
 
 
 class ContactRun:
-    """Two arms on the table; the left one avoids with its hand, the right one approaches with its forearm."""
+    """The left hand avoids the right forearm, which approaches."""
 
     def __init__(self, law: SmoothPriority) -> None:
         room = build_room("table")
@@ -45,14 +43,14 @@ class ContactRun:
         self._row = np.zeros(room.model.nv)
 
     def measure(self) -> float:
-        """d of the pair at the current posture [m]."""
+        """d of the pair now [m]."""
         self._kinematics.update(self._q)
         self._detector.detect()
         self._row = self._detector.row(self._pair)
         return float(self._detector.distances()[self._pair])
 
     def start_at(self, distance: float) -> None:
-        """Move both arms to a distance of the pair [m], by Newton steps along the rows."""
+        """Move both arms to a distance [m] by Newton steps."""
         for _ in range(100):
             missing = distance - self.measure()
             step = min(max(missing, -0.02), 0.02) / 2.0
@@ -76,7 +74,7 @@ class ContactRun:
         return distance
 
     def _along(self, joints: slice, speed: float) -> Array:
-        """Smallest velocity (n,) of an arm that changes d at a speed [m/s]."""
+        """Smallest velocity (n,) that changes d at a speed [m/s]."""
         row = self._row[joints]
         return row * (speed / row.dot(row))
 
@@ -87,9 +85,7 @@ def closed_form(n: float, v: float, w: float) -> float:
 
 
 def settled(n: float, v: float, w: float) -> float:
-    """Resting d of the whole loop [m]; the run starts 15 mm beyond and lasts five time constants, at most 10
-    s.
-    """
+    """Resting d [m], from 15 mm beyond, after five time constants, at most 10 s."""
     contact = ContactRun(SmoothPriority(CRITICAL_DISTANCE, n, v))
     contact.start_at(closed_form(n, v, w) + 0.015)
     return contact.run(min(5.0 * budget.settling_time(CRITICAL_DISTANCE, n, v, PULL, w), 10.0), w)
@@ -160,7 +156,7 @@ def draw(plan: Plan) -> Drawn:
     sentences = [
         "d* = d_m [(u + v)/(u + w)]^(1/n). "
         + ", ".join(f"{1000 * closed_form(n, VELOCITY, 0.0):.1f} mm (n = {n})" for n in (1, 2, 10))
-        + f" for d_m = 150 mm, v = {VELOCITY}, u = {PULL} m/s and an obstacle that stands still.",
+        + f" for d_m = 150 mm, v = {VELOCITY}, u = {PULL} m/s and an obstacle at rest.",
         f"The whole loop (two arms, hand against forearm, dt = 5 ms) comes to rest within {1000 * worst:.2f} mm of it in all "
         f"{len(rows)} runs.",
         "A larger n or w brings the rest nearer to d_m, a larger v farther away; w = v is the last that has one, and it is d_m.",
@@ -174,7 +170,7 @@ def draw(plan: Plan) -> Drawn:
 def expected_bias(run: Run) -> float:
     """|e| of the closed form for the last posture of a run [m].
 
-    At rest ḋ = 0 with w = 0, so that u = λ v / (1 − λ), and q̇_n = J^# K e has to be parallel to J_d:
+    At rest ḋ = 0 with w = 0, so u = λ v / (1 − λ), and q̇_n = J^# K e is parallel to J_d:
     K e = −u J J_dᵀ / (J_d J_dᵀ).
     """
     simulation, law = run.simulation, run.simulation.settings.law
@@ -191,7 +187,6 @@ def expected_bias(run: Run) -> float:
 
 
 def draw_far_bias(plan: Plan) -> Drawn:
-    """Displacement of an arm without an obstacle nearby, since λ never reaches 0."""
     orders = plan.either((1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0), (2.0, 6.0))
     length = plan.either(60.0, 20.0)
     base = plan.settings({"pairs": "soft"}, rig="table")
@@ -245,13 +240,13 @@ def draw_far_bias(plan: Plan) -> Drawn:
 
 
 SCRIPT: Final = 46.0
-"""Length of the scripted inputs at their own pace [s]."""
+"""Length of the scripted inputs [s]."""
 
 LOOKS: Final = {
     False: {"marker": "o", "color": COLOURS.distance, "linestyle": DASHES[0], "label": "paper's law"},
     True: {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "$w$ added to $v$"},
 }
-"""True if the law knows w → line style."""
+"""Knowledge of w → line style."""
 
 
 def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
@@ -261,7 +256,6 @@ def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float,
 
 
 def draw_threshold(plan: Plan) -> Drawn:
-    """Smallest distance over the speed of the inputs: the threshold at w = v."""
     paces = plan.either(
         (0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8)
     )

@@ -22,7 +22,7 @@ class League:
     """Play all laws in the same runs, and write tables and a page.
 
     Every built-in law and every given one runs with its own settings, and with those at which all keep the same
-    distance on average. Give the same command to go on, and further files to add them."""
+    distance on average. Give the same command to continue, and further files to add them."""
 
     laws: tyro.conf.Positional[tuple[Path, ...]] = ()
     """Files with laws (*.py), or folders of them. Nothing in them is trusted; see `grade`."""
@@ -41,11 +41,11 @@ class League:
 
 
 def league(command: League) -> int:
-    """Play missing runs, and write tables and page; return the exit code.
+    """Returns the exit code.
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
-        DuetError: workers were ended from outside; the outcomes so far are kept.
+        DuetError: workers were ended from outside; outcomes so far are kept.
     """
     with ending_at_once():
         from app.features.league.entrants import entrants, played
@@ -89,7 +89,7 @@ def league(command: League) -> int:
     except KeyboardInterrupt:
         left = len(files.missing(command.seconds))
         print(
-            f"{left} scenes are left, the rest is in {command.out / PART}; the same command goes on from there.",
+            f"{left} scenes are left, the rest is in {command.out / PART}; the same command continues from there.",
             file=sys.stderr,
         )
         return INTERRUPTED
@@ -97,11 +97,7 @@ def league(command: League) -> int:
 
 
 def _files(given: tuple[Path, ...]) -> list[Path]:
-    """Files, those of a folder sorted.
-
-    Raises:
-        BadSetting: a folder holds no law.
-    """
+    """Raises `BadSetting` if a folder holds no law."""
     found: list[Path] = []
     for path in given:
         inside = (

@@ -8,7 +8,6 @@ from app.hosting.serve_options import FeatureOptions
 from controllers.errors import BadSetting
 
 MOST_STUDENTS: Final = 2000
-"""Largest number of expected students."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class LectureOptions(FeatureOptions):
         if self.watchers < 1:
             raise BadSetting("--watchers must be at least 1.")
         if not 0 <= self.students <= MOST_STUDENTS:
-            raise BadSetting(f"--students must be 0 to {MOST_STUDENTS}; 0 where it is not known.")
+            raise BadSetting(f"--students must be 0 to {MOST_STUDENTS}; 0 if it is not known.")
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
         if not self.lecture:

@@ -19,7 +19,7 @@ def banner_html(kind: str, text: str) -> Markup:
 def join_html(address: Address) -> Markup:
     if address.private:
         hint = tr_html(
-            "Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in."
+            "Only this computer can open it. Start with <code>--host 0.0.0.0</code> to admit the class."
         )
     else:
         hint = tr(
@@ -32,7 +32,7 @@ def join_html(address: Address) -> Markup:
 
 
 def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
-    """Address for every screen. `joined`: see `joined_text`, or None."""
+    """Address for every screen. `joined`: see `joined_text`."""
     said = "" if joined is None else joined_text(*joined)
     return macros("features/lecture/invitation.html").overlay(
         address, qr_svg(address.url, tr("QR code of the address")), said

@@ -1,4 +1,4 @@
-"""The teacher's remote control of the projector: station, timer, blank and freeze."""
+"""The teacher's remote control of the projector."""
 
 from urllib.parse import urlencode
 
@@ -27,7 +27,7 @@ class ScreenPanel:
             gui,
             "timer",
             {f"{seconds} s" if seconds else N_("Off"): Teach(action) for action, seconds in TIMERS.items()},
-            "Everybody sees the time run down. When it is over, answers still count until the reveal.",
+            "Everybody sees the remaining time. After it, answers still count until the reveal.",
             control.session.post,
         )
         self._picture = ChoiceButtons(
@@ -41,7 +41,7 @@ class ScreenPanel:
             gui,
             "shows",
             {"3-D view alone": Teach("stage"), "With panels": Teach("panels")},
-            "With panels: lesson and plots beside the 3-D view, as students see them.",
+            "With panels: lesson and plots next to the 3-D view, as students see them.",
             control.session.post,
         )
         gui.add_html(open_html(control.session.settings.page, keyed))
@@ -71,7 +71,7 @@ class ScreenPanel:
 
 
 def next_station_label(presenter: Presenter, following: Station | None) -> str:
-    """Effect of Page ↓. `following`: next station; None if the next step follows."""
+    """Effect of Page ↓. `following`: None if the next step follows."""
     if presenter.covered:
         return tr("Next: the picture again")
     return tr("Next step") if following is None else tr("Next: {what}", what=tr(STATION_NAMES[following]))
@@ -100,11 +100,10 @@ def covers_html(presenter: Presenter) -> Markup:
 
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
-    """Button that opens a projector's window (with the teacher's key), and instructions."""
     query = {"screen": "1", "profile": "projector"} | (
         {} if page.language == "auto" else {"lang": page.language}
     )
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
-    more = tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")
+    more = tr("Page ↓: next. Page ↑: back. B: black screen. F: freeze.")
     return macros("features/lecture/screen.html").opener(urlencode(query), f"{how} {keys} {more}")

@@ -40,9 +40,8 @@ TeacherAction = (
     | Literal["show", "show run", "pace"]
     | ScreenAction
 )
-"""All students to the shared or to breakout sessions, pause, reveal the answers, ask again, count votes
-without a page or not, show reasons, set the expected number, show the address; show an exploring student's
-answer or run; open steps.
+"""follow, free: shared or breakout sessions. pages: count votes without a page or not. quote: show reasons.
+pace: open steps.
 """
 
 EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
@@ -50,7 +49,7 @@ EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause",
 
 
 class Teach(Action, newest_by=("what",)):
-    """An action of a teacher. `value`: its name or text."""
+    """A teacher's action. `value`: a name or text."""
 
     what: TeacherAction
     value: str = ""
@@ -68,7 +67,7 @@ class Answer(Action, newest_by=("student",)):
 
 
 class Because(Action, newest_by=("student", "question")):
-    """A student's reason for the answer to a question."""
+    """A student's reason for an answer."""
 
     student: str
     question: QuestionId
@@ -76,12 +75,11 @@ class Because(Action, newest_by=("student", "question")):
 
 
 class TeacherControl:
-    """All methods except those that post belong to the shared session's thread.
+    """Belongs to the shared session's thread, except `post` and `answers.put`.
 
     Attributes:
-        answers: students' answers and hand-ins, processed before the teacher's actions; they survive the
-            teacher's tab.
-        refused: why the typed steps are not the lesson's, or "".
+        answers: of students, processed before the teacher's actions; they survive the teacher's tab.
+        refused: why the typed steps are invalid, or "".
     """
 
     def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession) -> None:
@@ -103,7 +101,7 @@ class TeacherControl:
         return self.lessons.walk if self.lessons.open else None
 
     def poll(self, book: LessonBook | None = None) -> Poll | None:
-        """Current question, or None. `book`: in the reader's language; None for the session's."""
+        """See `Classroom.poll`."""
         return self.classroom.poll(self._walk, book)
 
     @property
@@ -117,7 +115,7 @@ class TeacherControl:
         )
 
     def post(self, action: TeacherAction, value: str = "") -> None:
-        """Queue a teacher's action for the next frame; from any thread."""
+        """Queue an action for the next frame; thread-safe."""
         self.session.post(Teach(action, value))
 
     def _take_answer(self, action: Answer) -> None:
@@ -208,7 +206,7 @@ class TeacherControl:
     # ---- what one student has done -----------------------------------------------------------------------------------------
 
     def _show_work(self, student: str | None, run: bool = False) -> None:
-        """Show a student's work in the current step, or the step of a run; None hides it."""
+        """`student`: None hides the work."""
         self.presenter.uncover()
         if student is not None:
             progress = self.classroom.board.progress_of(student)
@@ -221,14 +219,13 @@ class TeacherControl:
             return
         self.classroom.wanted = ""
         if recorded is None:
-            self.session.notify("There is nothing to replay yet", "Let it run for a moment.")
+            self.session.notify("There is nothing to replay yet", "Run it for a moment.")
             return
         self._show_work(student, run=True)
         self._replayed = tr("a student's run")
         player.watch_file(recorded, self._replayed)
 
     def _go_on(self) -> None:
-        """Show the next station. A covered projector is only uncovered."""
         presenter, walk, lessons, session = self.presenter, self._walk, self.lessons, self.session
         if presenter.uncover() or walk is None:
             return

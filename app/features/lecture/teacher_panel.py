@@ -1,6 +1,4 @@
-"""The teacher's panel; only the notes, while another teacher's tab leads. Only the teacher's browsers receive
-it.
-"""
+"""The teacher's panel, which only teachers' browsers receive."""
 
 from collections.abc import Callable, Mapping
 from time import monotonic
@@ -28,7 +26,7 @@ from app.web.viser_internals import HotkeyKey
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
     (N_("Class: follow me, or explore freely"), "F", "free"),
-    (N_("Class: pause everybody, or go on"), "P", "pause"),
+    (N_("Class: pause everybody, or continue"), "P", "pause"),
     (N_("Class: reveal the answers to everybody"), "V", "reveal"),
     (N_("Class: ask again"), "Q", "again"),
     (N_("Class: the address on the screen, or away"), "J", "invite"),
@@ -36,7 +34,7 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 """Label, key with Alt and Shift, action."""
 
 LONGEST_QUOTE: Final = 40
-"""Longest listed reason [characters]."""
+"""Longest typed list of reasons [characters]."""
 
 PERIOD: Final = 1.0
 """Period of the board's update [s]."""
@@ -68,7 +66,6 @@ class BoardPanel:
         on_press(run, lambda: act("show run", self._student.value))
 
     def show(self) -> None:
-        """Update the board; shown while the class explores."""
         classroom, lessons, now = self._classroom, self._lessons, monotonic()
         self._folder.visible = classroom.free
         if not classroom.free or now < self._next:
@@ -92,11 +89,7 @@ class BoardPanel:
 
 
 class TeacherPanel:
-    """A teacher's tabs.
-
-    Args:
-        notes: Markdown by lesson id; None without a key.
-    """
+    """A teacher's tabs. `notes`: Markdown by lesson id; None without a key."""
 
     def __init__(
         self,
@@ -245,18 +238,14 @@ class TeacherPanel:
         self._reveal.disabled = poll is None or not poll.tally.handed_in
         # Two rounds with a talk between them: the first one need not be revealed.
         self._again.visible = poll is not None and (not poll.open or poll.tally.handed_in > 0)
-        self._pause.label = tr("Let everybody go on") if classroom.paused else tr("Pause everybody")
+        self._pause.label = tr("Continue for everybody") if classroom.paused else tr("Pause everybody")
 
     def close(self) -> None:
         self._downloads.close()
 
 
 class AssistantPanel:
-    """Tab of a teacher while another one leads: a line, a button, and the notes.
-
-    Args:
-        take_over: called on the network's thread.
-    """
+    """Tab of a teacher while another one leads. Calls `take_over` on the network's thread."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Attempts at a challenge, by a run or by a custom law."""
+"""Attempts at a challenge."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,12 +20,7 @@ from scenes.simulation import Simulation
 
 
 class RunWatch:
-    """Detects restarts and changed settings in a run.
-
-    Attributes:
-        mixed: true if settings changed during the run.
-        run: its number; a restart increments it.
-    """
+    """Detects restarts (counted in `run`) and changed settings (`mixed`)."""
 
     def __init__(self) -> None:
         self.mixed, self.run = False, 0
@@ -54,11 +49,7 @@ def attempted(
     finished: bool,
     mixed: bool,
 ) -> Attempt:
-    """Judge a run by its challenge; it does not count before its end, or if settings changed during it.
-
-    Args:
-        yours: true if the student moves, so that any moment may be the end.
-    """
+    """Judge a run, which counts only at its end (at any time if `yours`), and without changed settings."""
     if challenge.criteria and simulation.steps == 0:
         return Attempt(False, (), LazyText(N_("Press Run first.")))
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
@@ -70,12 +61,12 @@ def attempted(
         if challenge.best_of:
             note = N_("The settings changed during this push, so it does not count. Press Next push.")
     elif challenge.criteria and not yours and not finished:
-        note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
+        note = N_("The run is too short. Continue it to {seconds}, then try again.")
     return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt
 
 
 class StandIn:
-    """Gives a built-in law the interface of a custom law in its tests."""
+    """Built-in law with the interface of a custom law; the tests ask only for q̇."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
@@ -89,12 +80,10 @@ class StandIn:
         return self._law(situation)
 
     def activation(self, distance: float) -> float:
-        """Return nothing: no test asks for λ."""
         del distance
         return 0.0
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Return nan: no test asks for it."""
         del distance, pull, approach, square
         return float("nan")
 

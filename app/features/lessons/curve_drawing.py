@@ -1,4 +1,4 @@
-"""Drawn predictions, and their distance from the true curve."""
+"""Drawn predictions and true curves."""
 
 from collections.abc import Sequence
 from statistics import fmean, median
@@ -19,7 +19,7 @@ from controllers.activation import activation
 from controllers.kinematics import Array
 
 ENOUGH: Final = 0.5
-"""Share of the columns that a drawing must fill, and in which the truth must be known."""
+"""Share of the columns that must be drawn, and whose truth must be known."""
 
 
 class DrawingVerdict(NamedTuple):
@@ -30,7 +30,7 @@ class DrawingVerdict(NamedTuple):
 
 
 class DrawnCurves(NamedTuple):
-    """A drawing and the truth; () and None for what is not known yet."""
+    """A drawing and the truth; () or None until known."""
 
     drawn: Curve
     truth: Curve
@@ -45,7 +45,7 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
     if x_name == y_name or y_name == "time":
         raise entry.fault(
             "y",
-            f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time.",
+            f"y = {y_name!r} over x = {x_name!r} is not a curve; draw another quantity than x, and none but x is time.",
         )
     if "error" in (x_name, y_name) and setup.run.experiment.error_unit != "m²":
         raise entry.fault(
@@ -79,7 +79,7 @@ def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
 
 
 def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:
-    """True curve for a drawing; nan in columns that the run did not reach."""
+    """True curve; None in columns that the run did not reach."""
     if drawing.formula:
         law = evidence.settings.law
         return tuple(activation(d, law.critical_distance, law.order) for d in drawing.columns)
@@ -109,7 +109,7 @@ def first_met(xs: Array, ys: Array, columns: Sequence[float]) -> Curve:
 
 
 def mean_distance(drawn: Curve, truth: Curve) -> float | None:
-    """Mean |drawn − truth| over common columns; None if these are fewer than `ENOUGH` of the truth's."""
+    """Mean |drawn − truth| over common columns; None below `ENOUGH` of the truth's."""
     known = sum(t is not None for t in truth)
     apart = [abs(a - b) for a, b in zip(drawn, truth, strict=False) if a is not None and b is not None]
     return fmean(apart) if apart and len(apart) >= ENOUGH * known else None
@@ -134,7 +134,6 @@ def median_curve(curves: Sequence[Curve]) -> Curve:
 
 
 def flat_line(truth: Curve) -> Curve:
-    """Flat line at the median of the truth, the nearest one."""
     known = [t for t in truth if t is not None]
     return (median(known),) * COLUMNS if known else ()
 
@@ -146,12 +145,11 @@ def drawing_svg(
     others: tuple[Curve, ...] = (),
     earlier: tuple[Curve, ...] = (),
 ) -> Markup:
-    """Return the axes with the curves as an <svg> element in the current language.
+    """Axes with curves.
 
     Args:
-        drawn: one student's curve, or the median of a class.
-        truth: () before the run.
-        earlier: curves of the same class in an earlier round, drawn pale.
+        drawn: of one student, or the median of a class.
+        earlier: of the class in an earlier round.
     """
     lines = [Line(curve, "first", width=1.0, opacity=0.35) for curve in earlier]
     if earlier:

@@ -27,13 +27,13 @@ BEYOND_CRITICAL: Final = {
     "distance_margin": True,
     "value_margin": True,
 }
-"""Measurements of d, or of another first task → true for d − d_m instead of d."""
+"""Measurements of d or another first task → true for d − d_m."""
 
 FARTHEST: Final = 1.0
 """Largest |d| of a guess [m]."""
 
 AT_END: Final = 0.15
-"""Moments this close to the end of a run count as its end [s]."""
+"""Moments this close to the end count as the end [s]."""
 
 
 def asks_for_distance(step: Step) -> bool:
@@ -46,7 +46,7 @@ def asks_for_distance(step: Step) -> bool:
 
 
 def guessed_answer(step: Step, distance: float) -> int | None:
-    """Index of the answer that a distance [m] supports, or None."""
+    """Answer that `distance` [m] supports, or None."""
     if (
         step.question is None
         or not asks_for_distance(step)
@@ -64,10 +64,10 @@ class StepOutcome:
     """Outcome of a step's run.
 
     Attributes:
-        values: of the step's measurements, each followed by its comparisons.
-        reference: true if the reference run replaced a run that was too short or had other settings.
-        unlike: keys of settings that differ from the question's.
-        curve: true curve of a drawing; () if the step has no drawing.
+        values: of each measurement, followed by its comparisons.
+        reference: the reference run replaced a run that was too short or had other settings.
+        unlike: settings that differ from the question's.
+        curve: true curve of a drawing, or ().
     """
 
     values: tuple[tuple[Value, ...], ...]
@@ -80,16 +80,15 @@ class StepOutcome:
         return question.answer(self.values[0]) if self.values else None
 
     def known(self, step: Step) -> dict[str, tuple[Value, ...]]:
-        """Values by measurement id: its own, then those of its comparisons."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
     def lines(
         self, step: Step, language: Language, tabled: Collection[str] = (), told: Collection[str] = ()
     ) -> tuple[str, ...]:
-        """Format every number with its label, and the remarks on the run.
+        """Numbers with labels, and remarks on the run.
 
         Args:
-            told: ids of those that a text shows; their lines are left out if others remain.
+            told: ids that a text shows, left out if others remain.
         """
         lines, words = list[str](), words_of(language)
         shown = [m for m in step.measurements if not m.text_only]
@@ -121,8 +120,8 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
     """Measure a step's run.
 
     Args:
-        setup: the step's own run, or one that shows why an answer is wrong.
-        time: simulated time [s].
+        setup: the step's, or that of a run that shows why an answer is wrong.
+        time: simulated [s].
     """
     own = setup == step.setup
     found: list[tuple[Value, ...]] = []
@@ -154,9 +153,7 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
 
 
 def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> Mark | None:
-    """Time at which the first measurement that has one took its value; None at the end of the run, or without
-    one.
-    """
+    """Moment of the first measurement that has one; None at the run's end."""
     for m in measurements:
         time = moment(evidence, m.name, m.parameters)
         if time is not None:
@@ -166,7 +163,7 @@ def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> 
 
 @dataclass(frozen=True)
 class AnswerVerdict:
-    """`reply`: the reason, in Markdown with this run's numbers; `lines`: measured values."""
+    """`reply`: Markdown with the run's numbers; `lines`: measured values."""
 
     right: bool
     headline: str
@@ -176,12 +173,7 @@ class AnswerVerdict:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Judgement of one criterion.
-
-    Attributes:
-        text: measured value, bound, and the difference, in the reader's language.
-        value: measured [SI].
-    """
+    """Judgement of one criterion. `text`: measured value, bound, and difference; `value`: measured [SI]."""
 
     id: str
     passed: bool
@@ -194,7 +186,7 @@ _NO_NOTE = LazyText("")
 
 @dataclass(frozen=True)
 class Attempt:
-    """A try at a challenge; `note` says why a run does not count."""
+    """A try at a challenge; `note`: why a run does not count."""
 
     passed: bool
     judgements: tuple[Judgement, ...]
@@ -215,7 +207,7 @@ class Attempt:
 
 
 def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]) -> Attempt:
-    """Judge a run. `said`: forecasts in their order; missing ones count as not given."""
+    """Judge a run. `said`: forecasts in order; missing ones fail."""
     judgements = [
         judged(c, measure(evidence, c.measurement.name, c.measurement.parameters), challenge.setup.seconds)
         for c in challenge.criteria
@@ -227,12 +219,7 @@ def judge(challenge: Challenge, evidence: Evidence, said: Sequence[float | None]
 
 
 def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
-    """Judge a criterion.
-
-    Args:
-        value: measured [SI].
-        seconds: required length of the run, for a value that is not known yet [s].
-    """
+    """Judge a criterion. `value`: measured [SI]; `seconds`: required length of the run [s]."""
     m, low, high = criterion.measurement, criterion.low, criterion.high
     label = label_text(m)
 
@@ -242,7 +229,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
         )
 
     if value is None:
-        text = N_("{label}: not known yet. Let the run go on for {seconds}.")
+        text = N_("{label}: not known yet. Continue the run for {seconds}.")
         return Judgement(m.id, False, LazyText(text, label=label, seconds=NumberText(f"{seconds:g} s")), None)
     if low is not None and high == low:
         if abs(value - low) <= 1e-9 * max(1.0, abs(low)):

@@ -1,4 +1,7 @@
-"""Scripted inputs: pure functions of the simulation and their parameters."""
+"""Scripted inputs: pure functions of the simulation.
+
+Lengths in m, speeds in m/s, angles in rad, times in s. `after`: first delay.
+"""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -32,9 +35,7 @@ def _hand(simulation: Simulation) -> Array:
 def _straight(
     begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0
 ) -> Callable[[float], Array]:
-    """Position (3,) over time [s] along a straight way at constant speed. `beyond`: extension past its end
-    [m].
-    """
+    """Time → position (3,), at constant speed. `beyond`: extension past the end."""
     length = float(np.linalg.norm(way))
     longest = max(length + beyond, 0.0)
     return lambda time: (
@@ -49,10 +50,7 @@ def push(
     after: float = 1.0,
     seconds: float = 60.0,
 ) -> Motion:
-    """The hand moves straight to the other arm's hand, wrist or elbow at a constant speed, and on past it.
-
-    Parameters: speed [m/s]; at; after, first delay [s]; seconds, duration of the push before it stays [s].
-    """
+    """The hand moves straight to the other arm's hand, wrist or elbow and past it, for `seconds`."""
     begin, kinematics, other = _hand(simulation), simulation.kinematics, simulation.avoiding
     goal = {
         "hand": kinematics.hand_pose(other).translation.copy(),
@@ -66,9 +64,9 @@ def push(
 def push_and_back(
     simulation: Simulation, share: float = 0.7, seconds: float = 3.0, rest: float = 1.0
 ) -> Motion:
-    """The hand moves softly a share of the way to the other arm's hand, waits, and comes back; repeatedly.
+    """The hand moves softly to and fro, by a share of the way to the other arm's hand.
 
-    Parameters: share of the way; seconds for one way [s]; rest at either end [s].
+    Parameters: seconds for one way; rest at either end.
     """
     begin = _hand(simulation)
     way = (simulation.kinematics.hand_pose(simulation.avoiding).translation.copy() - begin) * share
@@ -76,7 +74,7 @@ def push_and_back(
 
 
 def to_and_fro(time: float, seconds: float, rest: float) -> float:
-    """Share in [0, 1] of a soft motion there and back, with a rest before each: 0 at time 0."""
+    """Share in [0, 1] of a soft motion to and fro, with a rest before each; 0 at time 0."""
     leg, t = divmod(max(time, 0.0), seconds + rest)
     share, _ = quintic(min(max((t - rest) / max(seconds, 1e-9), 0.0), 1.0))
     return 1.0 - share if int(leg) % 2 else share
@@ -85,26 +83,19 @@ def to_and_fro(time: float, seconds: float, rest: float) -> float:
 def hand_to(
     simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0.0, speed: float = 0.1
 ) -> Motion:
-    """The hand, or in a scene of one arm the protected arm's, moves by (x, y, z) at a constant speed, and
-    stays there.
-
-    Parameters: x, y, z [m]; speed [m/s].
-    """
+    """The hand (of a single arm, the protected one's) moves straight by (x, y, z), and stays."""
     place = _straight(_hand(simulation), np.array([x, y, z]), speed)
     return lambda time: HandTarget(place(time))
 
 
 def hand_circle(simulation: Simulation, radius: float = 0.1, period: float = 6.0) -> Motion:
-    """The hand follows a vertical circle about its start. Parameters: radius [m]; period [s]."""
+    """The hand follows a vertical circle from its start."""
     begin = _hand(simulation)
     return lambda time: HandTarget(begin + _circle(time, radius, period, along_y=True))
 
 
 def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) -> Motion:
-    """The elbow swings to either side, repeatedly, while the hand keeps its pose.
-
-    Parameters: angle to either side about the line from shoulder to wrist [rad]; period [s].
-    """
+    """The elbow swings to either side about the line from shoulder to wrist; the hand keeps its pose."""
     simulation.kinematics.update(simulation.positions)
     swung = swing(simulation.kinematics, simulation.avoiding)
     return lambda time: swung(angle * np.sin(2.0 * np.pi * time / max(period, 1e-3)))
@@ -118,11 +109,9 @@ def null_motions(
     z: float = 0.0,
     seconds: float = 3.0,
 ) -> Motion:
-    """The arm follows its null-space motions one after another and stays there, while the hand keeps its
-    place.
+    """The arm follows its null-space motions in turn, and stays; the hand keeps its place.
 
-    Parameters: swing of the elbow; x, y, z, turns of the hand about these axes [rad]; seconds for each of the
-    four [s].
+    Parameters: swing of the elbow; x, y, z, turns of the hand; seconds for each of the four.
     """
     motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
     shares = [quintic(i / POSTURES)[0] for i in range(1, POSTURES + 1)]
@@ -138,20 +127,16 @@ def null_motions(
 
 
 def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after: float = 0.0) -> Motion:
-    """The ball moves straight to a place at a constant speed, and stays there.
-
-    Parameters: place; speed [m/s]; after, first delay [s].
-    """
+    """The ball moves straight to a place, and stays."""
     begin = _ball(simulation)
     centre = _straight(begin, ball_centre(simulation.room, place) - begin, speed, after)
     return lambda time: BallTarget(centre(time))
 
 
 def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: float = -1.0) -> Motion:
-    """The ball moves straight to the hand's start at a constant speed, and on past it.
+    """The ball moves straight to the hand's start and past it.
 
-    Parameters: speed [m/s]; after, first delay [s]; gap, distance at which it stops [m], negative for beyond
-    the hand.
+    Parameters: gap, distance at which it stops; negative for beyond the hand.
     """
     begin = _ball(simulation)
     centre = _straight(begin, _hand(simulation) - begin, speed, after, -gap - BALL_RADIUS - POINT_RADIUS)
@@ -159,7 +144,7 @@ def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: flo
 
 
 def ball_circle(simulation: Simulation, radius: float = 0.15, period: float = 6.0) -> Motion:
-    """The ball follows a vertical circle from its start. Parameters: radius [m]; period [s]."""
+    """The ball follows a vertical circle from its start."""
     begin = _ball(simulation)
     return lambda time: BallTarget(begin + _circle(time, radius, period, along_y=False))
 
@@ -185,10 +170,7 @@ def wall_to(
     speed: float = 0.2,
     after: float = 0.0,
 ) -> Motion:
-    """The wall goes by a way at a constant speed, tilts on the way, and stays there.
-
-    Parameters: x, y, z of the way [m]; tilt, positive looks up [rad]; speed [m/s]; after, how long it waits first [s].
-    """
+    """The wall moves straight by (x, y, z), tilts on the way (positive looks up), and stays."""
     columns = simulation.room.wall
     if columns is None:
         raise BadSetting("The script wall_to needs a wall; set first = wall or first = all.")
@@ -205,7 +187,7 @@ def wall_to(
 
 @dataclass(frozen=True)
 class ScriptEntry:
-    """A script and its use.
+    """A script.
 
     Attributes:
         make: (simulation that has just begun, parameters) → motion.
@@ -244,7 +226,7 @@ SCRIPTS: Final[dict[str, ScriptEntry]] = {
 
 
 def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tuple[str, Any], ...]:
-    """Check the parameters of a script; a `RoomPlace` among them is already made.
+    """Check a script's parameters; places are `RoomPlace` already.
 
     Raises:
         BadSetting: unknown script or parameter, impossible value, or nothing to move in the scene.
@@ -253,13 +235,9 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
         raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
     known = SCRIPTS[name]
     if not known.fits(scene):
-        fitting = (
-            ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene))
-            or "none: nothing can be moved there"
-        )
-        raise BadSetting(
-            f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}."
-        )
+        fitting = ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene))
+        remedy = f"choose from {fitting}" if fitting else "no script has; choose another scene"
+        raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; {remedy}.")
     places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
     wanted = known.parameters
     for key in places:
@@ -267,9 +245,8 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
             raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
     for key, value in given.items():
         if key not in wanted:
-            raise BadSetting(
-                f"script {name} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}."
-            )
+            remedy = f"choose from {', '.join(wanted)}" if wanted else "remove it, there are none"
+            raise BadSetting(f"script {name} has no parameter {key!r}; {remedy}.")
         if key in known.places and key not in places:
             remedy = f"write {key} = {{ toward = [0.0, 1.0, 0.0], gap = 0.1 }}"
             raise BadSetting(f"script {name}: {key} = {value!r:.40} is not a place; {remedy}.")

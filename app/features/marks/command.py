@@ -1,4 +1,4 @@
-"""`lwr-duet grade`: marks for a folder of laws and lab reports."""
+"""`lwr-duet grade`."""
 
 import lzma
 import os
@@ -38,7 +38,6 @@ ISOLATION: Final = {
     "none": "nothing but time, memory and number of processes is limited: these files can do what you can do. Use a container or a "
     "virtual machine.",
 }
-"""Warning if the system does not allow full isolation."""
 
 
 @dataclass(frozen=True)
@@ -73,12 +72,11 @@ class Grade:
 
 
 def grade(command: Grade) -> int:
-    """Grade the files and write the table; return the exit code. After Ctrl+C only the table of the rows so
-    far is written.
+    """Returns the exit code. Ctrl+C writes only the rows so far.
 
     Raises:
-        KeyboardInterrupt: before the first file was graded.
-        BadSetting: nothing to grade, an option is not possible, or the table cannot be written.
+        KeyboardInterrupt: no file is graded yet.
+        BadSetting: nothing to grade, an option is not possible, or a table cannot be written.
     """
     with ending_at_once():
         from app.features.marks import mark_files
@@ -127,7 +125,7 @@ def unpacked(given: Path) -> Iterator[Path]:
     """The folder, or the content of a ZIP file while open.
 
     Raises:
-        BadSetting: it is neither, or its content is too large.
+        BadSetting: neither, or too large.
     """
     if os.path.isdir(given):
         yield given
@@ -152,13 +150,13 @@ def unpacked(given: Path) -> Iterator[Path]:
             zipfile.BadZipFile,
         ):
             raise BadSetting(
-                f"{given}: is no folder and no ZIP file; give the one with what was handed in."
+                f"{given}: not a folder or a ZIP file; give the one that holds the hand-ins."
             ) from None
         yield folder.path
 
 
 def handed_in(folder: Path) -> list[Path]:
-    """Files in a folder and below, sorted; links are named, and not followed."""
+    """Sorted, with subfolders; links are included, not followed."""
     found: list[Path] = []
     for where, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name != "__pycache__"]

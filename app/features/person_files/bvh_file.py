@@ -1,4 +1,4 @@
-"""The file format BVH: a tree of joints, then one line of numbers per frame. Nothing in the file is trusted."""
+"""BVH: a tree of joints, then a line of numbers per frame. Nothing in the file is trusted."""
 
 import math
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ CHANNELS: Final = ("xposition", "yposition", "zposition", "xrotation", "yrotatio
 
 @dataclass(frozen=True)
 class BvhJoint:
-    """A joint of the skeleton, or the end of a chain.
+    """A joint, or the end of a chain.
 
     Attributes:
-        name: as in the file; "" for an end.
-        parent: index among the joints; −1 for a root. Parents come before their children.
+        name: "" for an end.
+        parent: index; −1 for a root. Parents come before children.
         offset: from the parent (3,), file units.
         channels: indices into `CHANNELS`, in the file's order.
-        column: of the first of its channels in a frame.
+        column: of its first channel in a frame.
     """
 
     name: str
@@ -50,7 +50,7 @@ class BvhFile:
     frames: Array
 
     def positions(self, wanted: set[int]) -> dict[int, Array]:
-        """Joint → positions (k, 3), in the file's frame and unit, for the wanted joints and their ancestors."""
+        """Positions (k, 3) of wanted joints and ancestors, in the file's frame and unit."""
         needed: set[int] = set()
         for joint in wanted:
             while joint >= 0:
@@ -69,8 +69,9 @@ class BvhFile:
         return places
 
     def _translations(self, joint: BvhJoint) -> Array:
-        """From the parent (k, 3): the offset, or the position channels unless all are zero, as some exporters
-        write."""
+        """From the parent (k, 3): position channels, or the offset if all are zero, which some exporters
+        write.
+        """
         place = np.tile(joint.offset, (len(self.frames), 1))
         moved = [(c, joint.column + i) for i, c in enumerate(joint.channels) if c < 3]
         if any(self.frames[:, column].any() for _, column in moved):
@@ -79,7 +80,7 @@ class BvhFile:
         return place
 
     def _rotations(self, joint: BvhJoint) -> Array:
-        """Against the parent (k, 3, 3): the rotation channels multiplied in the file's order."""
+        """Against the parent (k, 3, 3): rotation channels in the file's order."""
         turn = np.tile(np.eye(3), (len(self.frames), 1, 1))
         for i, channel in enumerate(joint.channels):
             if channel >= 3:
@@ -142,7 +143,7 @@ class _Reader:
         while self.at >= len(self.lines) or self.lines[self.at][1].upper() != "MOTION":
             kind, *rest = self._next(LazyText("ROOT or MOTION")).split(None, 1)
             if kind.upper() != "ROOT" or not rest:
-                raise self._fault("{word} stands where ROOT and a name, or MOTION, is due", word=_shown(kind))
+                raise self._fault("{word} instead of ROOT and a name, or MOTION", word=_shown(kind))
             self._read_tree(rest[0])
         self._next("MOTION")
         count, frame_time = self._read_head()
@@ -161,9 +162,7 @@ class _Reader:
             elif line.upper().split() == ["END", "SITE"]:
                 open_joints.append(self._read_joint("", open_joints[-1]))
             else:
-                raise self._fault(
-                    "{word} stands where JOINT and a name, End Site or }} is due", word=_shown(line)
-                )
+                raise self._fault("{word} instead of JOINT and a name, End Site or }}", word=_shown(line))
 
     def _read_joint(self, name: str, parent: int) -> int:
         if len(self.joints) >= MOST_JOINTS:
@@ -225,7 +224,7 @@ class _Reader:
             words = line.split()
             if len(words) != self.columns:
                 raise self._fault(
-                    "{there} numbers stand here, but the skeleton has {columns} channels; export it again",
+                    "{there} numbers in this line, but the skeleton has {columns} channels; export it again",
                     there=len(words),
                     columns=self.columns,
                 )
@@ -242,12 +241,11 @@ class _Reader:
         return line
 
     def _words(self, first: str, count: int | None) -> list[str]:
-        """Words after the first of the next line, which must be `first`."""
         words = self._next(first).split()
         if words[0].upper() != first or len(words) < 2 or count not in (None, len(words) - 1):
             if count is None:
-                raise self._fault("{word} and its values must stand here", word=first)
-            raise self._fault("{word} and {count} numbers must stand here", word=first, count=count)
+                raise self._fault("{word} and its values are expected here", word=first)
+            raise self._fault("{word} and {count} numbers are expected here", word=first, count=count)
         return words[1:]
 
     def _number(self, word: str) -> float:

@@ -1,4 +1,4 @@
-"""A person before a camera, or in a video, as a source: the newest angles count."""
+"""A person before a camera or in a video."""
 
 import math
 import threading
@@ -22,13 +22,7 @@ LONGEST_VIDEO: Final = 1800.0
 
 
 class CameraSource:
-    """Person in a film, as last seen; a `PersonSource` that ignores the time it is asked for.
-
-    Args:
-        film: live pictures, or those of a file at its own speed. Closed when the thread ends.
-        detector: closed when the thread ends.
-        clock: a steady time [s].
-    """
+    """Last seen person; a `PersonSource` that ignores the asked time. The thread closes film and detector."""
 
     def __init__(self, film: Film, detector: Detector, clock: Callable[[], float] = time.monotonic) -> None:
         self._film, self._detector, self._clock = film, detector, clock
@@ -44,7 +38,7 @@ class CameraSource:
         return self
 
     def stop(self, patience: float = 5.0) -> None:
-        """Wait at most `patience` until the thread has released camera and model [s]. May be called again."""
+        """Wait at most `patience` [s] until the thread has released camera and model."""
         self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join(patience)
@@ -76,7 +70,7 @@ class CameraSource:
             self._end = str(error)
         except Exception as error:
             self._end = LazyText(
-                "The camera stopped: {reason}. Choose it again to go on.", reason=first_line(error)
+                "The camera stopped: {reason}. Choose it again to continue.", reason=first_line(error)
             )
         finally:
             self._latest = (-math.inf, None)
@@ -108,10 +102,10 @@ class CameraSource:
 
 
 def read_film(film: Film, detector: Detector) -> SampledAngles:
-    """Person in a whole film; closes both. The same film always gives the same angles.
+    """Closes both. The same film always gives the same angles.
 
     Raises:
-        BadInputFile: no pictures, no person in any of them, or a film too long.
+        BadInputFile: no person is seen, or the film is too long.
     """
     times: list[float] = []
     table: list[Array] = []
@@ -153,18 +147,18 @@ LEAST_VISIBILITY: Final = 0.5
 """Least visibility of a used landmark; 0 … 1."""
 
 SHORTEST_BONE: Final = 0.03
-"""Shortest possible bone [m]; a shorter one is a tracking error."""
+"""Shorter bones are tracking errors [m]."""
 
 
 def landmarks_to_angles(landmarks: Array, visibility: Array, previous: Array | None = None) -> Array | None:
     """Angles (2, 4) of both arms [rad], left first; None unless shoulders, elbows and wrists are visible.
 
-    Without hips, as of a person at a desk, the body is assumed upright in the picture.
+    Without hips the body is assumed upright in the picture.
 
     Args:
-        landmarks: "world landmarks" (33, 3): x right in the picture, y down, z away from the camera [m].
-        visibility: of each (33,), 0 … 1.
-        previous: angles of the sample before (2, 4) [rad], or None.
+        landmarks: (33, 3) [m]: x right in the picture, y down, z away from the camera.
+        visibility: (33,), 0 … 1.
+        previous: angles of the sample before, or None.
     """
     arms = landmarks[list(ARMS)]
     if not (visibility[list(ARMS)] >= LEAST_VISIBILITY).all() or not np.isfinite(arms).all():

@@ -1,4 +1,4 @@
-"""A visitor's choice of the imitated person, also from a file or a camera."""
+"""A visitor's choice of the imitated person."""
 
 from dataclasses import field
 
@@ -39,7 +39,7 @@ class UploadedPerson(SessionPart):
 
 
 class SourceChooser(PagePanel):
-    """Keeps the session's guest in step with the chosen source. `bvh`, `camera`: of the server, or None."""
+    """Gives the session the chosen person. `bvh`, `camera`: of the server, or None."""
 
     def __init__(
         self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None
@@ -63,7 +63,6 @@ class SourceChooser(PagePanel):
         page.handlers.add(TakePerson, self._take_person)
 
     def _take_person(self, action: TakePerson) -> None:
-        """Kept by the session, as a page may be built again."""
         try:
             person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
@@ -89,7 +88,7 @@ class SourceChooser(PagePanel):
         self._state.visible = source in ("file", "camera")
         if source == "file":
             person = self._session.parts.of(UploadedPerson).person or self._bvh
-            self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
+            self._say("" if person else tr("Choose a BVH file; until then the built-in clip continues."))
             self._session.hand.set_source(person)
         elif source == "camera":
             camera = self._camera

@@ -1,4 +1,4 @@
-"""A URDF file with the files that it refers to."""
+"""A URDF file with its meshes."""
 
 import hashlib
 import os
@@ -15,23 +15,22 @@ from controllers.errors import BadInputFile
 from scenes.files import input_content
 
 LARGEST_URDF: Final = 10_000_000
-"""Largest URDF file [B]."""
+"""Largest file [B]."""
 
 LARGEST_MESHES: Final = 64_000_000
-"""All mesh files of a robot together [B]."""
+"""Largest size of all meshes together [B]."""
 
 
 MOST_NAMES: Final = 8
-"""Most joints in a line."""
 
 
 @dataclass(frozen=True)
 class RobotFile:
-    """A URDF file and what it refers to.
+    """A URDF file with the arm found in it.
 
     Attributes:
-        key: of the setting `robot`: file name, and a hash of file, meshes and a named hand.
-        meshes: name of a mesh, as in the URDF → its file.
+        key: file name, and a hash of file, meshes and a named hand.
+        meshes: name in the URDF → file.
     """
 
     key: str
@@ -43,14 +42,14 @@ class RobotFile:
 
 
 def robot_file(path: Path, hand: str = "") -> RobotFile:
-    """URDF file with the paths of its meshes.
+    """Read a URDF file.
 
     Args:
-        hand: name of the hand's link; "" for the likely one.
+        hand: link of the hand; "" for the likely one.
 
     Raises:
-        BadInputFile: unreadable, not a URDF file, too large, without a suitable chain of joints, with a
-            missing mesh, or without a link of that name.
+        BadInputFile: unreadable, not a URDF file, too large, or without a suitable chain, a mesh or that
+            link.
     """
     text = input_content(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     tree = read_urdf(text, str(path))
@@ -75,7 +74,6 @@ def robot_file(path: Path, hand: str = "") -> RobotFile:
 
 
 def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
-    """`hand`, `part`: as in `hand_frame`."""
     link = chain.hand or next(name for name, frame in frame_names(tree).items() if frame == hand)
     if chain.hand:
         how = ""
@@ -108,10 +106,10 @@ def _too_large(name: Path | str, limit: int) -> BadInputFile:
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:
-    """Relative to the URDF file, or of a ROS package that is a folder around it or in one.
+    """Relative to the URDF file, or in a ROS package: a folder around it, or in one of these.
 
     Raises:
-        BadInputFile: there is no such file.
+        BadInputFile: the file is missing.
     """
     rest = name.removeprefix("file://")
     folders = [urdf.absolute().parent]
@@ -123,7 +121,7 @@ def _mesh_file(urdf: Path, name: str) -> Path:
         if os.path.isfile(file := folder / rest):
             return file
     raise BadInputFile(
-        "{name}: the mesh {mesh} is missing; put it in its place beside the URDF file, or in a folder of the package's name above it.",
+        "{name}: the mesh {mesh} is missing; put it next to the URDF file, or in a folder of the package's name above it.",
         name=urdf,
         mesh=name,
     )

@@ -1,4 +1,4 @@
-"""A guest's page: another visitor's session, with the handles of one arm."""
+"""A guest's page, with the handles of one arm."""
 
 from contextlib import suppress
 from time import perf_counter
@@ -30,9 +30,9 @@ from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
 
 CLOSED: Final = N_(
-    "This invitation is not open: your host is away, or has ended it. As soon as it opens, this page goes on."
+    "This invitation is not open: your host is away, or has ended it. As soon as it opens, this page continues."
 )
-AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on.")
+AWAY: Final = N_("Your host is away. As soon as they are back, this page continues.")
 TAKEN: Final = N_("Another guest holds this arm. As soon as they leave, it is yours.")
 ENDED: Final = N_("Your host has ended this invitation.")
 
@@ -51,7 +51,7 @@ class Guest:
         self._said, self._sent = "", False
 
     def build(self, host: Visitor | None) -> Pieces:
-        """The host's session, or a line that says why there is no place; see `follow`."""
+        """Show the host's session, or why there is no place."""
         client, look = self.client, self._look
         set_language(look.language)
         with client.atomic():
@@ -87,12 +87,12 @@ class Guest:
         session.wake()
 
     def _can_take(self, host: Visitor) -> bool:
-        """True if the place is free, or held by the same tab's earlier connection."""
+        """True if the place is free, or the same tab's."""
         before = place_of(host).guest
         return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
 
     def follow(self, host: Visitor | None) -> None:
-        """Stay with the host, wait, or rebuild the page. `host`: None while absent."""
+        """Continue with the host, wait, or reconnect. `host`: None while absent."""
         mine = None if self._host is None else self._host.session
         if self._host is not None and (
             place_of(self._host).guest is not self or place_of(self._host).word != self.word
@@ -114,7 +114,6 @@ class Guest:
             self.come_again()
 
     def _say(self, text: str) -> None:
-        """Show a sentence over the page, or none."""
         if text != self._said:
             self._said = text
             set_language(self._look.language)
@@ -124,14 +123,13 @@ class Guest:
                 )
 
     def come_again(self) -> None:
-        """Reconnect the page to where the host is now."""
+        """Reconnect the page to the host."""
         self.leave()
         if not self._sent:
             self._sent = True
             self._context.server.send_elsewhere(self.client)
 
     def leave(self) -> None:
-        """Release the arm, and free the place."""
         if self._host is not None and place_of(self._host).guest is self:
             place_of(self._host).guest = self._host.session.hand.other = None
             self._host.session.wake()
@@ -141,7 +139,7 @@ class Guest:
             self._hand.posts.do()
 
     def show(self, frame: Frame) -> None:
-        """Draw a frame; errors here never reach the host's page."""
+        """Errors here never reach the host's page."""
         set_language(self._look.language)
         with self._context.guarded("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():

@@ -1,4 +1,4 @@
-"""The host's folder with the invitation: link and QR code."""
+"""The host's invitation: link and QR code."""
 
 import secrets
 
@@ -23,7 +23,7 @@ class Invite(Action):
 
 
 class InviteBox(PagePanel):
-    """Visible while an invitation is open, and where two people can each hold an arm."""
+    """Visible while an invitation is open, or in an experiment for two."""
 
     def __init__(self, page: PanelContext) -> None:
         gui, session = page.client.gui, page.session
@@ -64,7 +64,7 @@ class InviteBox(PagePanel):
             text = tr("The second person is here, and holds the other arm.")
         elif self._address.private:
             text = tr_html(
-                "Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to let others in."
+                "Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to admit others."
             )
         else:
             text = tr(

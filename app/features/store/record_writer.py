@@ -1,4 +1,4 @@
-"""Writes and reads visitors' records in a thread, so that no frame waits for the disk."""
+"""Visitors' records, written and read in a thread: no frame waits for the disk."""
 
 import fcntl
 import logging
@@ -30,13 +30,13 @@ from scenes.inputs import Recorded
 log = logging.getLogger("duet.store")
 
 BEAT: Final = 0.5
-"""Time between two checks for waiting records [s]."""
+"""Period of writing [s]."""
 
 AGAIN: Final = 5.0
-"""Time from a failed write to the next attempt [s]."""
+"""Delay after a failed write [s]."""
 
 CLEANING: Final = 60.0
-"""Time between two removals of old records [s]."""
+"""Period of the removal of old records [s]."""
 
 MOST_WAITING: Final = 32
 """Most records that wait for a disk; the oldest is dropped."""
@@ -52,19 +52,18 @@ class _Written:
 
 
 class RecordWriter:
-    """Keeps records in a file. `put` and `ask` return at once, from any thread.
+    """Keeps records in a file. `put` and `ask` are thread-safe and return at once.
 
-    An unusable file is set aside and its readable records are kept; writing is tried again every `AGAIN`.
+    An unusable file is set aside, and its readable records are kept.
 
     Args:
-        keep: time that a record is kept after its last change [s].
-        most_bytes: of the file.
-        owned: whether this process takes the lock of the file, or belongs to a server that holds it.
+        keep: time after a record's last change [s].
+        owned: take the lock of the file; false if this process's server holds it.
         clock: time [s since 1970].
 
     Attributes:
         problem: why records cannot be written now, or "".
-        aside: name and time [s since 1970] of the damaged file set aside last; "" and 0 without one.
+        aside: name and time [s since 1970] of the last damaged file; "" and 0 without one.
 
     Raises:
         StoreRefused: another server or program has the file.
@@ -100,12 +99,12 @@ class RecordWriter:
         self._thread.start()
 
     def put(self, tab: str, record: VisitorRecord) -> None:
-        """Queue a record that replaces the tab's earlier one."""
+        """Replaces the tab's earlier record."""
         with self._guard:
             remember(self.waiting, tab, record, MOST_WAITING if self.problem else inf)
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
-        """Queue the reading of a tab's record; None without a readable one."""
+        """None without a readable record."""
         answer: Future[VisitorRecord | None] = Future()
         with self._guard:
             self._asked.append((tab, answer))
@@ -152,7 +151,7 @@ class RecordWriter:
             self._failed(error)
 
     def _failed(self, error: Exception) -> None:
-        """Set the file aside if its content is at fault; else try again later."""
+        """Set a damaged file aside; otherwise try again later."""
         if still_reads(error):
             # Visitors who return meanwhile must find their records.
             self._wait(error)
@@ -170,7 +169,7 @@ class RecordWriter:
                     self._replaced_at = self._clock()
                     aside, count = set_aside(self.path, self._most_bytes, self._replaced_at)
                     log.warning(
-                        "the file of visitors %s is damaged (%s); it is now %s, and its %d readable records go on in a new one",
+                        "the file of visitors %s is damaged (%s); it is now %s, and its %d readable records are in a new one",
                         *(self.path, error, aside.name, count),
                     )
             self._open()
@@ -224,8 +223,11 @@ class RecordWriter:
             self.problem = ""
 
     def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
-        """New parts of a record, and what the file then holds; None if nothing can be written."""
+        """Change of a record and the file's content after it, or None."""
         before, now = self._written.get(tab), self._clock()
+        if before is not None and not self._opened.has(tab):
+            # Another worker has deleted it with its parts, to make room.
+            before = None
         if before is None:
             # Not written lately: the names of its parts are read.
             if tab in self._unread and self._opened.read(tab) is not None:
@@ -282,7 +284,6 @@ class RecordWriter:
             return None
 
     def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
-        """Content for a tab; if damaged, its readable parts."""
         self._unread.add(tab)
         try:
             found = self._opened.read(tab)

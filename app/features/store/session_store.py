@@ -1,4 +1,4 @@
-"""Absent visitors' work by the id of the tab: live sessions and records."""
+"""Absent visitors' live sessions and records."""
 
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import wait
@@ -14,15 +14,15 @@ from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.i18n.speaking import N_
 
 MOST_RECORDS: Final = 300
-"""Most records in memory, without a file; the oldest is dropped."""
+"""Most records in memory; the oldest is dropped."""
 
 LOOK: Final = 0.002
-"""Time that a frame waits for the reading of a record [s]."""
+"""Longest wait of a frame for a record [s]."""
 
 
 _NOT_SAVED: Final = (
     N_("This cannot be saved now"),
-    N_("The server's disk cannot be written. Go on; saving is tried again."),
+    N_("The server's disk cannot be written. You can continue; saving is tried again."),
 )
 _DAMAGED: Final = (
     N_("Earlier work may be missing"),
@@ -31,13 +31,7 @@ _DAMAGED: Final = (
 
 
 class StoreState(NamedTuple):
-    """State of the records, in words that the network may see.
-
-    Attributes:
-        lasting: whether they outlive the server.
-        problem: why they cannot be written now, or "".
-        set_aside: damaged file set aside last, or "".
-    """
+    """Public state of the records. `lasting`: they outlive the server; for the others see `RecordWriter`."""
 
     lasting: bool
     problem: str
@@ -45,15 +39,14 @@ class StoreState(NamedTuple):
 
 
 class SessionStore(Parking):
-    """Keeps every visitor's record besides absent ones' live sessions. Belongs to the frame loop's thread.
+    """Keeps visitors' records, and absent visitors' live sessions. Belongs to the frame loop's thread.
 
-    The same tab gets its live session back by the same link, and its record by any link. A visitor without a
-    valid id leaves nothing.
+    A tab gets its live session back by the same link, and its record by any link. Nothing is kept without a
+    valid tab id.
 
     Args:
-        keep: time that a record is kept [s]; a live session is kept for `AWAY`.
-        clock: time [s].
-        file: where records outlive the server; None for memory alone.
+        keep: of a record [s]; a live session is kept for `AWAY`.
+        file: None to keep records in memory only.
     """
 
     def __init__(
@@ -101,12 +94,12 @@ class SessionStore(Parking):
         self.tidy()
 
     def save_named(self, name: str, record: VisitorRecord) -> None:
-        """Keep a record of no tab, in the file only. `name`: too short to be a tab's id."""
+        """Keep a record in the file only. `name`: too short for a tab's id."""
         if self.file is not None:
             self.file.put(name, record)
 
     def named(self, name: str) -> VisitorRecord | None:
-        """See `save_named`; waits for the disk."""
+        """Waits for the disk."""
         return None if self.file is None else self.file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:

@@ -1,4 +1,4 @@
-"""The SQLite file in which visitors' records outlive the server."""
+"""The SQLite file of visitors' records."""
 
 import fcntl
 import os
@@ -14,7 +14,7 @@ from app.features.store.sqlite_pages import PAGE, Pages, is_whole
 from controllers.errors import DuetError
 
 APPLICATION: Final = 0x44754574
-"""SQLite's application id of our files."""
+"""SQLite's application id."""
 
 VERSION: Final = 1
 """A file of another version is set aside."""
@@ -28,10 +28,9 @@ CREATE INDEX by_age ON tabs (saved);
 """
 
 _SQLITE: Final = b"SQLite format 3\0"
-"""First bytes of every SQLite file."""
 
 _MODES: Final = (1, 2)
-"""Valid values of the bytes 18 and 19, the file's write and read versions."""
+"""Valid write and read versions, the bytes 18 and 19."""
 
 _PASSING: Final = (
     sqlite3.SQLITE_BUSY,
@@ -42,7 +41,7 @@ _PASSING: Final = (
     sqlite3.SQLITE_READONLY,
     sqlite3.SQLITE_PROTOCOL,
 )
-"""Errors of the disk or of another process, not of the content."""
+"""Errors of the disk or of another process."""
 
 
 _WRITING: Final = (
@@ -51,7 +50,7 @@ _WRITING: Final = (
     sqlite3.SQLITE_FULL,
     sqlite3.SQLITE_IOERR_WRITE,
 )
-"""Errors of a connection that may still read; the last one of a quota."""
+"""Errors of a connection that still reads; the last is a quota's."""
 
 
 class StoreRefused(DuetError):
@@ -67,12 +66,7 @@ class Unusable(Exception):
 
 
 class Change(NamedTuple):
-    """Changes of one tab.
-
-    Attributes:
-        saved: [s since 1970].
-        gone: names of parts that are no longer needed.
-    """
+    """Changes of one tab. `saved`: [s since 1970]; `gone`: names of unneeded parts."""
 
     tab: str
     saved: float
@@ -86,8 +80,7 @@ def usual_path() -> Path:
 
 
 class StoreLock:
-    """Holds a store for one server until it is released or its process dies. Worker processes open the file
-    without it.
+    """Holds a store for one server until it is released or its process dies. Workers do not need it.
 
     Raises:
         StoreTaken: another server holds it.
@@ -112,7 +105,6 @@ class StoreLock:
             ) from None
 
     def note_port(self, port: int) -> None:
-        """Save the server's port in the lock's file, see `last_port`."""
         os.ftruncate(self._file, 0)
         os.pwrite(self._file, f"{port}\n".encode(), 0)
 
@@ -129,15 +121,15 @@ class StoreLock:
 
 
 class StoreFile:
-    """Records in a file. Each process opens it for itself; in a process it belongs to one thread at a time.
+    """Records in a file. Each process opens it itself; one thread at a time may use it.
 
     Args:
-        path: made for the user alone if it does not exist; an existing file keeps its mode.
-        most_bytes: beyond this the tabs that were saved longest ago are deleted.
+        path: a new file is for the user alone; an existing one keeps its mode.
+        most_bytes: beyond this the oldest tabs are deleted.
 
     Raises:
-        Unusable: the file is damaged, or of another version; see `app.features.store.store_mending`.
-        sqlite3.Error, OSError: the file cannot be opened, or is damaged, see `is_passing`.
+        Unusable: damaged, or of another version.
+        sqlite3.Error, OSError: cannot be opened, or damaged; see `is_passing`.
     """
 
     def __init__(self, path: Path, most_bytes: int) -> None:
@@ -219,13 +211,16 @@ class StoreFile:
             else (*found, dict(execute("SELECT name, content FROM parts WHERE tab = ?", (tab,))))
         )
 
+    def has(self, tab: str) -> bool:
+        return bool(self.connection.execute("SELECT 1 FROM tabs WHERE tab = ?", (tab,)).fetchone())
+
     def names(self, tab: str) -> list[str]:
         return [name for (name,) in self.connection.execute("SELECT name FROM parts WHERE tab = ?", (tab,))]
 
     def clean(self, now: float, keep: float) -> set[str]:
-        """Delete the tabs that were saved too long ago, and the oldest beyond the limit; return which.
+        """Delete the tabs saved before `now` − `keep` and the oldest beyond the limit; return these.
 
-        A tab with a time in the future counts as saved now: the clock was set back.
+        A future time counts as now: the clock was set back.
         """
         execute, before = self.connection.execute, now - keep
         execute("UPDATE tabs SET saved = ? WHERE saved > ?", (now, now))
@@ -261,7 +256,7 @@ def _lock_of(path: Path) -> Path:
 
 
 def is_passing(error: BaseException) -> bool:
-    """True if an error may be over at the next try, so that it does not concern the content."""
+    """True if the next attempt may succeed: the content is not at fault."""
     if isinstance(error, sqlite3.Error):
         code = getattr(error, "sqlite_errorcode", 0)
         return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
@@ -269,12 +264,11 @@ def is_passing(error: BaseException) -> bool:
 
 
 def still_reads(error: BaseException) -> bool:
-    """True if a connection still reads, though the disk is full or another process writes."""
+    """True if only writing fails: the disk is full, or another process writes."""
     return getattr(error, "sqlite_errorcode", 0) in _WRITING
 
 
 def _is_free_or_store(path: Path) -> bool:
-    """True if a path is free, or that of a store, whole or damaged."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return False

@@ -21,7 +21,7 @@ from scenes.settings import RunSettings, values
 class Sweep:
     """Run a grid of settings, and write one table and its maps.
 
-    Runs one scene on all cores or a cluster's. Give the same command to go on."""
+    Runs one scene on all cores or a cluster's. Give the same command to continue."""
 
     over: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="KEY=VALUES")] = ()
     """A setting and its values: n=1:20 (steps of 1), v=0.05:0.6:12 (12 values) or law=smooth_priority,unprotected. May be repeated."""
@@ -43,11 +43,11 @@ class Sweep:
 
 
 def sweep(command: Sweep) -> int:
-    """Run what is missing, write the table, draw the maps; return the exit code.
+    """Returns the exit code.
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
-        DuetError: workers were ended from outside; the rows so far are kept.
+        DuetError: workers were ended from outside; rows so far are kept.
     """
     with ending_at_once():
         from app.features.sweep.heatmaps import draw_maps
@@ -60,7 +60,7 @@ def sweep(command: Sweep) -> int:
     given = {key for key, value in values(settings).items() if value != values(RunSettings())[key]}
     if both := given & {axis.key for axis in grid.axes}:
         raise BadSetting(
-            f"{', '.join(sorted(both))} is swept, and has one value beside that; leave out --over or the value."
+            f"{', '.join(sorted(both))} is swept, and also has one value; leave out --over or the value."
         )
     files = SweepFiles(command.out, grid, command.format)
     try:
@@ -74,7 +74,7 @@ def sweep(command: Sweep) -> int:
         files.finish()
     except KeyboardInterrupt:
         print(
-            f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command goes on from there.",
+            f"{len(files.rows)} of {grid.size} runs are in {files.part}; the same command continues from there.",
             file=sys.stderr,
         )
         return INTERRUPTED

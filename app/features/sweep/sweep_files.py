@@ -1,4 +1,4 @@
-"""What a sweep writes: a row a point, at once while it runs, and one table in order at the end, CSV or Parquet."""
+"""Files of a sweep, CSV or Parquet."""
 
 import csv
 import io
@@ -18,26 +18,22 @@ _MOST_BYTES: Final = 1_000_000_000
 
 
 def head_of(grid: Grid) -> tuple[str, ...]:
-    """Return the head of the table: the settings that all rows share, and the values of the swept ones."""
+    """Common settings, and the values of the swept ones."""
     fixed = [f"{key} = {value}" for key, value in grid.fixed().items()]
     swept = [f"over {axis.key} = {', '.join(map(_cell, axis.values))}" for axis in grid.axes]
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
 
 
 def sweep_columns(grid: Grid) -> tuple[str, ...]:
-    """Return the table's columns: the swept keys, then the figures."""
     return (*(axis.key for axis in grid.axes), *FIGURES)
 
 
 class SweepFiles:
-    """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so far, `sweep.part.csv`.
-
-    Args:
-        folder: made by `recording` if it is not there.
+    """The table in a folder, `sweep.csv` or `sweep.parquet`; while incomplete, `sweep.part.csv`.
 
     Raises:
-        BadSetting: it holds another sweep, or Parquet is asked for and pyarrow is not installed.
-        BadInputFile: a table that is there cannot be read.
+        BadSetting: it holds another sweep, or pyarrow is missing.
+        BadInputFile: a table cannot be read.
     """
 
     def __init__(self, folder: Path, grid: Grid, form: Literal["csv", "parquet"]) -> None:
@@ -48,7 +44,7 @@ class SweepFiles:
         self.part = folder / "sweep.part.csv"
         self._points = grid.points()
         self.rows: dict[int, SweepFigures] = {}
-        """Index of a point → its figures."""
+        """Index of a point → figures."""
         for path in (self.table, self.part):
             if path.exists():
                 self.rows |= self._read(path)
@@ -58,10 +54,10 @@ class SweepFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[int, SweepFigures], None]]:
-        """Yield a function that writes a point's row to disk at once.
+        """Function that writes a point's row at once.
 
         Raises:
-            BadSetting: the folder cannot be made, or not be written to.
+            BadSetting: the folder cannot be written to.
         """
         with writable(self.folder, "out"):
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -85,7 +81,6 @@ class SweepFiles:
             raise
 
     def finish(self) -> None:
-        """Write the complete table in order, and remove the rows so far."""
         if self.form == "csv":
             self._write_csv(self.table)
         else:
@@ -141,12 +136,16 @@ class SweepFiles:
             dict(line.split(" = ", 1) for line in head if " = " in line),
             dict(line.split(" = ", 1) for line in mine),
         )
-        key = next(
-            (key for key in (*ours, *theirs) if theirs.get(key) != ours.get(key)), "the order of the settings"
+        key = next((key for key in (*ours, *theirs) if theirs.get(key) != ours.get(key)), None)
+        # The rows of a file mean what the order of its settings says.
+        difference = (
+            "its settings are in another order"
+            if key is None
+            else f"{key} is {_short(theirs.get(key))} there, {_short(ours.get(key))} here"
         )
         raise BadSetting(
-            f"out = {self.folder}: {path.name} is of another sweep ({key} is {_short(theirs.get(key))} there, "
-            f"{_short(ours.get(key))} here); give another --out, or remove the file."
+            f"out = {self.folder}: {path.name} is of another sweep ({difference}); "
+            "give another --out, or remove the file."
         )
 
 

@@ -1,4 +1,4 @@
-"""The workers: which has a tab, and their start, replacement and renewal. Imports nothing slow."""
+"""Group of workers. Imports nothing slow."""
 
 import asyncio
 import logging
@@ -23,7 +23,6 @@ FEW: Final = 2
 """Browsers per worker at which another is started."""
 
 MOST_TABS: Final = 20_000
-"""Most tabs that are remembered."""
 
 SHORT_LIFE: Final = 10.0
 """Lifetime below which a worker is not replaced at once [s]."""
@@ -32,33 +31,31 @@ RESTART_DELAYS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
 """Delays of successive replacements of short-lived workers [s]."""
 
 LOOK: Final = 5.0
-"""Time between two checks of the workers [s]."""
+"""Period of the checks [s]."""
 
 LATE: Final = 1.0
-"""Delay from which a check says nothing of the workers: they had no processor either [s]."""
+"""A check later than this is skipped: the workers had no processor either [s]."""
 
 MOST_SILENT, MOST_STOPPING = 3, 12
-"""Most silent checks of a serving worker, and of one that saves everything before its end."""
+"""Most silent checks of a serving and of a stopping worker."""
 
 MOST_STARTING: Final = 60
-"""Checks after which a worker that has not started is given up, and the old one continues; loops may have to
-be compiled."""
+"""Checks after which a successor that has not started is ended; loops may have to be compiled."""
 
 PATIENCE: Final = 10.0
 """Longest wait for the end of the workers [s]."""
 
 
 class WorkerGroup:
-    """Starts workers as needed, and replaces those that have ended.
+    """Starts, replaces and renews workers. Belongs to the thread of `loop`.
 
     Args:
-        loop: hears the workers. All methods belong to its thread.
-        start: what every worker serves; `run`, `jobs` and `index` are set here.
-        most: workers at once, besides the one with a shared session.
+        start: `run`, `jobs` and `index` are set here.
+        most: workers, without the one of a shared session.
 
     Attributes:
-        workers: the first one has the shared session, if any.
-        places: sessions of all at once, when the first worker serves; a `DuetError` if it cannot start.
+        workers: the first has the shared session, if any.
+        places: sessions of all, once the first worker serves; a `DuetError` if it cannot start.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, start: WorkerStart, most: int) -> None:
@@ -80,7 +77,7 @@ class WorkerGroup:
         self._begin(0)
 
     def close(self, goes_on: bool = False) -> None:
-        """Let the workers save everything, and end them. `goes_on`: see `Stop`."""
+        """End the workers after they have saved. `goes_on`: see `Stop`."""
         every = [*self.workers, *([] if self.successor is None else [self.successor[1]])]
         for worker in every:
             worker.send(messages.Stop(goes_on))
@@ -103,12 +100,13 @@ class WorkerGroup:
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
     def worker_of(self, tab: str, word: str = "") -> WorkerProcess:
-        """Always the same worker for a tab; a new tab gets the one with the fewest browsers. With a shared
-        session it is the first, or that of the tab's own session.
+        """Always the same worker for a tab; a new tab gets the one with the fewest browsers.
+
+        With a shared session it is the first, or that of the tab's own session.
 
         Args:
-            tab: "" for a request that is not a tab's.
-            word: of a link, which leads to the worker that has announced it.
+            tab: "" for other requests.
+            word: of a link to the worker that announced it.
         """
         if word in self._announced:
             return self.workers[self._announced[word]]
@@ -130,8 +128,7 @@ class WorkerGroup:
         return min(serving or range(len(loads)), key=loads.__getitem__)
 
     def _place_explorer(self) -> int | None:
-        """Worker for a session beside the shared one: that with the fewest, or a new one; None if none can be
-        started."""
+        """None if no worker can be started."""
         counts = [0] * (len(self.workers) - 1)
         for index, _ in self._exploring.values():
             counts[index - 1] += 1
@@ -216,7 +213,7 @@ class WorkerGroup:
         return worker
 
     def _begin(self, index: int) -> bool:
-        """Start a worker, as a replacement or an additional one. False if the system could not."""
+        """Start or replace a worker; false if the system could not."""
         try:
             worker = self._new(index)
         except OSError as error:
@@ -234,7 +231,6 @@ class WorkerGroup:
         return True
 
     def _put(self, index: int, worker: WorkerProcess) -> None:
-        """Give a worker the place, the connections and the students of an ended one."""
         worker.waiting = self.workers[index].waiting
         self.workers[index] = worker
         self._inform(index)
@@ -285,7 +281,7 @@ class WorkerGroup:
         if self.places.exception() is not None:
             return
         if worker not in self.workers:
-            log.error("a new worker has ended with code %s; those that serve go on", code)
+            log.error("a new worker has ended with code %s; the others continue", code)
             self.successor = None
             self._to_renew.clear()
             return
@@ -306,7 +302,7 @@ class WorkerGroup:
         log.warning("worker %d has ended with code %s; another one takes its place", index + 1, code)
 
     def renew(self) -> None:
-        """Replace every worker, one after the other, by one that has loaded the present program."""
+        """Replace all workers, one after the other."""
         begins = not self._to_renew and self.successor is None
         self._to_renew.extend(index for index in range(len(self.workers)) if index not in self._to_renew)
         if begins:

@@ -1,4 +1,4 @@
-"""A row of buttons of which one is marked as the present choice."""
+"""Buttons of a choice."""
 
 from collections.abc import Callable, Mapping
 from typing import Final, TypeVar
@@ -9,20 +9,19 @@ from app.i18n.speaking import tr
 from app.session.actions import Action
 
 MARK: Final = "● "
-"""Stands before the present choice: a cue that is no colour."""
+"""Mark of the present choice; a cue other than colour."""
 
 Asked = TypeVar("Asked", bound=Action)
 
 
 class ChoiceButtons:
-    """A row of buttons, one for each choice.
+    """Row of buttons, one per choice.
 
     Args:
-        label: before the row, in English; may be empty.
-        choices: what a button says, in English → what it asks for.
-        hint: one line that explains it, in English.
-        post: called with what a button that was pressed asks for, on the network's thread.
-        order: place among its neighbours, None for the end.
+        label, hint: in English.
+        choices: English label → action.
+        post: called on the network's thread.
+        order: None for the end of the container.
     """
 
     def __init__(
@@ -35,7 +34,7 @@ class ChoiceButtons:
         order: float | None = None,
     ) -> None:
         said = {tr(label): choice for label, choice in choices.items()}
-        self._labels = tuple(said)
+        self._said, self._texts, self._labels = said, (label, hint, tuple(choices)), tuple(said)
         self._buttons = gui.add_button_group(tr(label), self._labels, hint=tr(hint), order=order)
 
         @self._buttons.on_click
@@ -47,16 +46,22 @@ class ChoiceButtons:
 
     @property
     def order(self) -> float:
-        """Place among its neighbours."""
         return self._buttons.order
+
+    def say(self, say: Callable[[str], str]) -> None:
+        """Change the row's words from the next `show` on; `say` translates them."""
+        label, hint, names = self._texts
+        # A press may be on its way from a button with its old name.
+        self._said |= {say(name): self._said[one] for name, one in zip(names, self._labels, strict=True)}
+        self._labels = tuple(map(say, names))
+        self._buttons.label, self._buttons.hint = say(label), say(hint)
 
     def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:
         """Update the row.
 
         Args:
-            marked: index of the present choice; −1 for none.
-            offered: indices of the choices that have a button; None for all.
-            visible: whether the row is there.
+            marked: index of the present choice, or −1.
+            offered: shown indices; None for all.
         """
         indices = range(len(self._labels)) if offered is None else offered
         self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)

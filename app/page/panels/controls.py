@@ -1,6 +1,6 @@
 """Controls made from the declarations of the settings."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import viser
@@ -19,10 +19,11 @@ from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
-from app.text.first_task_texts import in_unit
+from app.text.first_task_texts import in_symbols, in_unit, said_of, wording
 from app.text.templates import element, tr_html
 from app.web.control_events import on_entry
 from app.web.viser_internals import container_uuid_of, uuid_of
+from scenes.quantities import DISTANCE, FIRST_TASKS, KeptQuantity
 from scenes.setting_spec import Spec
 from scenes.settings import ABOVE, specs, values
 
@@ -33,10 +34,8 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 
 
 PICKER: Final = _keys_of(ABOVE.name)
-"""The experiment: above everything else."""
 
 SMALL: Final = ("scene", "first", "together", "load", "law", "dm", "n", "v", "k")
-"""Settings of the few controls."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, _keys_of("Law")),
@@ -45,7 +44,7 @@ TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Compare", viser.Icon.GHOST, _keys_of("Compare")),
     ("View", viser.Icon.EYE, _keys_of("View")),
 )
-"""Tab of each other setting; `plot` and `speed` have their own places."""
+"""`plot` and `speed` have their own places."""
 
 UNOFFERED: Final = ("pseudo",)
 """Choices that only a link can ask for."""
@@ -62,10 +61,6 @@ ROBOT: Final = (
 
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
 
-
-IN_UNIT: Final = ("dm", "d0", "v")
-"""Settings whose unit is that of the first task."""
-
 BELOW: Final = 1e6
 """Order at the end of a tab."""
 
@@ -74,9 +69,7 @@ class Controls:
     """All controls of one session.
 
     Args:
-        instead: keys with another meaning on this page.
-        phone: whether keys without a control become buttons.
-        key_help: rows of features for the table of keys.
+        phone: True adds a button for the first view.
 
     Attributes:
         twins: second controls of settings, by key.
@@ -100,21 +93,22 @@ class Controls:
         self._handles: dict[str, Any] = {}
         self.twins: dict[str, Any] = {}
         self._settings: Settings | None = None
+        self._speak_of(session.settings.run.quantity)
         present = values(session.settings)
         for place, key in enumerate(PICKER):
             # Above the numbers, which were made before.
-            self._handles[key] = self._control(key, self._specs[key], present[key], order=place - len(PICKER))
+            self._handles[key] = self._control(key, present[key], order=place - len(PICKER))
         self._transport()
         self._tabs = gui.add_tab_group()
         handlers.add(TakeDrawing, lambda action: action.board.take(action.text))
         for name, icon, keys in TABS:
             with self._tabs.add_tab(tr(name), icon) as tab:
                 for key in keys:
-                    self._handles[key] = self._control(key, self._specs[key], present[key])
+                    self._handles[key] = self._control(key, present[key])
                 if name == "Arms":
                     self._joints, self.arms_tab = JointSliders(gui, session), tab
                 if name == "Robot":
-                    gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
+                    self._robot = gui.add_html(self._about_robot())
                 if name == "Compare":
                     self.compare_tab = tab
                     # Below what features add to the tab.
@@ -141,8 +135,8 @@ class Controls:
         self._clock = ChoiceButtons(
             gui,
             "clock",
-            {"Pause": Pause(), N_("Go on"): Pause(), "Step": SingleStep(), "Reset": Reset()},
-            "Space pauses and goes on, . makes one step, R restarts the run.",
+            {"Pause": Pause(), N_("Continue"): Pause(), "Step": SingleStep(), "Reset": Reset()},
+            "Space: pause or continue. Full stop: one step. R: restart the run.",
             self._session.post,
         )
         self.below_transport = self._clock.order + 0.5
@@ -152,30 +146,34 @@ class Controls:
         }
         self._speed = ChoiceButtons(gui, "speed", speeds, "Slower and faster: [ and ].", self._session.post)
 
-    def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Any:
-        gui, label = self._gui, spec.title(tr)
+    def _speak_of(self, kept: KeptQuantity) -> None:
+        self._quantity, self._say = kept, said_of(kept)
+        self._said = {key: in_unit(spec, kept) for key, spec in self._specs.items()}
+
+    def _control(self, key: str, value: Any, order: float | None = None) -> Any:
+        gui, spec, say = self._gui, self._said[key], self._say
+        label = spec.title(say)
         if spec.choices:
-            said = {choice: tr(text) for choice, text in spec.options().items()}
             handle: Any = gui.add_dropdown(
                 label,
-                tuple(said[c] for c in said if c not in UNOFFERED or c == value),
-                initial_value=said[value],
-                hint=tr(spec.help),
+                _offered(spec, value, say),
+                initial_value=say(spec.options()[value]),
+                hint=say(spec.help),
                 order=order,
             )
         elif spec.read is not None:
-            self._curve = CurveControl(gui, self._session, label, spec, value)
+            self._curve = CurveControl(gui, self._session, key, label, say(spec.help), value)
             return self._curve.box
         elif isinstance(value, bool):
-            handle = gui.add_checkbox(label, value, hint=tr(spec.help), order=order)
+            handle = gui.add_checkbox(label, value, hint=say(spec.help), order=order)
         elif isinstance(value, int):
             low, high = int(spec.low), int(spec.high)
-            handle = gui.add_number(label, value, min=low, max=high, step=1, hint=tr(spec.help), order=order)
+            handle = gui.add_number(label, value, min=low, max=high, step=1, hint=say(spec.help), order=order)
         else:
             k = spec.page_scale
             low, high = spec.low * k, spec.high * k
             handle = gui.add_slider(
-                label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order
+                label, low, high, spec.step, _rounded(value * k), hint=say(spec.help), order=order
             )
         words, more = spoken(), tr(MORE)
 
@@ -184,7 +182,7 @@ class Controls:
                 self._session.post(MoreLaws())
                 return
             if spec.choices:
-                raw = {words(text): choice for choice, text in spec.options().items()}.get(raw, raw)
+                raw = _choice_of(raw, self._specs[key], words)
             elif isinstance(raw, float):
                 raw /= spec.page_scale
             self._session.post(SetSetting(key, raw))
@@ -192,13 +190,13 @@ class Controls:
         return on_entry(handle, take)
 
     def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
-        """Each setting's control by its names on the page, and its tab."""
+        """Ids of each setting's control and its tab."""
         handles = [self._handles[key] for key in keys if key in self._handles]
         return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
     def add_twin(self, key: str, order: float) -> None:
-        """Add a second control of a setting in the open container."""
-        self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
+        """Add a second control in the open container."""
+        self.twins[key] = self._control(key, values(self._session.settings)[key], order)
 
     def _mark_panel(self, opens: str | None = None) -> None:
         """`opens`: id of a drop-down to open."""
@@ -214,11 +212,11 @@ class Controls:
         self._mark_panel(opens=uuid_of(self._handles["law"]))
 
     def write_again(self) -> None:
-        """Restore the controls at the next frame, after a refused value."""
+        """Restore the controls after a refused value."""
         self._settings = None
 
     def fold(self, whole: bool, plays: bool) -> None:
-        """`whole`: the visitor's choice; `plays`: whether few controls can be enough now."""
+        """`whole`: the visitor's choice; `plays`: True if few controls suffice now."""
         if (whole, plays) == self._folded:
             return
         self._folded, self.small, self._settings = (whole, plays), plays and not whole, None
@@ -229,8 +227,26 @@ class Controls:
         offered = ((int(whole),) if plays else ()) + ((2,) if self._phone and not self.small else ())
         self._further.show(offered=offered, visible=bool(offered))
 
+    def _handles_of(self, key: str) -> Iterator[Any]:
+        yield self._handles[key]
+        if key in self.twins:
+            yield self.twins[key]
+
+    def _about_robot(self) -> str:
+        return element("div", in_symbols(tr_html(ROBOT), self._quantity), class_="duet duet-tip")
+
+    def _write_words(self, present: Mapping[str, Any]) -> None:
+        say = self._say
+        for key in self._handles:
+            spec = self._said[key]
+            for handle in self._handles_of(key):
+                handle.label, handle.hint = spec.title(say), say(spec.help)
+                if spec.choices:
+                    handle.options = _offered(spec, present[key], say)
+        self._robot.content = self._about_robot()
+
     def show(self, frame: Frame) -> None:
-        """Write other changes (keys, gizmo, refused values) into the controls; hide what does not matter."""
+        """Show changes made elsewhere; hide controls that do not matter."""
         steps = () if self.small else (2,)
         self._clock.show(offered=(int(frame.pace.paused), *steps, 3))
         settings = frame.live.settings
@@ -243,24 +259,41 @@ class Controls:
         self._speed.show(
             SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self.small
         )
-        self._law.show(present["law"], self.small)
+        if settings.run.quantity is not self._quantity:
+            self._speak_of(settings.run.quantity)
+            self._write_words(present)
+        self._law.show(present["law"], self.small, self._say)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
                 continue
             handle.visible = matters(key, settings) and (key in SMALL or not self.small)
             # A visitor's newest entry wins, see `app/web/entries.py`.
-            for each in (handle, *([self.twins[key]] if key in self.twins else ())):
-                _write(each, self._specs[key], present[key])
-            if key in IN_UNIT:
-                spec = in_unit(self._specs[key], settings.run.quantity)
-                handle.label, handle.hint = spec.title(tr), tr(spec.help)
-        note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
+            for each in self._handles_of(key):
+                _write(each, self._said[key], present[key], self._say)
+        note = (
+            tr_html(wording(COMPARE, self._quantity)) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
+        )
         self._note.content = element("div", note, class_="duet duet-tip")
 
 
-def _write(handle: Any, spec: Spec, value: Any) -> None:
+def _offered(spec: Spec, value: Any, say: Callable[[str], str]) -> tuple[str, ...]:
+    return tuple(
+        say(text) for choice, text in spec.options().items() if choice not in UNOFFERED or choice == value
+    )
+
+
+def _choice_of(entered: Any, spec: Spec, words: Callable[[str], str]) -> Any:
+    """Choice by its text for any first task, which may have changed meanwhile."""
+    for kept in (DISTANCE, *FIRST_TASKS.values()):
+        for choice, text in in_unit(spec, kept).options().items():
+            if in_symbols(words(text), kept) == entered:
+                return choice
+    return entered
+
+
+def _write(handle: Any, spec: Spec, value: Any, say: Callable[[str], str]) -> None:
     if spec.choices:
-        handle.value = tr(spec.options()[value])
+        handle.value = say(spec.options()[value])
     elif isinstance(value, float):
         if abs(handle.value / spec.page_scale - value) > 1e-9:
             handle.value = _rounded(value * spec.page_scale)
@@ -269,5 +302,5 @@ def _write(handle: Any, spec: Spec, value: Any) -> None:
 
 
 def _rounded(value: float) -> float:
-    """Value without the last bits of its conversion: 150.0, not 150.00000000000003."""
+    """Value without rounding errors, such as 150.00000000000003."""
     return float(f"{value:.9g}")

@@ -1,4 +1,4 @@
-"""Control of a λ(d) that the visitor draws or types."""
+"""Control of a drawn or typed λ(d)."""
 
 from typing import Final
 
@@ -15,21 +15,22 @@ from app.text.templates import element
 from app.web.control_events import on_entry
 from controllers.curve import curve_through, read_curve
 from controllers.errors import BadSetting
-from scenes.setting_spec import Spec
 
 _FARTHEST: Final = 0.4
-"""Right end of the board, in the unit of the first task."""
+"""Right end of the board [unit of the first task]."""
 
 
 class CurveControl:
-    """A board above a text box; an invalid text is reported below and changes nothing."""
+    """Board above a text box; an invalid text changes nothing."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, label: str, spec: Spec, value: str) -> None:
-        self._key, self._session, self._trouble, self.known = spec.key, session, "", ""
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, key: str, label: str, hint: str, value: str
+    ) -> None:
+        self._key, self._session, self._trouble, self.known = key, session, "", ""
         self._board = DrawingBoard(gui, session.post, self.draw)
         self._drawing: Drawing | None = None
         self.drawn: Curve = ()
-        self.box = on_entry(gui.add_text(label, value, hint=tr(spec.help)), self.take)
+        self.box = on_entry(gui.add_text(label, value, hint=hint), self.take)
         self.note = gui.add_html("", visible=False)
 
     def take(self, text: str) -> None:
@@ -62,7 +63,7 @@ class CurveControl:
         if visible and not self._trouble and _one_form(self.box.value) != law.curve:
             self.box.value = law.curve
         words = self._trouble or (
-            "" if self.drawn else N_("The last curve goes on until you draw another one.")
+            "" if self.drawn else N_("The last curve is used until you draw another one.")
         )
         self.note.visible = visible and bool(words)
         self.note.content = element(
@@ -71,7 +72,6 @@ class CurveControl:
 
 
 def _one_form(text: str) -> str:
-    """Points in the settings' form; "" if invalid."""
     try:
         return read_curve(text)
     except BadSetting:

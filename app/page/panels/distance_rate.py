@@ -1,4 +1,4 @@
-"""Sum ḋ along the line of contact, its consequence, and the paper's promise."""
+"""Sum ḋ, its consequence, and the paper's promise."""
 
 import math
 from typing import Final, NamedTuple
@@ -25,7 +25,7 @@ from scenes.simulation import Simulation
 from scenes.world_stages import Thing
 
 MISSED: Final = 0.01
-"""Difference from the law's ḋ that is reported [m/s]."""
+"""Reported difference from the law's ḋ [m/s]."""
 
 OPENING: Final = 0.008
 """Least ḋ of an opening gap [m/s]."""
@@ -38,8 +38,7 @@ class Term(NamedTuple):
     """A part of ḋ.
 
     Attributes:
-        kind: symbol that gives its colour (CSS class); "lost" for what the robot does not achieve, 0 below
-            `MISSED`.
+        kind: CSS class of its colour; "lost" for what the robot does not achieve, 0 below `MISSED`.
         symbol: as HTML.
         value: contribution [m/s]; positive opens the gap.
     """
@@ -77,7 +76,7 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
     terms: list[Term] = []
     # What one of two arms does need not count as an approach of the other.
     if second is None and (now.approach != 0.0 or not simulation.settings.one_row):
-        terms.append(Term("w", _in("w", "w"), tr("approach"), -now.approach))
+        terms.append(Term("w", _in("w", "w"), tr(wording("approach", kept)), -now.approach))
     if isinstance(simulation.law, LawOfFile):
         return [
             *terms,
@@ -115,13 +114,13 @@ def _lost(simulation: Simulation, now: Contact, wanted: float) -> Term:
 
 
 def allowed_rate(run: RunSettings, sample: Sample) -> float:
-    """Fastest approach γ (d − d_m) that a barrier allows to the closest pair [m/s]; nan under another law."""
+    """Fastest approach γ (d − d_m) that a barrier allows [m/s]; nan under another law."""
     law = run.law
     return law.barrier_gain * (sample.distance - law.critical_distance) if law.entry.has_barrier else math.nan
 
 
 def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
-    """Outcome as HTML; "" if the resting distance says it."""
+    """Consequence as HTML; "" if the resting distance shows it."""
     return in_symbols(_consequence(simulation, sample, now), simulation.settings.quantity)
 
 
@@ -138,7 +137,7 @@ def _consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
         if sample.distance < run.law.critical_distance:
             said = N_("has to open at γ(d<sub>m</sub> − d) at least: {rate} m/s")
         # The page fills in the number.
-        return tr_html(said, rate=Markup('<span data-allowed=""></span>'))
+        return tr_html(wording(said, run.quantity), rate=Markup('<span data-allowed=""></span>'))
     said = texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence
     return tr(wording(said, run.quantity))
 
@@ -152,7 +151,7 @@ def _no_rest(run: RunSettings, sample: Sample) -> str:
 
 
 def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
-    """a T and its effect on the rest of an arm with a dead time; "" without a dead time or a rest."""
+    """a T and its effect; "" without a dead time or a rest."""
     law, T = run.law, run.hardware.dead_time
     if T == 0.0 or sample.second is not None:
         return ""
@@ -207,15 +206,14 @@ BELOW: Final = 1e-3
 """Depth below d_m at which the promise is broken [m]; a time step alone causes less."""
 
 BOLTED: Final = N_("the nearest part is bolted down")
-"""Reason why an arm cannot give way though its law acts."""
 
 ACTS: Final = 0.01
-"""λ from which the law moves an arm visibly."""
+"""Least λ that moves an arm visibly."""
 
 
 def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
-    """Pills: whether d ≥ d_m is promised now or which conditions are missing, and the lever s of every
-    avoiding arm; empty without an obstacle. `custom`: whether a custom law runs."""
+    """Pills with the promise d ≥ d_m or its missing conditions, and the lever s of every avoiding arm;
+    empty without an obstacle."""
     if sample.pair < 0:
         return Markup()
     law, kept = simulation.settings.law, simulation.settings.quantity
@@ -260,7 +258,7 @@ def least_lever(sample: Sample) -> float:
 
 
 def nearest_is_bolted(simulation: Simulation, sample: Sample) -> bool:
-    """True if the law asks an arm to move a point of a body that no joint moves, such as a pedestal."""
+    """True if the law asks an arm to move a body without a joint, such as a pedestal."""
     if (
         sample.pair < 0
         or not simulation.room.meets_bodies
@@ -283,7 +281,6 @@ PRESSED: Final[dict[Thing | None, str]] = {
 
 
 def _pressing(simulation: Simulation, sample: Sample) -> Thing | None:
-    """What the arm is pressed against that lets its distance give way; None if it is not known."""
     if simulation.stages is None:
         return None
     arm = simulation.avoiding if sample.authority == Authority.WORLD else simulation.guided

@@ -1,4 +1,4 @@
-"""One table of key bindings, for keys, help, and command palette."""
+"""Table of key bindings."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -36,10 +36,9 @@ class Hotkey(Generic[AnyAction]):
     """One row.
 
     Attributes:
-        shown: the key as a person knows it.
-        key: to which viser listens.
-        relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its
-            camera; `hotkeys.js` turns it into `key` with Alt and Shift.
+        shown: label of the key.
+        relayed: `KeyboardEvent.key` of a key that viser's palette cannot name, or that moves its camera;
+            `hotkeys.js` turns it into `key` with Alt and Shift.
     """
 
     name: str
@@ -56,7 +55,7 @@ class Hotkey(Generic[AnyAction]):
         return text[:1].upper() + text[1:]
 
     def add_to(self, gui: viser.GuiApi, act: Callable[[AnyAction], None]) -> viser.CommandHandle:
-        """Add its command to a page. `act`: called with the action on the network's thread."""
+        """Add its command to a page. `act`: called on the network's thread."""
         command = gui.add_command(
             self.title,
             description=tr("Key: {key}", key=self.shown) if self.relayed else None,
@@ -69,7 +68,7 @@ class Hotkey(Generic[AnyAction]):
 
 
 _TABLE: Final[tuple[Hotkey[Action], ...]] = (
-    Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
+    Hotkey("pause", Pause(), "Space", "pause or continue", "space", icon=viser.Icon.PLAYER_PAUSE),
     Hotkey(
         "step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD
     ),
@@ -147,7 +146,7 @@ _TABLE: Final[tuple[Hotkey[Action], ...]] = (
 
 
 def hotkeys() -> tuple[Hotkey[Action], ...]:
-    """The table, and a digit for each of the first nine experiments."""
+    """The table with digits for the first nine experiments."""
     digits = (
         Hotkey[Action](
             one.name,
@@ -175,7 +174,7 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 
 @dataclass(frozen=True)
 class KeyRange:
-    """Similar keys as one row of the help, `first` to `last`."""
+    """Keys `first` to `last` as one row of the help."""
 
     first: str
     last: str
@@ -183,15 +182,11 @@ class KeyRange:
 
 
 KeyHelp = Hotkey[Any] | KeyRange
-"""Row of the help for keys of a feature."""
+"""Row of a feature in the help."""
 
 
 def help_html(instead: tuple[Hotkey[Any], ...] = (), further: Sequence[KeyHelp] = ()) -> Markup:
-    """The table as HTML.
-
-    Args:
-        instead: keys with another meaning on this page.
-    """
+    """The table as HTML. `instead`: keys with other meanings on this page."""
     theirs = tuple(row for row in further if isinstance(row, Hotkey))
     ranges = [row for row in further if isinstance(row, KeyRange)]
     rows = (*instead, *keys_of(hotkeys(), instead), *keys_of(theirs, instead))

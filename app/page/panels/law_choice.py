@@ -1,5 +1,6 @@
-"""Choice of the law; few controls have a short list with an entry for the rest."""
+"""Choice of the law."""
 
+from collections.abc import Callable
 from typing import Any, Final
 
 from app.i18n.speaking import N_, tr
@@ -8,7 +9,6 @@ from scenes.laws import LAWS
 from scenes.setting_spec import Spec
 
 MORE: Final = N_("More laws …")
-"""Last entry of a short list."""
 
 
 class MoreLaws(Action):
@@ -16,31 +16,22 @@ class MoreLaws(Action):
 
 
 class LawChoice:
-    """Entries of the drop-down that chooses the law.
+    """Entries of the drop-down of laws; few controls have a short list.
 
     Args:
-        spec: of the setting, with all laws.
         unoffered: laws that only a link can ask for.
-
-    Attributes:
-        all: True once the visitor has asked for more laws.
     """
 
     def __init__(self, handle: Any, spec: Spec, unoffered: tuple[str, ...]) -> None:
         self._handle, self._spec, self._unoffered = handle, spec, unoffered
         self.all = False
 
-    def show(self, present: str, few: bool) -> None:
-        """Offer laws.
-
-        Args:
-            present: the running law, which is always offered.
-            few: whether few controls are shown.
-        """
+    def show(self, present: str, few: bool, say: Callable[[str], str]) -> None:
+        """Offer the laws, always with the `present` one. `few`: True if few controls are shown."""
         short = few and not self.all
         offered = [law for law in self._spec.choices if law == present or self._offers(law, short)]
         texts = self._spec.options()
-        options = (*(tr(texts[law]) for law in offered), *((tr(MORE),) if short else ()))
+        options = (*(say(texts[law]) for law in offered), *((tr(MORE),) if short else ()))
         if options != self._handle.options:
             self._handle.options = options
 

@@ -1,4 +1,4 @@
-"""The laws that can be drawn beside the running one, in a drop-down that takes one row; it is there while the plot of laws is."""
+"""Drop-down of further laws in the plot of laws."""
 
 from typing import Final
 
@@ -13,28 +13,21 @@ from app.web.control_events import on_entry
 from scenes.law_answers import LawOfFile
 from scenes.laws import LAWS
 
-HINT: Final = N_("Draws up to three laws beside the running one; a fourth takes the place of the oldest.")
-"""Hint of the row."""
+HINT: Final = N_("Draws up to three laws in addition to the running one; a fourth replaces the oldest.")
 
 NOT_DRAWN: Final = "○ "
-"""Stands before a law that is not drawn."""
 
 NO_LAW: Final = N_("up to three laws")
-"""Stands in the row while no law is ticked."""
 
 
 class TickLaw(Action, newest_by=None):
-    """Draw a law beside the running one, or no longer."""
+    """Tick or untick a law."""
 
     law: str
 
 
 class LawTicks(PagePanel):
-    """The row below the plots: which laws are ticked. Every entry of its list ticks a law, or takes its tick away.
-
-    Args:
-        page: with the panel of plots.
-    """
+    """Row below the plot of laws; each entry ticks or unticks a law."""
 
     def __init__(self, page: PanelContext) -> None:
         session, self._view, self._laws = page.session, page.view, page.session.parts.of(TickedLaws)
@@ -57,7 +50,6 @@ class LawTicks(PagePanel):
             )
 
     def show(self, frame: Frame) -> None:
-        """Mark the laws that are drawn; those that are ticked stand in the row."""
         ticked = tuple(self._laws.places)
         running = () if isinstance(frame.simulation.law, LawOfFile) else (frame.settings.run.law.law,)
         self._list.visible = "laws" in self._view.plots.shown
@@ -68,6 +60,6 @@ class LawTicks(PagePanel):
             self._list.value = entries[0]
 
     def _entries(self, ticked: tuple[str, ...], drawn: tuple[str, ...]) -> tuple[str, ...]:
-        """Text of the row, which is the first entry of its list, then the entries of the laws."""
+        """Text of the row, then one entry per law."""
         row = ", ".join(self._said[name] for name in ticked) or self._no_law
         return (row, *((MARK if name in drawn else NOT_DRAWN) + text for name, text in self._said.items()))

@@ -13,9 +13,11 @@ from app.plots.plot_choice import possible_details
 from app.session.actions import Action, SetSetting
 from app.session.frame import Frame
 from app.settings import PageSettings
+from app.text.first_task_texts import said_of
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
+from scenes.quantities import DISTANCE
 from scenes.settings import RunSettings, specs
 
 
@@ -23,10 +25,8 @@ class MorePlots(Action): ...
 
 
 class DetailsChooser(PagePanel):
-    """Row of buttons; hidden while a part of the session leads, which chooses the plots.
-
-    While few controls are shown, one button stands for all until it is pressed or a further plot is chosen.
-    """
+    """Buttons that choose the plots; hidden while a part of the session leads. With few controls one
+    button opens them."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -36,7 +36,6 @@ class DetailsChooser(PagePanel):
         self._opened = False
         self._run: RunSettings | None = None
         self._possible: tuple[str, ...] = ()
-        """Plots that the settings `_run` allow."""
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 client.gui,
@@ -55,8 +54,11 @@ class DetailsChooser(PagePanel):
         self._opened = True
 
     def show(self, frame: Frame) -> None:
-        if frame.settings.run is not self._run:
-            self._run, self._possible = frame.settings.run, possible_details(frame.settings.run)
+        run = frame.settings.run
+        if run is not self._run:
+            if run.quantity is not (DISTANCE if self._run is None else self._run.quantity):
+                self._buttons.say(said_of(run.quantity))
+            self._run, self._possible = run, possible_details(run)
         possible, details = self._possible, frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
         # A chosen plot stays marked.
@@ -72,18 +74,18 @@ _GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pa
 
 
 class ShowMoment(Action):
-    """Show a moment of a paused or replayed run. `text`: time [s], as the page's script sends it."""
+    """Show a moment of a paused or replayed run. `text`: time [s]."""
 
     text: str
 
     @property
     def time(self) -> float | None:
-        """[s]; None if the text is not a time."""
+        """Time [s]; None if the text is invalid."""
         return float(self.text) if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", self.text) else None
 
 
 class MomentChooser(PagePanel):
-    """Receives the moment from `plot_moments.js` by a hidden box while the visitor drags over a plot."""
+    """Receives the moment from `plot_moments.js`."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
@@ -100,6 +102,5 @@ class MomentChooser(PagePanel):
             self._session.player.review(action.time)
 
     def show(self, frame: Frame) -> None:
-        """Allow dragging over the plots while the run is paused or replayed."""
         offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

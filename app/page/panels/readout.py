@@ -32,11 +32,11 @@ PERIOD: Final = 0.15
 
 
 LAST: Final = 1e6
-"""Order of the equation after all controls."""
+"""Order after all controls."""
 
 
 class Readout:
-    """One block each. `tip`: what the reader can do and watch."""
+    """Blocks of text and numbers. `tip`: returns what to do and watch."""
 
     def __init__(self, gui: viser.GuiApi, tip: Callable[[Shown], str]) -> None:
         self._tip_text = tip
@@ -46,11 +46,11 @@ class Readout:
         self._shown: tuple[object, ...] = ()
 
     def show(self, frame: Frame, asking: bool, equation_last: bool = False) -> None:
-        """Refresh changes: every `PERIOD`, and at once while the run is paused.
+        """Refresh changes every `PERIOD`, or at once while the run is paused.
 
         Args:
-            asking: whether a question waits for its answer, so that only the clock is shown.
-            equation_last: show the equation after all controls, so that it moves none of them.
+            asking: True shows only the clock.
+            equation_last: True shows the equation after all controls, which it then does not move.
         """
         self._equation.visible, self._equation_last.visible = not equation_last, equation_last
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
@@ -80,12 +80,12 @@ class Readout:
 
 
 def tip_html(tip: str, kept: str) -> Markup:
-    """A tip in the space of `kept`, the longest text for this place."""
+    """Tip in the space of `kept`, the longest one."""
     return macros("page/panels/readout.html").tip(tip, kept)
 
 
 def replay_html(shown: Shown) -> Markup:
-    """Pill with the replayed moment, or the loading run; empty while live."""
+    """Replayed moment or loading run; empty while live."""
     replay = shown.replay
     if replay.coming:
         return pills_html([("past", tr("{file} is being loaded", file=replay.coming))])
@@ -96,7 +96,7 @@ def replay_html(shown: Shown) -> Markup:
 
 
 def late_law_html(law: LateLawStatus) -> Markup:
-    """Pill with the state of the late law; empty without a law."""
+    """State of the late law; empty without one."""
     file, own = law.file or law.ghost_file, law.file
     if file is None:
         return Markup()
@@ -104,9 +104,7 @@ def late_law_html(law: LateLawStatus) -> Markup:
         why = tr(law.problem)
         pill = (
             "alarm",
-            tr("the arm stands still: {why}", why=why)
-            if own
-            else tr("the ghost stands still: {why}", why=why),
+            tr("the arm has stopped: {why}", why=why) if own else tr("the ghost has stopped: {why}", why=why),
         )
     elif law.waits:
         pill = "halt", tr("waiting for {file}", file=file)
@@ -121,7 +119,7 @@ def late_law_html(law: LateLawStatus) -> Markup:
             ),
         )
     elif law.away:
-        pill = "past", tr("{file} is gone; its last version keeps running", file=file)
+        pill = "past", tr("{file} is missing; its last version keeps running", file=file)
     else:
         pill = "go", tr("runs {file}", file=file) if own else tr("the ghost runs {file}", file=file)
     return pills_html([pill])
@@ -131,7 +129,7 @@ def late_law_html(law: LateLawStatus) -> Markup:
 
 
 def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
-    """Tiles of a single arm; empty if the contact card has the numbers."""
+    """Numbers of a single arm; empty with an obstacle."""
     if sample.pair >= 0:
         return Markup()
     run, arm = simulation.settings, simulation.avoiding
@@ -151,7 +149,7 @@ def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
 
 
 def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> Markup:
-    """Pill with |e| of an arm with an obstacle, and the ghost's; empty for a single arm."""
+    """|e| with an obstacle, and the ghost's; empty for a single arm."""
     if sample.pair < 0:
         return Markup()
     beside = "" if ghost is None else _error_text(ghost, ghost.sample())
@@ -172,13 +170,13 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 
 def longest_tip(session: Shown) -> str:
-    """Longest tip of an operated run, by autopilot or visitor."""
+    """Longest tip, by autopilot or visitor."""
     run = session.settings.run
     return max((EXPERIMENT_TEXTS[run.scene](run, itself)[0] for itself in (True, False)), key=len)
 
 
 def tip_text(session: Shown, operated: bool = True) -> str:
-    """What to do and watch; on the screen of a class only what to watch."""
+    """What to do and watch; if not `operated`, only what to watch."""
     if session.replay.reviewed:
         return tr(
             "The run is stopped, and this is an earlier moment. Drag over a plot for another one. Space continues from the end."
@@ -202,7 +200,7 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
-    """Pills of the clock and all problems; while `asking`, the clock alone."""
+    """Clock and all problems; only the clock while `asking`."""
     run, law = simulation.settings, simulation.settings.law
     pills = (
         [("halt", tr("paused"))]
@@ -249,11 +247,15 @@ def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
     if sample.second is not None:
         reasons.append(authority_text(sample.second, simulation, second=True))
     whys = [reason for reason in dict.fromkeys(reasons) if reason]
-    return whys if sample.pair < 0 else [tr("the arm cannot move away: {why}", why=why) for why in whys]
+    if sample.pair < 0:
+        return whys
+    kept = simulation.settings.quantity
+    said = wording("the arm cannot move away: {why}", kept)
+    return [in_symbols(tr(said), kept).format(why=why) for why in whys]
 
 
 def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:
-    """Reason why an arm cannot do what the law asks of it, or "". `second`: True for the second avoiding arm."""
+    """Reason why an arm cannot obey the law, or ""."""
     match Authority(arm.authority):
         case Authority.STOP:
             return tr("{joint} near its limit", joint=tr(simulation.joint_label(arm.joint, second)))

@@ -1,4 +1,4 @@
-"""Replay of the newest part of a run, with a scrubber."""
+"""Controls of replays."""
 
 from typing import Final, Literal
 
@@ -21,17 +21,14 @@ from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
 KEY: Final[HotkeyKey] = "9"
-"""Key that `replay_box.js` presses with Alt and Shift when a moment is about to be typed beside the scrubber.
-
-A playing replay writes its moment into that box ten times a second, and would overwrite the typing. Only the
-browser knows the focus, and a value that is not possible yet (the 1 of 12.5) never reaches the server.
-"""
+"""Key by which `replay_box.js` pauses a replay before a moment is typed, because the replay would
+overwrite it. Only the browser knows the focus."""
 
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
-"""Label → length of the newest part of the run [s]."""
+"""Label → newest part of the run [s]."""
 
 WRITE: Final = 0.1
-"""Time between two writes of the moment of a playing replay [s]."""
+"""Time between two writes of the moment [s]."""
 
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
 _REVIEW: Final = (STATIC / "review.css").read_text(encoding="utf-8")
@@ -51,7 +48,7 @@ class ChooseLength(Action):
 
 
 def replay_style(shown: Shown) -> Markup:
-    """Style that marks a run that is not live, or the shown moment of a paused run."""
+    """Style that marks a replay, or the shown moment of a paused run."""
     if shown.replay.reviewed:
         return Markup(f"<style>body::after{{content:var(--duet-moment-words)}}{_STYLE}{_REVIEW}</style>")
     words = tr("This is a loaded run") if shown.replay.file else tr("This is the past")
@@ -59,11 +56,7 @@ def replay_style(shown: Shown) -> Markup:
 
 
 class ReplayBar(PagePanel):
-    """Controls of replays.
-
-    Attributes:
-        length: replayed newest part of the run [s].
-    """
+    """Controls of replays. `length`: replayed newest part of the run [s]."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
         self._gui, self._session, self._player = gui, session, session.player
@@ -117,12 +110,11 @@ class ReplayBar(PagePanel):
         self._player.leave()
 
     def _offer_rest(self, offered: bool) -> None:
-        """Add or remove the command of `KEY`, which pauses a replay."""
         if self._rest_key is not None and not offered:
             self._rest_key.remove()
             self._rest_key = None
         elif self._rest_key is None and offered:
-            title, icon = tr("Replay: stand still"), viser.Icon.PLAYER_PAUSE
+            title, icon = tr("Replay: pause"), viser.Icon.PLAYER_PAUSE
             self._rest_key = self._gui.add_command(title, hotkey=KEY, modifier="alt+shift", icon=icon)
             on_press(self._rest_key, lambda: self._session.post(OperateReplay("rest")))
 

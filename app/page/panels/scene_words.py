@@ -1,4 +1,4 @@
-"""What the picture shows, in one sentence, on a key press."""
+"""The picture in one sentence."""
 
 from typing import Final
 
@@ -15,14 +15,14 @@ from scenes.quantities import quantity_of_pair
 from scenes.simulation import Simulation
 
 SHOWN: Final = 20.0
-"""Time that the sentence is shown [s]."""
+"""Duration of the note [s]."""
 
 NEITHER: Final = 0.005
-"""λ below which 0 is written."""
+"""λ below which 0.00 is written."""
 
 
 class SceneWords(PagePanel):
-    """Over the picture, and read out by a screen reader."""
+    """Sentence over the picture, also for screen readers."""
 
     def __init__(self, client: viser.ClientHandle, view: View, handlers: ActionHandlers) -> None:
         self._client, self._view = client, view
@@ -52,8 +52,7 @@ class SceneWords(PagePanel):
 
 
 def scene_sentence(frame: Frame, asking: bool = False) -> str:
-    """Positions of the hands and, with an obstacle, d, λ and who gives way. `asking`: whether a question
-    waits for its answer, so that the law's values are hidden."""
+    """Positions of the hands and, with an obstacle, d, λ and the arm that gives way; no λ while `asking`."""
     simulation, sample = frame.simulation, frame.sample
     parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
     if sample.pair >= 0:
@@ -68,7 +67,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:
-    """Position of a hand from the room's origin, along the room's axes as seen in the first view."""
+    """Position from the room's origin, along its axes as seen in the first view."""
     hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
     x, y, z = (round(100.0 * length) for length in hand.tolist())
     towards = simulation.room.rig.camera.toward
@@ -93,4 +92,5 @@ def _who_gives_way(simulation: Simulation, activation: float) -> str:
         return tr("no arm gives way")
     if simulation.settings.both_avoid:
         return tr("both arms give way")
-    return tr("{arm} gives way", arm=_arm_name(simulation, simulation.settings.avoid == "guided"))
+    own = simulation.settings.avoid == "guided" or simulation.avoiding is simulation.guided
+    return tr("{arm} gives way", arm=_arm_name(simulation, own))

@@ -1,4 +1,4 @@
-"""Input boxes of a step: forecasts, a reason, and a guess of d."""
+"""Input boxes of a step."""
 
 import math
 import re
@@ -27,17 +27,14 @@ from app.web.viser_internals import uuid_of
 _NUMBER: Final = re.compile(
     r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE
 )
-"""A number and its unit; 1.000,5 with two separators is not a number."""
+"""A number and its unit; 1.000,5 is not a number."""
 
 _GUESS: Final = ORDER["choices"] + 0.5
 _REASON: Final = ORDER["choices"] + 7.5
-"""Between the answers and Run."""
 
 
 class Forecasts:
-    """Boxes for the forecasts of each challenge. Two steps never share a box, since the last text may arrive
-    after a change of step.
-    """
+    """Boxes for forecasts. Each step has its own, since the last text may arrive after a change of step."""
 
     def __init__(
         self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle
@@ -72,18 +69,14 @@ class Forecasts:
 
 
 def read_number(text: object) -> float | None:
-    """Parse a number with a decimal point or comma and perhaps a unit, or None."""
+    """Number with a decimal point or comma, and perhaps a unit; or None."""
     found = _NUMBER.fullmatch(text[:40].replace("−", "-")) if isinstance(text, str) else None
     number = float(found[1].replace(",", ".")) if found is not None else math.inf
     return number if abs(number) < 1e9 else None
 
 
 def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
-    """Add a hidden box for a guess [mm], set by `contact_guess.js`, in the open container. Return its id.
-
-    Args:
-        post: performs an action on the lessons' thread.
-    """
+    """Add a hidden box for a guess [mm], set by `contact_guess.js`; return its id."""
 
     def take(text: str) -> None:
         try:
@@ -101,9 +94,7 @@ def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
-    """Data of the card for a guess: label, value [mm], step, and box ("" if closed); {} if the step asks for
-    no distance, or the reader is not the operator.
-    """
+    """Data of the card's guess; {} if the step asks for no distance, or for an onlooker."""
     if not box or not lessons.open or lessons.listing or not asks_for_distance(lessons.walk.step):
         return {}
     walk = lessons.walk
@@ -111,7 +102,7 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
     return {
         "guess": {
             "name": tr("my guess"),
-            "hint": tr("Drag ▼ along the axis: how far apart?"),
+            "hint": tr("Drag ▼ along the axis to your guess."),
             "mm": mm,
             "at": f"{walk.lesson.id}/{walk.step.id}",
             "box": box if walk.guessing else "",
@@ -120,12 +111,7 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
 
 
 class ReasonBox:
-    """Box for the reason of each question. Two steps never share a box, since the last text may arrive after
-    a change of step.
-
-    Args:
-        post: performs an action on the session's thread.
-    """
+    """Boxes for reasons. Each step has its own, see `Forecasts`."""
 
     def __init__(
         self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle
@@ -159,7 +145,6 @@ class ReasonBox:
 
 
 def takes_reason(step: Step, phase: Phase) -> bool:
-    """True if the phase takes a reason; the box for own words appears afterwards."""
     return (step.question is not None or step.drawing is not None) and phase in (Phase.PREDICT, Phase.DO)
 
 

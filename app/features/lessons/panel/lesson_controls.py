@@ -1,7 +1,7 @@
-"""Buttons and keys of the lessons, for the operator."""
+"""The operator's buttons and keys in the lessons."""
 
 from collections.abc import Callable
-from typing import Final, Literal
+from typing import Literal
 
 import viser
 
@@ -29,17 +29,15 @@ from app.text.templates import element
 from app.web.control_events import on_press
 from app.web.viser_internals import uuid_of
 
-MOST_STEPS: Final = 12
-
 
 class AskToLeave(Action):
-    """Show (or, by `asks=False`, hide) the question before a whole class leaves the lessons."""
+    """Ask before a whole class leaves the lessons; `asks=False` closes the question."""
 
     asks: bool = True
 
 
 class LessonLawTask:
-    """The step that asks for a custom law, see `LawEditor`."""
+    """The step that asks for a custom law."""
 
     def __init__(self, view: LessonView) -> None:
         self._lessons, self._panel = view.lessons, view.panel
@@ -58,14 +56,8 @@ class LessonLawTask:
 
 
 class LessonControls(PagePanel):
-    """The operator's buttons and keys.
-
-    Space, ., R and the arrows have a third meaning in a replay or at the lever, which takes precedence; so
-    their handlers here also act while no lesson is open.
-
-    Args:
-        page: its controls flash where a contrast changes them; its gizmos follow the keys while no lesson is
-            open; if others watch it, leaving the lessons asks first.
+    """Its handlers of Space, ., R and the arrows also act without a lesson, after those of a replay or the
+    lever.
     """
 
     def __init__(self, page: PanelContext) -> None:
@@ -113,7 +105,7 @@ class LessonControls(PagePanel):
         return self._run.open
 
     def _keep_autopilot(self, action: Toggle) -> bool:
-        """True (and nothing happens) for the autopilot if the lesson controls what the visitor could move."""
+        """Ignore the autopilot's key while the lesson controls the movement."""
         return action.what == "autopilot" and self._run.hands_off
 
     def _pause(self, action: Pause) -> None:
@@ -155,10 +147,11 @@ class LessonControls(PagePanel):
             self._panel.openers = {
                 one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)
             }
+            most_steps = max((len(lesson.steps) for lesson in run.book.lessons), default=0)
             self._steps = ChoiceButtons(
                 gui,
                 "step",
-                {str(i + 1): lesson_actions.GoTo(None, i) for i in range(MOST_STEPS)},
+                {str(i + 1): lesson_actions.GoTo(None, i) for i in range(most_steps)},
                 "Any step at any time.",
                 self._post,
                 order=2.0,
@@ -188,9 +181,7 @@ class LessonControls(PagePanel):
                 gui,
                 "",
                 {"Back": lesson_actions.Press("back"), "Reset step": lesson_actions.Press("reset")},
-                "Reset restarts the step."
-                if self._instead
-                else "B goes back, N goes on. Reset restarts the step.",
+                "Reset restarts the step." if self._instead else "B: back. N: next. Reset restarts the step.",
                 self._post,
                 order=ORDER["hints"] + 6.0,
             )
@@ -198,7 +189,6 @@ class LessonControls(PagePanel):
         return listing
 
     def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
-        """Add the button that opens a lesson; in the list a card replaces it."""
         button = self._button(lesson_actions.GoTo(index, None), ORDER["list"] + 1.0)
         button.label = f"{lesson.number}  {plain(lesson.title)}"
         return button
@@ -298,7 +288,7 @@ class LessonControls(PagePanel):
                 other.visible = False
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
-        self._steps.show(view.index, tuple(range(min(len(view.lesson.steps), MOST_STEPS))))
+        self._steps.show(view.index, tuple(range(len(view.lesson.steps))))
         asking = view.phase in (Phase.PREDICT, Phase.DO)
         for i, button in enumerate(self._choices):
             if asking and i < len(view.choices):

@@ -10,7 +10,7 @@ from app.page.panels.hotkeys import Hotkey, KeyHelp, KeyRange
 from scenes.experiments import EXPERIMENTS
 
 LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
-    Hotkey("next", Press("next"), "N", N_("lesson: go on"), "N", icon=viser.Icon.ARROW_RIGHT),
+    Hotkey("next", Press("next"), "N", N_("lesson: continue"), "N", icon=viser.Icon.ARROW_RIGHT),
     Hotkey("back", Press("back"), "B", N_("lesson: go back"), "B", icon=viser.Icon.ARROW_LEFT),
     Hotkey("check", Press("check"), "C", N_("lesson: check the challenge"), "C", icon=viser.Icon.CHECKS),
     Hotkey("hint", Press("hint"), "H", N_("lesson: the next hint"), "H", icon=viser.Icon.BULB),
@@ -19,7 +19,7 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
     ),
     Hotkey("leave", Press("leave"), "X", N_("lesson: leave the lessons"), "X", icon=viser.Icon.X),
 )
-"""← and → are back and next only where the hand cannot be moved."""
+"""← and → are back and next only if the hand cannot move."""
 
 
 def key_help() -> tuple[KeyHelp, ...]:

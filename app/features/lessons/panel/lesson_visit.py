@@ -27,7 +27,7 @@ MOST_PROBLEMS = 5
 
 
 class LessonServer(ServerPart):
-    """`library`: has the teacher's notes only if the server has a key."""
+    """`library`: has teacher's notes only if the server has a key."""
 
     def __init__(self, context: AppContext) -> None:
         options, own = context.options, context.options.of(LessonOptions)
@@ -102,10 +102,10 @@ def lesson_link(query: Mapping[str, str]) -> tuple[str, str]:
 
 
 def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
-    """Open a link's lesson, or resume a visitor's record; a message for each impossible part of the link.
+    """Open a link's lesson, or resume a record; a message for each impossible part of the link.
 
     Args:
-        record: the same lesson link reopens its lesson; with another one only its progress counts.
+        record: keeps only its progress if its link names another step.
     """
     lesson, step = lesson_link(query)
     if record is not None and run.left is not None:
@@ -114,7 +114,7 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
         if same:
             return ()
     if not lesson:
-        return (LazyText("step = {step} needs lesson = … beside it.", step=step),) if step else ()
+        return (LazyText("step = {step} also needs lesson = ….", step=step),) if step else ()
     index, problem = step_of(step)
     by_number = lesson.isascii() and lesson.isdecimal()
     known = [str(one.number) if by_number else one.id for one in run.book.lessons]
@@ -130,7 +130,7 @@ def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecor
 
 
 def step_of(text: str) -> tuple[int, str]:
-    """Step of a link (0-based), and a message, "" if valid."""
+    """Step of a link (0-based), and a message; "" if valid."""
     if not text:
         return 0, ""
     if text.isascii() and text.isdecimal() and int(text) >= 1:

@@ -1,4 +1,4 @@
-"""The lessons of a session, on its thread; another thread simulates the further runs of a step."""
+"""Lessons of a session, on its thread; another thread simulates further runs."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -36,7 +36,7 @@ from scenes.simulation import Simulation
 log = logging.getLogger("duet.lessons")
 
 PATIENCE: Final = 40.0
-"""Time without the hand after which a duel's run restarts [s]; with a push it still fits into a link."""
+"""Time without the hand until a duel's run restarts [s]; with a push it still fits into a link."""
 
 
 OF_STEPS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
@@ -48,13 +48,12 @@ _TAB: Final = "\t"
 
 
 class LessonSession(SessionPart):
-    """The lessons of one session.
+    """Lessons of a session.
 
     Attributes:
-        english: the book in English; `book` is in the operator's language.
-        listing: true if the list of lessons replaces the lesson.
-        version: increases with every change that the page has to show.
-        pace: steps that a teacher has opened; None for all.
+        english: English book; `book` is in the operator's language.
+        version: increases with every change to show.
+        pace: steps that a teacher opened; None for all.
     """
 
     name: ClassVar[str] = "lessons"
@@ -87,7 +86,7 @@ class LessonSession(SessionPart):
 
     @property
     def walk(self) -> Walkthrough:
-        """The walkthrough; it outlives closing the lessons."""
+        """It outlives closing the lessons."""
         if self._walk is None:
             self._walk = Walkthrough(self.book)
         return self._walk
@@ -97,7 +96,7 @@ class LessonSession(SessionPart):
         return self._walk is not None and self._walk.begun
 
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
-        """Open the last place, or a step. `lesson`: 0-based or an id; `step`: 0-based."""
+        """Open the last place, or a step. `lesson`: id or 0-based; `step`: 0-based."""
         if not self.book.lessons:
             self.session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
             return
@@ -172,7 +171,7 @@ class LessonSession(SessionPart):
         self.left = replace(lesson, seen=seen, kept=kept)
 
     def saved_lesson(self) -> SavedLesson | None:
-        """State that survives a disconnection; None if no lesson was ever opened."""
+        """None if no lesson was ever opened."""
         if self._walk is None:
             return self.left
         settings, open_now = self.session.settings, self.open
@@ -225,9 +224,7 @@ class LessonSession(SessionPart):
 
     @property
     def withholds(self) -> bool:
-        """True until a question has its answer and the first step of its run: no page may say what the law
-        does.
-        """
+        """True until the answered run's first step: no page may say what the law does."""
         if not self.open or self.walk.step.question is None:
             return self.locked
         waits = self.walk.phase is Phase.DO and self.session.simulation.steps == 0
@@ -235,12 +232,11 @@ class LessonSession(SessionPart):
 
     @property
     def said(self) -> list[float | None]:
-        """Typed forecasts of the current step, mutable."""
+        """Typed forecasts, mutable."""
         return self._said.setdefault((self.walk.lesson.id, self.walk.step.id), [])
 
     @property
     def seen(self) -> Mapping[tuple[str, str], Recorded]:
-        """(lesson, step) → run in which the visitor saw its outcome."""
         return self.runner.seen
 
     @property
@@ -250,7 +246,7 @@ class LessonSession(SessionPart):
 
     @property
     def over(self) -> bool:
-        """True if the run has ended, so that *Run* begins the next one."""
+        """True if *Run* begins the next run."""
         walk = self.walk
         if walk.pushes:
             return walk.run_id == self._measured
@@ -359,12 +355,10 @@ class LessonSession(SessionPart):
             session.control.hurry(walk.setup.seconds)
 
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
-        """Lesson and step of an action, both 0-based."""
         lesson = self.book.lessons.index(self.walk.lesson) if wanted.lesson is None else wanted.lesson
         return lesson, tuple(self.walk.entries())[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
-        """Fast-forward to the end; false if impossible, so that the reference run gives the outcome."""
         walk, session = self.walk, self.session
         to_measure = (
             walk.phase is Phase.DO
@@ -403,9 +397,7 @@ class LessonSession(SessionPart):
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def decide(self) -> None:
-        """Begin, stop or measure the run as the step asks: once a frame, between actions and steps. Never
-        raises.
-        """
+        """Begin, stop or measure the run: every frame, between actions and steps. Never raises."""
         if not self.open:
             return
         try:
@@ -415,7 +407,7 @@ class LessonSession(SessionPart):
         except Exception as error:
             self._errors.exception("a frame of a lesson failed", error)
             self._stop_trouble(
-                "The run could not be measured. Reset restarts the step; Next goes on without it."
+                "The run could not be measured. Reset restarts the step; Next continues without it."
             )
 
     def _stop_trouble(self, text: str) -> None:
@@ -479,14 +471,14 @@ class LessonSession(SessionPart):
         self._show_moment()
 
     def _push_goes_on(self) -> bool:
-        """True while a push continues: its time begins when the hand is taken. An untouched hand restarts it."""
+        """A push begins when the hand is taken; an untouched hand restarts the run."""
         simulation, seconds = self.session.simulation, self.walk.setup.seconds
         if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
             self._begin(True)
         return self.walk.pushes and (self._taken is None or simulation.time < self._taken + seconds)
 
     def _left_pace(self) -> bool:
-        """Return to an open step before another one is seen, answered or run; true if necessary."""
+        """Return to an open step before another is seen, answered or run; true if necessary."""
         walk, pace, here = self.walk, self.pace, (self.walk.lesson.id, self.walk.step_index)
         if pace is None or pace.allows(*here):
             self._stood = here
@@ -552,15 +544,11 @@ class LessonSession(SessionPart):
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
-        """Progress of the custom law's tests; None if the step asks for no custom law."""
+        """None if the step asks for no custom law."""
         return tests_of(self.session) if self.open and asks_for_custom_law(self.walk) else None
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
-        """Labels and values of the step's numbers at the shown moment.
-
-        Args:
-            book: in the reader's language; None for the session's.
-        """
+        """Labels and values. `book`: None for the session's language."""
         language = self.walk.in_book(book).lesson.language
         try:
             return tuple(

@@ -1,4 +1,4 @@
-"""Begins and measures a step's run, and simulates its further runs."""
+"""Begins and measures a step's run."""
 
 import logging
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from scenes.simulation import Simulation
 log = logging.getLogger("duet.lessons")
 
 _RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
-"""Thread for further runs, one at a time, so that pages stay responsive."""
+"""One thread for all further runs, so that pages stay responsive."""
 
 
 def _make_runs(step: Step, why: Setup | None) -> None:
@@ -45,19 +45,18 @@ def _make_runs(step: Step, why: Setup | None) -> None:
 
 
 def with_look(settings: Settings, session: Session) -> Settings:
-    """Keep the page's current look: a lesson does not change it."""
+    """A lesson keeps the page's current look."""
     page = session.settings.page
     look = Look(page.theme, page.profile, page.picture, page.language)
     return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
 def asks_for_custom_law(walk: Walkthrough) -> bool:
-    """True if the step asks for a custom law; others use the settings' law."""
     return walk.challenge is not None and walk.challenge.custom_law
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
-    """Title and text of a notice if the visitor's choice stops the lesson's run."""
+    """Notice (title, text) if the visitor's choice stops the lesson's run."""
     asked, has = walk.setup.run, session.settings.run
     if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
         return N_("The lesson needs its own experiment"), N_(
@@ -71,11 +70,7 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
 
 
 class StepRunner:
-    """Begins and measures a step's run; belongs to the session's thread.
-
-    Attributes:
-        further: simulation of the further runs; done if nothing is pending.
-    """
+    """Belongs to the session's thread. `further`: done if no run is pending."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -123,7 +118,7 @@ class StepRunner:
             self._warm = True
 
     def apply(self, settings: Settings) -> None:
-        """Apply settings one by one, in any order that works; a notice shows the last refusal."""
+        """Apply settings in any order that works; a notice shows the last refusal."""
         problem = ""
         for _ in range(3):
             problem = ""
@@ -151,8 +146,7 @@ class StepRunner:
     def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
         """Check the step's challenge, if it is open, with the current run.
 
-        Args:
-            said: typed forecasts, each in its measurement's shown unit.
+        `said`: forecasts, in their measurements' shown units.
         """
         session, challenge = self._session, walk.challenge
         if challenge is None:
@@ -176,6 +170,7 @@ class StepRunner:
         before, self._tests = self._tests, tests_of(self._session)
         if self._tests == before:
             return False
-        if before.running and self._tests.finished:
+        # Quick tests may be finished in the frame in which they begin.
+        if self._tests.finished and (before.number != self._tests.number or not before.finished):
             walk.attempt_custom_law(self._tests.verdicts)
         return True

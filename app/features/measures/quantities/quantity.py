@@ -1,4 +1,4 @@
-"""Measurable quantities by name, and the text of a value."""
+"""Measurable quantities, and texts of values."""
 
 import inspect
 import math
@@ -19,7 +19,7 @@ Row = int | None
 
 
 class At(NamedTuple):
-    """A value, and its row of `Evidence.table`."""
+    """A value and its row of `Evidence.table`."""
 
     value: float
     row: int
@@ -31,11 +31,11 @@ def at(values: Array, row: Row) -> At | None:
 
 
 Reading = At | Value
-"""Result of a quantity: a value alone has no single moment, and nan counts as None."""
+"""A value alone has no single moment; nan counts as None."""
 
 
 class Unit(NamedTuple):
-    """Unit for readers: its SI unit, the factor from that, and the suffix of a number."""
+    """SI unit, factor from it, and suffix of a number for readers."""
 
     si: str
     factor: float
@@ -59,7 +59,7 @@ UNITS: Final[dict[str, Unit]] = {
     "1/s": Unit("1/s", 1.0, "1/s"),
     "m/rad": Unit("m/rad", 1.0, "m/rad"),
 }
-"""By their names in lesson files."""
+"""Name in lesson files → unit."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Quantity:
         label: for readers, perhaps with parameters in braces.
         shown: usual unit, see `UNITS`.
         digits: after the point, in that unit.
-        live: whether it needs only the newest step, so that it can be shown all the time.
+        live: True if it needs only the newest step.
         function: (evidence, **parameters) → Reading.
     """
 
@@ -90,7 +90,7 @@ class Quantity:
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {}
-"""All, by name. Filled by the other modules."""
+"""Filled by the other modules."""
 
 
 def quantity(
@@ -104,9 +104,8 @@ def quantity(
     """Register a function of `Evidence` as a quantity.
 
     Args:
-        label, shown, digits, live: see `Quantity`.
-        obstacle: whether it needs an obstacle.
-        settings: whether it needs only the settings, even before the first step.
+        obstacle: True if it needs an obstacle.
+        settings: True if it needs only the settings, even before the first step.
     """
 
     def note(measured: Callable[..., Reading]) -> Callable[..., Reading]:
@@ -124,16 +123,15 @@ def quantity(
 def read_parameters(
     what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]
 ) -> tuple[tuple[str, Any], ...]:
-    """Keyword arguments, checked against a function's parameters: numbers, texts and choices.
+    """Checked keyword arguments.
 
     Raises:
         BadSetting: unknown or missing parameter, or impossible value.
     """
     for key in given:
         if key not in wanted:
-            raise BadSetting(
-                f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}."
-            )
+            remedy = f"choose from {', '.join(wanted)}" if wanted else "remove it, there are none"
+            raise BadSetting(f"{what} has no parameter {key!r}; {remedy}.")
     found: list[tuple[str, Any]] = []
     for key, parameter in wanted.items():
         if key not in given:
@@ -168,7 +166,7 @@ def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ..
 
 
 def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
-    """Time of the measured value [s]; None if it has no single moment."""
+    """Time of the value [s]; None if it has no single moment."""
     found = QUANTITIES[name].function(evidence, **dict(parameters))
     if not isinstance(found, At) or math.isnan(found.value):
         return None
@@ -192,7 +190,7 @@ def shown_value(value: Value, unit: str, digits: int) -> str:
 
 
 def significant_digits(value: Value, unit: str, digits: int) -> int:
-    """Digits after the point for two significant ones: at most one more than usual, and 0 for a whole number."""
+    """Digits after the point for two significant ones, at most `digits` + 1."""
     if not digits or value is None or not math.isfinite(value) or value == 0.0:
         return digits
     exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])
@@ -208,7 +206,6 @@ _SHOWN: Final = {
     "since": "s",
     "until": "s",
 }
-"""Parameter → unit for readers."""
 
 
 def shown_parameter(name: str, value: object) -> str:
