@@ -1,4 +1,4 @@
-"""A page as those read it who see little, or hear it: axe finds nothing, and no letter is smaller than 11 px."""
+"""Accessibility of a page: axe finds no fault, and no letter is smaller than 11 px."""
 
 from importlib.resources import files
 
@@ -11,10 +11,10 @@ AXE = (files("axe_playwright_python") / "axe.min.js").read_text(encoding="utf-8"
 LEFT_OUT = {
     "aria-required-children": "viser's bar of folded tabs holds the button that unfolds them, and we cannot take it out of there"
 }
-"""Rule of axe → why a page of ours need not keep it."""
+"""Rule of axe → reason why our pages may break it."""
 
 SMALLEST = 11.0
-"""[CSS px]"""
+"""Smallest letter [CSS px]."""
 
 FAULTS = """async ([leftOut, smallest]) => {
   const rules = Object.fromEntries(leftOut.map((rule) => [rule, { enabled: false }]));
@@ -37,9 +37,9 @@ FAULTS = """async ([leftOut, smallest]) => {
 
 
 def accessible(page: Page) -> None:
-    """Assert that a page has no such fault that lasts."""
+    """Assert that a page has no lasting fault."""
     page.evaluate(AXE)
-    # A tooltip stands in no landmark, as long as the mouse rests on what it explains.
+    # A tooltip, which is shown while the mouse rests on its element, is in no landmark.
     page.mouse.move(1.0, 1.0)
     faults = lasting(page, lambda: page.evaluate(FAULTS, [list(LEFT_OUT), SMALLEST]))
     assert not faults, f"{len(faults)} faults:\n" + "\n".join(faults[:30])

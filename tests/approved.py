@@ -1,17 +1,17 @@
-"""Approved texts: what a test makes is compared with a file in the folder `approved` beside it: a change of words is a diff to read.
+"""Approved texts: a test's text is compared with a file in the folder `approved` next to the test.
 
-After a wanted change, `pytest --approve` writes the files again; read the diff before you commit it.
+After a wanted change, `pytest --approve` writes the files; read the diff before the commit.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from html import unescape
 from pathlib import Path
 
 import pytest
 
 Approve = Callable[[str, str], None]
-"""(name of the file, text) → compares; a test may call it several times."""
+"""(file name, text) → compares them; may be called several times."""
 
 FOLDER = "approved"
 
@@ -40,9 +40,19 @@ def approve(request: pytest.FixtureRequest) -> Approve:
 
 
 def shown_text(html: object) -> str:
-    """Text of a piece of HTML, a line for what stands between two tags."""
+    """Text of HTML, one line for the text between two tags."""
     lines = (" ".join(part.split()) for part in unescape(re.sub(r"<[^>]+>", "\n", str(html))).splitlines())
     return "\n".join(line for line in lines if line) + "\n"
+
+
+def case_lines(said: Mapping[str, object]) -> str:
+    """Lines `case: message`."""
+    return "".join(f"{case}: {text}\n" for case, text in said.items())
+
+
+def without_numbers(text: str) -> str:
+    """The text with each number as #, for numbers from a simulation."""
+    return re.sub(r"\d+(?:[.,]\d+)*(?:e[+-]?\d+)?", "#", text)
 
 
 def approved_files(root: Path) -> list[Path]:

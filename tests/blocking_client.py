@@ -13,11 +13,11 @@ from app.web.headless_client import HeadlessClient
 
 
 class OperatingClient(HeadlessClient):
-    """A `HeadlessClient` that operates the page as a visitor does, and breaks off as a lost line does."""
+    """A `HeadlessClient` that operates the page like a visitor, and can lose its connection."""
 
     @property
     def local_port(self) -> int:
-        """The port of this end of the connection."""
+        """Port of this end of the connection."""
         assert self._socket is not None
         return self._socket.local_address[1]
 
@@ -53,15 +53,15 @@ class OperatingClient(HeadlessClient):
         await self.send(message)
 
     async def fall_asleep(self) -> None:
-        """Read nothing more, as a page on a sleeping computer does."""
+        """Stop reading, like a page on a sleeping computer."""
         assert self._reader is not None
         self._reader.cancel()
 
     async def break_off(self, unfinished: bytes = b"") -> None:
-        """End the connection like a lost line, without a closing handshake; `unfinished`: a message of which only a part is sent before."""
+        """End the connection without a closing handshake. `unfinished`: message that is sent only in part."""
         assert self._socket is not None
         if unfinished:
-            # A masked binary frame (RFC 6455, section 5.2) that promises all, and half of it.
+            # A masked binary frame (RFC 6455, section 5.2): the message's length, and half of its content.
             head = b"\x82\xfe" + len(unfinished).to_bytes(2, "big") + b"\0\0\0\0"
             self._socket.transport.write(head + unfinished[: len(unfinished) // 2])
             await asyncio.sleep(0)
@@ -69,10 +69,11 @@ class OperatingClient(HeadlessClient):
 
 
 class BlockingClient:
-    """An `OperatingClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
+    """An `OperatingClient` with its event loop in its own thread, for threads with a running loop
+    (Playwright).
 
     Args:
-        origin: what to send as Origin; None to send no Origin, as programs do.
+        origin: Origin header; None: no header, like a program.
 
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.
@@ -88,7 +89,7 @@ class BlockingClient:
         self._thread.start()
         try:
             self.visitor = OperatingClient(url, query, **options)
-            # A worker process that has just been started serves late on a busy machine.
+            # A new worker process may start to serve late on a busy machine.
             self.run(self.visitor.connect(60.0, camera=camera), 65.0)
         except BaseException:
             self._end()
@@ -103,7 +104,7 @@ class BlockingClient:
         self.loop.close()
 
     def __getattr__(self, name: str) -> Any:
-        """Return an attribute of the client; a coroutine function as one that waits for its end."""
+        """Attribute of the client; a coroutine function becomes a blocking one."""
         found = getattr(self.visitor, name)
         return (
             (lambda *args, **kwargs: self.run(found(*args, **kwargs)))
@@ -114,7 +115,8 @@ class BlockingClient:
     def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
         """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread.
 
-        What it looks for may not be there yet, or be made again at the moment: a `LookupError` is a no, and raised in the end.
+        A `LookupError` counts as False, as elements may be missing or rebuilt at the moment; after the
+        timeout it is raised.
         """
 
         def met(visitor: HeadlessClient) -> object:

@@ -1,9 +1,8 @@
 """A real browser with a real mouse, for tests.
 
-No test sleeps: every wait is for something that can be seen in the page (an element, a pose, a number of drawn frames).
+No test sleeps: every wait is for a visible change of the page (an element, a pose, a number of drawn frames).
 """
 
-import asyncio
 import os
 import re
 import shutil
@@ -19,7 +18,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import (
     Browser,
-    BrowserContext,
     ConsoleMessage,
     Error,
     Locator,
@@ -48,7 +46,7 @@ FLAGS = (
         "--disable-sync",
         "--disable-dev-shm-usage",
     ),
-    # Without a graphics card, the page around the scene costs a tenth of the time if it is put together without WebGL's machinery.
+    # Without a graphics card, compositing without WebGL takes a tenth of the time.
     "--disable-gpu-compositing",
 )
 _NAMES = (
@@ -67,7 +65,7 @@ _WINDOWS = (
     r"Microsoft\Edge\Application\msedge.exe",
 )
 
-# Said by the browser and by three.js about software rendering, and about servers that a test stops on purpose.
+# Messages about software rendering, and about servers that a test stops on purpose.
 _HARMLESS = (
     *(
         r"GPU stall due to ReadPixels",
@@ -87,10 +85,10 @@ def free_port() -> int:
 
 
 def installed_browser() -> str | None:
-    """The path of a browser of the Chromium family: `DUET_BROWSER`, or one installed at a usual place.
+    """Path of a browser of the Chromium family: `DUET_BROWSER`, or one installed at a usual place.
 
     Raises:
-        FileNotFoundError: `DUET_BROWSER` names nothing that exists.
+        FileNotFoundError: `DUET_BROWSER` does not exist.
     """
     wanted = os.environ.get("DUET_BROWSER")
     if wanted:
@@ -111,10 +109,10 @@ def installed_browser() -> str | None:
 
 @contextmanager
 def started_playwright() -> Iterator[Playwright]:
-    """Playwright, with the system's libraries that its driver needs.
+    """Playwright, with the system libraries of its driver.
 
     Raises:
-        MissingLibrary: one of them is missing and cannot be installed here.
+        MissingLibrary: a library is missing and cannot be installed here.
     """
     with_libraries(_try_driver)
     with sync_playwright() as playwright:
@@ -128,10 +126,10 @@ def _try_driver() -> None:
 
 
 def launch(playwright: Playwright, font: Font = "wide") -> Browser:
-    """Start a browser that draws text in a font of ours; install a browser if the machine has none.
+    """Start a browser with one of our fonts; install a browser if the machine has none.
 
     Raises:
-        RuntimeError: none can be had; the message lists all that was tried.
+        RuntimeError: no browser is available; the message lists all attempts.
     """
     tried: list[str] = []
 
@@ -160,7 +158,7 @@ BrowserIn = Callable[[Font], Browser]
 
 @pytest.fixture(scope="session")
 def browser_in() -> Iterator[BrowserIn]:
-    """`browser_in(font)` is the browser with that font, started when it is first asked for."""
+    """`browser_in(font)`: the browser with that font, started at its first use."""
     started: dict[Font, Browser] = {}
     with ExitStack() as opened:
         try:
@@ -188,19 +186,19 @@ def browser(browser_in: BrowserIn) -> Browser:
 
 PageAt = Callable[..., Page]
 
-_UNSEEN = """window.duetUnseen = true;
+UNSEEN = """window.duetUnseen = true;
 for (const name of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced", "clear"]) {
   const draw = window.WebGL2RenderingContext?.prototype[name];
   if (draw) WebGL2RenderingContext.prototype[name] = function (...given) { if (!window.duetUnseen) draw.apply(this, given); };
 }"""
-"""The scene is computed, laid out and listens as always, but nothing is filled until that is asked for by `drawn`: without a graphics card
-it is most of the work of a frame."""
+"""The scene is computed and laid out, and listens to input, but is only filled inside `drawn`: without a
+graphics card filling is most of a frame's work.
+"""
 
 
 def listen(page: Page, complaints: list[str], *expect: str) -> Callable[[], None]:
-    """Note every console error and uncaught exception of a page, but for what matches one of the regular expressions.
-
-    Returns what ends it.
+    """Collect console errors and uncaught exceptions of a page, except those that match a regular expression.
+    Returns a function that ends it.
     """
     forgiven = re.compile("|".join((*_HARMLESS, *expect)))
 
@@ -224,101 +222,15 @@ def listen(page: Page, complaints: list[str], *expect: str) -> Callable[[], None
     return end
 
 
-@pytest.fixture(scope="session")
-def used_tabs() -> list[Page]:
-    """Tabs for the next test: one that has shown the page before shows it again in half of the time."""
-    return []
-
-
-def _emptied(page: Page) -> bool:
-    """Forget all that a page has left in its tab, and return whether it is as good as new."""
-    if page.is_closed() or len(page.context.pages) > 1:
-        return False
-    try:
-        if page.url.startswith("http"):
-            page.evaluate("() => { sessionStorage.clear(); localStorage.clear(); }")
-        page.goto("about:blank")
-        page.context.clear_cookies()
-        page.mouse.up()
-        page.mouse.move(0, 0)
-    except Error:
-        return False
-    return True
-
-
-def _close(context: BrowserContext) -> None:
-    """Close a tab with all that is its own; one that does not answer goes with the browser, and holds no test up until then."""
-    with suppress(TimeoutError, Error):
-        context._sync(asyncio.wait_for(context._impl_obj.close(reason=None), 30.0))
-
-
-@pytest.fixture
-def page_at(
-    browser: Browser, browser_in: BrowserIn, used_tabs: list[Page], request: pytest.FixtureRequest
-) -> Iterator[PageAt]:
-    """`page_at(width, height, expect=(…), font=…)` opens an empty tab of that size, with wide letters unless they are to be narrow.
-
-    A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
-    `expect`. A newcomer sees the welcome, as once in a browser; others have seen it. A tab that has been used before has nothing left
-    of it; a test that gives its tab scripts, routes, listeners or a protocol session asks for a `fresh` one. A failed test leaves a
-    picture of every tab in the artefact folder.
-    """
-    complaints: list[str] = []
-    pages: list[tuple[Page, bool]] = []
-    deaf: list[Callable[[], None]] = []
-
-    def open_page(
-        width: int = 800,
-        height: int = 600,
-        *,
-        expect: Sequence[str] = (),
-        newcomer: bool = False,
-        fresh: bool = False,
-        font: Font = "wide",
-        **options: Any,
-    ) -> Page:
-        fresh = fresh or newcomer or bool(options) or font != "wide"
-        if used_tabs and not fresh:
-            page = used_tabs.pop()
-            page.set_viewport_size({"width": width, "height": height})
-        else:
-            context = browser_in(font).new_context(viewport={"width": width, "height": height}, **options)
-            context.add_init_script(_UNSEEN)
-            if not newcomer:
-                context.add_init_script(WELCOMED)
-            page = context.new_page()
-        page.context.set_default_timeout(60_000)
-        deaf.append(listen(page, complaints, *expect))
-        pages.append((page, fresh))
-        return page
-
-    yield open_page
-    failed = request.node.stash.get(FAILED, False)
-    if complaints or failed:
-        for index, (page, _) in enumerate(pages):
-            name = re.sub(r"[^\w.-]+", "_", request.node.nodeid)[-120:]
-            try:
-                save_picture(page, f"{name}-{index}")
-            except Error as error:
-                print(f"no picture of tab {index}: {error.message}")
-    for (page, fresh), end in zip(pages, deaf, strict=True):
-        if not (fresh or failed or complaints) and _emptied(page):
-            end()
-            used_tabs.append(page)
-        else:
-            _close(page.context)
-    assert not complaints, "the page complained:\n" + "\n".join(complaints)
-
-
 def artefacts() -> Path:
-    """Where pictures go: `DUET_ARTIFACTS`, else `.artifacts` at the root of the repository."""
+    """Folder for pictures: `DUET_ARTIFACTS`, else `.artifacts` at the root of the repository."""
     folder = Path(os.environ.get("DUET_ARTIFACTS") or Path(__file__).parents[1] / ".artifacts")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def close_software_note(page: Page) -> None:
-    """Close viser's note about software rendering, which a machine with a graphics card does not show."""
+    """Close viser's note about software rendering, which appears only without a graphics card."""
     page.evaluate(
         """() => { for (const note of document.querySelectorAll('[class*=Notification-root]'))
              if (/webgl/i.test(note.textContent)) note.querySelector('button')?.click(); }"""
@@ -327,7 +239,7 @@ def close_software_note(page: Page) -> None:
 
 @contextmanager
 def drawn(page: Page) -> Iterator[None]:
-    """What the page draws is filled meanwhile, beginning with its present picture."""
+    """Fill the page's 3-D picture while open, starting with the present one."""
     page.evaluate("() => { window.duetUnseen = false; window.__viserMutable?.requestRender?.(); }")
     wait_frames(page, 3)
     yield
@@ -346,7 +258,7 @@ def save_picture(page: Page, name: str) -> None:
 
 
 def screenshot(page: Page, name: str) -> None:
-    """Save a picture if `DUET_ARTIFACTS` names a folder for pictures: each takes two seconds to draw."""
+    """Save a picture if `DUET_ARTIFACTS` is set; each takes two seconds."""
     if os.environ.get("DUET_ARTIFACTS"):
         save_picture(page, name)
 
@@ -359,11 +271,11 @@ def wait_frames(page: Page, count: int = 2) -> None:
 
 
 BETWEEN = 3
-"""Drawn frames between two questions to a page: to ask after every one costs as much as the page itself."""
+"""Drawn frames between two queries of a page: a query after every frame costs as much as the page itself."""
 
 
 def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 60.0) -> None:
-    """Return as soon as something is true, asked again after every few drawn frames."""
+    """Wait until `true()` is true, asked every few drawn frames."""
     deadline = time.monotonic() + seconds
     while not true():
         assert time.monotonic() < deadline, f"{what}: not within {seconds:g} s"
@@ -371,11 +283,11 @@ def until(page: Page, true: Callable[[], object], what: str = "it", seconds: flo
 
 
 WELCOMED = "try { localStorage.duetWelcome ??= '1'; localStorage.duetPanel ??= 'all'; } catch {}"
-"""A browser's first script with which no welcome is shown, and every setting is."""
+"""Init script of a browser that hides the welcome and shows every setting."""
 
 
 def lasting(page: Page, faults: Callable[[], list[str]]) -> list[str]:
-    """Return the faults that a page keeps for so long: a slow machine may still be at work on it when it is looked at first."""
+    """Faults that remain until a time limit: a slow machine may still be building the page at first."""
     found: list[str] = []
 
     def none() -> bool:
@@ -391,7 +303,7 @@ CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera
 
 
 STILL = 1.5
-"""A view has settled if it has stayed for so long [s]: what the page says of its layout arrives that much apart."""
+"""A view that is constant for this time [s] has settled: the page reports its layout at such intervals."""
 
 
 def _settled(page: Page, look: Callable[[], Any], frames: int, what: str) -> np.ndarray:
@@ -411,12 +323,12 @@ def _settled(page: Page, look: Callable[[], Any], frames: int, what: str) -> np.
 
 
 def settled_view(page: Page, frames: int = 20) -> np.ndarray:
-    """The camera, once it has been put right for the page's layout and has stayed where it is, for `frames` drawn frames, too."""
+    """Camera after its adjustment to the page's layout, constant for at least `frames` drawn frames."""
     return _settled(page, lambda: page.evaluate(CAMERA), frames, "a view that stays")
 
 
 def settled_box(page: Page, place: Locator) -> np.ndarray:
-    """Left, top, width and height [px] of what a mouse is to find, once the page around it has come to rest."""
+    """Left, top, width and height of an element [px], once the layout is at rest."""
 
     def look() -> list[float]:
         box = place.bounding_box()
@@ -429,7 +341,7 @@ _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySel
 
 
 def wait_ready(page: Page, node: str) -> None:
-    """Wait until the scene node `node` exists and the canvas has faded in."""
+    """Wait until the scene node `node` exists and the canvas is visible."""
     page.wait_for_function(
         f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1"
         " && (document.documentElement.matches('.duet-built') || !document.getElementById('duet-loading'))",
@@ -440,9 +352,9 @@ def wait_ready(page: Page, node: str) -> None:
 
 
 def world_position(page: Page, node: str) -> np.ndarray:
-    """Where the page has drawn the origin of a node, in the scene's coordinates (z up).
+    """Drawn position of a node's origin, in the scene's coordinates (z up).
 
-    Not for a gizmo under the mouse: until the server moves it, its node stays where the drag began.
+    Not for a gizmo under the mouse: until the server moves it, its node stays at the start of the drag.
     """
     return np.array(
         page.evaluate(
@@ -465,7 +377,7 @@ def world_to_px(page: Page, point: Sequence[float] | np.ndarray) -> tuple[float,
 
 
 def point_at(page: Page, point: Sequence[float] | np.ndarray) -> None:
-    """Move the mouse to a point of the scene, which nothing may cover, and wait until the page has seen it there."""
+    """Move the mouse to an uncovered point of the scene, and wait until the page has noticed it."""
     x, y = world_to_px(page, point)
     on_top = page.evaluate("([x, y]) => document.elementFromPoint(x, y) === __viserMutable.canvas", [x, y])
     assert on_top, f"something covers the scene at ({x:.0f}, {y:.0f}) px"
@@ -474,17 +386,17 @@ def point_at(page: Page, point: Sequence[float] | np.ndarray) -> None:
 
 
 def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], object]) -> None:
-    """Press the mouse on a handle, and again if the view or the handle was still on its way.
+    """Press the mouse on a handle; again if the view or the handle still moved.
 
     Args:
         page: a tab wider than 576 px.
-        point: where to take it, in the scene; asked before every attempt.
-        held: whether it is dragged; after five attempts without, an AssertionError.
+        point: grip in the scene, asked before every attempt.
+        held: True while it is dragged; AssertionError after five failed attempts.
     """
     for attempt in range(1, 6):
         settled_view(page, 5)
         x, y = world_to_px(page, point())
-        # A handle looks for the pointer when it moves, so it must have seen it there before the button goes down.
+        # A handle finds the pointer by its motion, which must come before the button.
         page.mouse.move(x - 3, y - 3)
         wait_frames(page)
         try:

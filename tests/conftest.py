@@ -1,4 +1,4 @@
-"""Settings for all tests: one thread for linear algebra (two cores, and repeatable timing), and repeatable examples."""
+"""Settings of all tests: one thread for linear algebra (two cores, repeatable timing), same examples."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-# Where Python is to leave no byte code, every process that a test starts would compile the product again.
+# Without byte code every process of a test would compile the product again.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 for _library in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR"):
@@ -22,15 +22,26 @@ from tests.system_packages import import_pinocchio, with_libraries  # noqa: E402
 try:
     with_libraries(import_pinocchio)
 except MissingLibrary as _missing:
-    # pytest would show every other exception with its traceback.
+    # pytest would show any other exception with its traceback.
     sys.exit(f"The tests cannot run: {_missing}")
 
 from scenes.given_robots import GIVEN  # noqa: E402
 from scenes.setting_spec import added_choices  # noqa: E402
 from tests.approved import approve, pytest_addoption  # noqa: E402
-from tests.browser import FAILED, browser, browser_in, page_at, used_tabs  # noqa: E402
+from tests.browser import FAILED, browser, browser_in  # noqa: E402
+from tests.tabs import judge_lasting_tabs, lasting_page_at, lasting_tabs, page_at, used_tabs  # noqa: E402
 
-__all__ = ["approve", "browser", "browser_in", "page_at", "pytest_addoption", "used_tabs"]
+__all__ = [
+    "approve",
+    "browser",
+    "browser_in",
+    "judge_lasting_tabs",
+    "lasting_page_at",
+    "lasting_tabs",
+    "page_at",
+    "pytest_addoption",
+    "used_tabs",
+]
 
 settings.register_profile(
     "ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow]
@@ -39,16 +50,15 @@ settings.register_profile("explore", deadline=None, max_examples=1000, print_blo
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
-SLOW = {"browser", "house", "serve", "folder", "jupyter"}
-"""What is opened with these takes seconds: a browser, a page's server in this process or in its own, the paper's figures,
-a notebook's server."""
+SLOW = {"browser", "house", "lasting_house", "serve", "folder", "jupyter"}
+"""Slow fixtures: a browser, a page's server, the paper's figures, a notebook's server."""
 
 
 BEGUN = pytest.StashKey[bool]()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """A worker that begins without the browser's tests gives way to the one that has them, which takes longest."""
+    """Lower the priority of workers without browser tests: the worker with them needs the most time."""
     session = item.session
     if BEGUN not in session.stash:
         session.stash[BEGUN] = True
@@ -58,13 +68,13 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_store(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """The store of a server that runs on this machine is not ours."""
+    """Keep tests away from the store of this machine's server."""
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what is slow, and begin with it, so that no worker is left alone with it at the end."""
+    """Mark slow tests and run them first, so that no worker ends alone with them."""
     for item in items:
         fixtures = SLOW & set(item.fixturenames) if isinstance(item, pytest.Function) else set()
         if fixtures or "thorough" in item.keywords:
@@ -73,9 +83,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 class OneBrowser(LoadScopeScheduling):
-    """The workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way.
+    """Workers share tests by file. All browser files are one unit, as two browsers would slow each other.
 
-    So are the files on figures, which are drawn once for all of them.
+    So are the files on figures, which are drawn once for all.
     """
 
     def _split_scope(self, nodeid: str) -> str:
@@ -94,12 +104,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneBrowse
 @cache
 def _draws(path: Path) -> bool:
     text = path.read_text(encoding="utf-8")
-    return "PageAt" in text or "browser: Browser" in text
+    return any(word in text for word in ("PageAt", "browser: Browser", "SharedPage", ": Tabs"))
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
-    """Leave the outcome on the test, so that `page_at` knows whether to keep a picture."""
+    """Store the outcome on the test, so that its tabs know if a picture is needed."""
     outcome = yield
     report = outcome.get_result()
     if report.when == "call":
@@ -108,7 +118,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
 
 @pytest.fixture
 def registry() -> Iterator[None]:
-    """Robots and bases that a test gives are not there for the next one."""
+    """Remove a test's robots and bases after it."""
     files, added = dict(GIVEN), {key: dict(found) for key, found in added_choices().items()}
     yield
     GIVEN.clear()

@@ -1,4 +1,4 @@
-"""The system's Firefox, driven by WebDriver BiDi, which it speaks by itself: no driver and no browser is downloaded."""
+"""The system's Firefox, driven by its own WebDriver BiDi: no driver and no browser is downloaded."""
 
 import base64
 import itertools
@@ -20,9 +20,9 @@ from tests.fonts import font_environment
 from tests.system_packages import install_package
 
 TIMEOUT: Final = 180.0
-"""Longest time for anything that is waited for [s]."""
+"""Time limit of every wait [s]."""
 
-# Firefox prints what it thinks of a machine without a graphics card; viser's own build has one message of its own.
+# Firefox's messages about a missing graphics card, and one of viser's build.
 HARMLESS: Final = (
     "WebGL warning",
     "WEBGL_debug_renderer_info",
@@ -35,10 +35,10 @@ NO_PREFERENCES: Final[Mapping[str, int]] = {}
 
 
 def installed(name: str, *names: str) -> str:
-    """Return the path of a program: the first that is installed, or, as root on Debian, the first's package installed now.
+    """Path of the first installed program; as root on Debian, `name`'s package is installed if necessary.
 
     Raises:
-        FileNotFoundError: there is none.
+        FileNotFoundError: no program is available.
     """
     for attempt in (False, True):
         if attempt:
@@ -53,7 +53,7 @@ class Firefox:
     """One tab.
 
     Attributes:
-        complaints: errors of the console and uncaught exceptions so far.
+        complaints: console errors and uncaught exceptions so far.
     """
 
     def __init__(self, socket: Connection) -> None:
@@ -75,7 +75,7 @@ class Firefox:
                 return message["result"]
 
     def _next(self, timeout: float) -> dict[str, Any]:
-        """Return the next message, after noting it if it is a complaint."""
+        """Next message; a complaint is recorded."""
         message = json.loads(self._socket.recv(timeout=timeout))
         if message.get("method") == "log.entryAdded":
             entry = message["params"]
@@ -90,13 +90,13 @@ class Firefox:
         self._send("browsingContext.navigate", context=self._tab, url=url, wait="complete")
 
     def enter_frame(self) -> None:
-        """Ask the first frame of the page from now on."""
+        """Use the first frame of the page from now on."""
         self._tab = self._send("browsingContext.getTree", root=self._tab)["contexts"][0]["children"][0][
             "context"
         ]
 
     def value(self, script: str) -> Any:
-        """Value of an expression, a number, a text or true or false."""
+        """Value of an expression: a number, a text or a boolean."""
         answer = self._send(
             "script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True
         )
@@ -115,7 +115,7 @@ class Firefox:
     def drag(
         self, start: tuple[float, float], by: tuple[float, float], held: Callable[[], None] = lambda: None
     ) -> None:
-        """Press at a point of the window, go by a way in steps, let go. `held`: called before that."""
+        """Press at a point of the window, move in steps, release. `held`: called before the release."""
         steps = [
             {
                 "type": "pointerMove",
@@ -143,7 +143,7 @@ class Firefox:
 
 @contextmanager
 def screen() -> Iterator[str]:
-    """A screen without a monitor while open: without one Firefox has no WebGL. Gives its name."""
+    """Virtual screen while open, as Firefox has no WebGL without one. Gives its name."""
     command = [installed("Xvfb"), "-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
         try:
@@ -155,14 +155,14 @@ def screen() -> Iterator[str]:
 
 @contextmanager
 def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Iterator[Firefox]:
-    """A Firefox with a profile of its own, an empty folder, while open. `prefers`: settings of `about:config`.
+    """A Firefox with its own profile, an empty folder, while open. `prefers`: settings of `about:config`.
 
     Raises:
-        FileNotFoundError: it, or a screen for it, is not installed; `DUET_FIREFOX` may name another one.
+        FileNotFoundError: Firefox or Xvfb is not installed; `DUET_FIREFOX` may name another program.
     """
     path = installed("firefox-esr", os.environ.get("DUET_FIREFOX", "firefox"))
     port = free_port()
-    # A machine without a graphics card draws by software, which Firefox does not choose by itself.
+    # Without a graphics card Firefox does not choose software rendering by itself.
     preferences = {"webgl.force-enabled": True, **prefers}
     lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items())
     (profile / "user.js").write_text("".join(lines), encoding="utf-8")
@@ -176,7 +176,7 @@ def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Itera
         "about:blank",
     ]
     said = profile / "said.txt"
-    # A pipe that is not read would stop Firefox, which has much to say about software rendering.
+    # An unread pipe would stop Firefox, which prints much about software rendering.
     with screen() as display, said.open("w") as out:
         environment = font_environment("wide") | {"DISPLAY": display}
         with subprocess.Popen(command, stdout=out, stderr=out, env=environment) as process:

@@ -1,7 +1,7 @@
-"""Two fonts for browser tests, one wide and one narrow, whatever fonts the machine has.
+"""Two fonts for browser tests, one wide and one narrow, independent of the machine's fonts.
 
-Both are made from matplotlib's data. Wide: DejaVu Sans, the only font of a fresh Debian or Ubuntu. Narrow: the same letters with the
-widths of Helvetica, as in Arial and Liberation Sans; Noto Sans lies between them.
+Both are made from matplotlib's data. Wide: DejaVu Sans, the only font of a fresh Debian or Ubuntu. Narrow:
+the same letters with the widths of Helvetica, like Arial and Liberation Sans; Noto Sans is between them.
 """
 
 import atexit
@@ -23,16 +23,16 @@ from fontTools.ttLib import TTFont
 
 Font = Literal["wide", "narrow"]
 FONTS: Final[tuple[Font, Font]] = ("wide", "narrow")
-"""A page must be laid out well in each of them."""
+"""Fonts in which every page must have a good layout."""
 
 _DATA: Final = Path(matplotlib.get_data_path()) / "fonts"
 _FACES: Final = {"": "phvr8a", "-Bold": "phvb8a"}
-"""Suffixes of DejaVu Sans' file names, and the Adobe Font Metrics file of Helvetica in the same weight. A browser makes the italics."""
+"""Suffix of DejaVu Sans' file name → Adobe Font Metrics file of Helvetica. Browsers make the italics."""
 _FAMILY: Final[dict[Font, str]] = {"wide": "DejaVu Sans", "narrow": "Duet Narrow"}
 _OF_DESIGN: Final = ("GPOS", "GSUB", "GDEF", "kern", "fpgm", "prep", "cvt ", "hdmx", "LTSH", "VDMX")
-"""Tables that are wrong for letters of another width: kerning, ligatures, hints."""
+"""Tables that are wrong for letters of other widths: kerning, ligatures, hints."""
 _LETTERS: Final = (*range(0x20, 0x250), *range(0x370, 0x400))
-"""Code points that become narrower: Latin and Greek. Other signs keep their width, as a machine takes them from another font."""
+"""Narrowed code points: Latin and Greek. Machines take other signs from another font."""
 
 _CONFIG: Final = """<?xml version="1.0"?>
 <!DOCTYPE fontconfig SYSTEM "urn:fontconfig:fonts.dtd">
@@ -57,7 +57,7 @@ def font_environment(font: Font) -> dict[str, str]:
 
 @cache
 def _configuration(font: Font) -> Path:
-    """Path of a fontconfig file; it and the fonts are removed when this process ends."""
+    """Path of a fontconfig file; it and the fonts are removed at the end of this process."""
     temporary = TemporaryDirectory(prefix="duet-fonts-", ignore_cleanup_errors=True)
     atexit.register(temporary.cleanup)
     folder = Path(temporary.name)
@@ -79,13 +79,13 @@ def _configuration(font: Font) -> Path:
 
 
 def _narrow(path: Path, widths: AFM) -> TTFont:
-    """Font at `path` with the advance widths and the line height of Arial."""
-    # Glyphs that stay as they are need not be read.
+    """Font at `path` with the advance widths and line height of Arial."""
+    # Unchanged glyphs need not be read.
     font = TTFont(path, recalcBBoxes=False)
     names, glyphs, advances = font.getBestCmap(), font.getGlyphSet(), font["hmtx"]
     em = font["head"].unitsPerEm
     wanted = {toUnicode(name): widths[name][1] / 1000.0 * em for name in widths.chars()}
-    # Letters without a width in Helvetica, such as Greek, become narrower by the same factor as the small letters.
+    # Letters without a width in Helvetica, such as Greek, are narrowed like the small letters.
     usual = sum(wanted[c] for c in "etaoinsr") / sum(advances[names[ord(c)]][0] for c in "etaoinsr")
     squeezed = {}
     for code in filter(names.__contains__, _LETTERS):
@@ -103,7 +103,7 @@ def _narrow(path: Path, widths: AFM) -> TTFont:
     for table in _OF_DESIGN:
         if table in font:
             del font[table]
-    # Height of a line as in Arial and Liberation Sans.
+    # Line height of Arial and Liberation Sans.
     font["hhea"].ascent, font["hhea"].descent, font["hhea"].lineGap = 1854, -434, 67
     font["OS/2"].usWinAscent, font["OS/2"].usWinDescent = 1854, 434
     for record in font["name"].names:

@@ -1,4 +1,4 @@
-"""Packages of the system that the tests bring where they can: as root on Debian or Ubuntu."""
+"""System packages that the tests install if they can: as root on Debian or Ubuntu."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ from controllers.system_libraries import PACKAGES, MissingLibrary, naming_missin
 
 
 def run(command: Sequence[str]) -> str:
-    """Run a command; what went wrong, "" if nothing did."""
+    """Run a command. Returns its error, or ""."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
@@ -20,7 +20,7 @@ def run(command: Sequence[str]) -> str:
 
 
 def install_package(name: str) -> list[str]:
-    """Install one of the system's packages where that is possible, as root on Debian; return what went wrong."""
+    """Install a system package if possible, as root on Debian. Returns the errors."""
     if not hasattr(os, "geteuid") or os.geteuid() != 0 or shutil.which("apt-get") is None:
         return []
     install = ["apt-get", "install", "-y", "--no-install-recommends", name]
@@ -28,14 +28,14 @@ def install_package(name: str) -> list[str]:
 
 
 def with_libraries(attempt: Callable[[], object], install: Callable[[str], object] = install_package) -> None:
-    """Make an attempt, and make it again after each package is installed whose library it lacked.
+    """Repeat `attempt` after the installation of each missing library's package.
 
     Args:
         attempt: raises `MissingLibrary`.
         install: takes the name of a package.
 
     Raises:
-        MissingLibrary: its package is not known, or has not helped.
+        MissingLibrary: its package is unknown, or did not help.
     """
     tried: set[str] = set()
     while True:
@@ -50,10 +50,10 @@ def with_libraries(attempt: Callable[[], object], install: Callable[[str], objec
 
 
 def import_pinocchio() -> None:
-    """Import what needs libraries that a slim system lacks.
+    """Import modules with libraries that a slim system lacks.
 
     Raises:
-        MissingLibrary: one is missing.
+        MissingLibrary: a library is missing.
     """
     with naming_missing_library():
         import coal  # noqa: F401

@@ -1,4 +1,4 @@
-"""What `.ci/run` runs on a bare machine is the README's command; where there can be none, it is run here, and that is said."""
+"""`.ci/run` runs the README's command on a bare machine; without one, it runs and reports it here."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from tests.tools import bare_machine
 from tests.tools.bare_machine import UNABLE, handed_on, installation, main, readme_commands
 
 
-def test_the_commands_are_those_of_the_readme() -> None:
+def test_the_commands_match_the_readme() -> None:
     commands = readme_commands(README)
     assert commands == [block.strip() for block in blocks("sh", README)]
     assert installation(commands[1]).startswith("python3 -m venv .venv && ") and installation(
@@ -17,11 +17,11 @@ def test_the_commands_are_those_of_the_readme() -> None:
     ).endswith("-e '.[test]'")
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "tests/tools/bare_machine.py --or-here --then " in ci
-    # Not a part of the extra `test`; without them their tests would be skipped.
+    # Not in the extra `test`; without them the peers' tests would be skipped.
     assert ci.index('pip install -q -c requirements.lock -e ".[test,peers]"') < ci.index("pytest -m thorough")
 
 
-def test_of_this_computer_only_the_way_to_the_package_index_is_handed_on() -> None:
+def test_only_the_settings_of_the_package_index_are_handed_on() -> None:
     ours = {
         "PYTHONPATH": "x",
         "DUET_BROWSER": "x",
@@ -39,7 +39,7 @@ def test_of_this_computer_only_the_way_to_the_package_index_is_handed_on() -> No
 
 @pytest.fixture
 def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """No bare machine can be had, and a checkout whose README only says that it is installed."""
+    """A computer without a bare machine, and a checkout with a README that only prints its installation."""
     (tmp_path / "README.md").write_text(
         "```sh\ntrue\n```\n\n```sh\necho installed && echo tested\n```\n", encoding="utf-8"
     )
@@ -58,7 +58,7 @@ def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         (["--or-here", "false", "--then", "echo never"], 1, ["installed"]),
     ],
 )
-def test_where_there_can_be_none_the_command_runs_here_if_asked_for(
+def test_without_a_bare_machine_the_command_runs_here_on_request(
     arguments: list[str], code: int, said: list[str], capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments) == code

@@ -1,4 +1,4 @@
-"""The container recipe, the systemd unit and the wheel: what they copy is there, what they start runs, answers and ends well."""
+"""The container recipe, the systemd unit and the wheel: files exist, programs start, answer and end."""
 
 import json
 import os
@@ -30,17 +30,17 @@ RECIPE: Final = (ROOT / "app" / "deploy" / "Containerfile").read_text(encoding="
 UNIT: Final = ROOT / "app" / "deploy" / "duet.service"
 PROGRAM: Final = "/opt/duet/bin/lwr-duet"
 SAFE: Final = 2.5
-"""Largest exposure, from 0 to 10, of which `systemd-analyze security` says OK by a good margin."""
+"""Largest exposure (0 to 10): `systemd-analyze security` rates it OK by a good margin."""
 
 
 def started_by(instruction: str) -> list[str]:
-    """The arguments of an instruction of the recipe that starts a program."""
+    """Arguments of the recipe's instruction that starts a program."""
     (found,) = re.findall(rf"{instruction} (\[.*\])$", RECIPE, flags=re.MULTILINE)
     return json.loads(found)
 
 
 def in_this_place(arguments: list[str], folder: Path) -> list[str]:
-    """The service's command, with this environment's program, a free port on this computer, and a store of its own."""
+    """The service's command with this environment's program, a free local port, and its own store."""
     program, *options = arguments
     assert program == PROGRAM and options[0] == "serve"
     store = options.index("--store") + 1
@@ -49,20 +49,20 @@ def in_this_place(arguments: list[str], folder: Path) -> list[str]:
     return [sys.executable, "-m", "app", *options, "--host", "127.0.0.1", "--port", "0"]
 
 
-def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> None:
+def test_the_recipe_copies_existing_files_and_all_that_the_package_needs() -> None:
     copied = [line.split()[1:-1] for line in RECIPE.splitlines() if re.match("COPY (?!--from)", line)]
     names = {name for line in copied for name in line}
     assert [name for name in names if not (ROOT / name).exists()] == []
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     floors = re.findall(r'"(\w+)\*"', re.findall(r"^include = (.*)$", project, flags=re.MULTILINE)[0])
-    # One is in another one's folder.
+    # It is inside another package's folder.
     floors.remove("lwr_duet")
     assert len(floors) == 3 and names >= {*floors, "pyproject.toml", "README.md", "LICENSE"}
     (user,) = re.findall(r"^USER (\d+)$", RECIPE, flags=re.MULTILINE)
     assert f"useradd --uid {user} " in RECIPE
 
 
-def test_the_base_is_one_image_that_no_tag_can_replace() -> None:
+def test_the_base_image_is_fixed_by_its_digest() -> None:
     (base,) = re.findall(r"^ARG PYTHON=(\S+)$", RECIPE, flags=re.MULTILINE)
     assert re.fullmatch(r"3\.\d+\.\d+-slim-\w+@sha256:[0-9a-f]{64}", base)
     assert set(re.findall(r"^FROM (\S+)", RECIPE, flags=re.MULTILINE)) == {
@@ -70,7 +70,7 @@ def test_the_base_is_one_image_that_no_tag_can_replace() -> None:
     }
 
 
-def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
+def test_the_container_installs_the_lock_with_hashes() -> None:
     assert "--require-hashes -r app/deploy/requirements.hashed" in RECIPE
     entries = (
         (ROOT / "app" / "deploy" / "requirements.hashed")
@@ -88,7 +88,7 @@ def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
 
 
 @pytest.mark.thorough
-def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:
+def test_the_container_s_program_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:
     python, *check = started_by("CMD")
     assert python == "/opt/duet/bin/python"
     with subprocess.Popen(
@@ -108,7 +108,7 @@ def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path
     assert (tmp_path / "visitors.sqlite").is_file()
 
 
-def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp_path: Path) -> None:
+def test_the_unit_has_a_valid_command_and_accepts_its_exit_code(tmp_path: Path) -> None:
     settings = dict(
         line.split("=", 1)
         for line in UNIT.read_text(encoding="utf-8").splitlines()
@@ -123,14 +123,14 @@ def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
-def test_systemd_finds_no_mistake_in_the_unit_and_calls_it_hardened(tmp_path: Path) -> None:
+def test_systemd_finds_no_mistake_in_the_unit_and_rates_it_as_hardened(tmp_path: Path) -> None:
     unit = tmp_path / UNIT.name
-    # The program is checked to be there, too.
+    # systemd also checks that the program exists.
     unit.write_text(UNIT.read_text(encoding="utf-8").replace(PROGRAM, sys.executable), encoding="utf-8")
     done = subprocess.run(
         ["systemd-analyze", "verify", unit], capture_output=True, text=True, timeout=60, check=False
     )
-    # Of other units that are installed here it may say more.
+    # It may complain about other installed units.
     assert done.returncode == 0 and UNIT.name not in done.stderr, done.stderr
     judge = [
         "systemd-analyze",
@@ -145,7 +145,7 @@ def test_systemd_finds_no_mistake_in_the_unit_and_calls_it_hardened(tmp_path: Pa
 
 
 UNPACKED = ("app/i18n/README.md", "app/biome.jsonc")
-"""For developers, in the repository alone."""
+"""Files for developers, only in the repository."""
 
 ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")} | {
     "PYTHONIOENCODING": "utf-8"
@@ -153,7 +153,7 @@ ENVIRONMENT = {key: value for key, value in os.environ.items() if not key.starts
 
 
 def run(*command: str | Path, cwd: Path) -> str:
-    """The output of a command that succeeds."""
+    """Output of a successful command."""
     done = subprocess.run(
         command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=200, check=False
     )
@@ -163,7 +163,7 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 @pytest.fixture(scope="module")
 def files() -> list[str]:
-    """Every file that a clean clone has, and those that are about to be committed."""
+    """Every file of a clean clone, and new files before their commit."""
     listed = run("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", cwd=ROOT).split("\0")
     return [file for file in listed if file and (ROOT / file).is_file()]
 
@@ -186,7 +186,7 @@ def wheel(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def environment_with(place: Path, *given: str | Path) -> Path:
-    """The Python of a new environment, which sees the packages that are installed here, but not this folder. `given`: for pip."""
+    """Python of a new environment with the packages installed here, without this folder. `given`: for pip."""
     run(sys.executable, "-m", "venv", "--without-pip", place, cwd=place.parent)
     python = place / "bin" / "python"
     install = (sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", "--no-compile")
@@ -209,7 +209,7 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def editable(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """`lwr-duet` of an environment in which a clone is installed as it is."""
+    """`lwr-duet` of an environment with an editable clone."""
     return environment_with(tmp_path_factory.mktemp("editable") / "venv", "-e", clone).with_name("lwr-duet")
 
 
@@ -227,7 +227,7 @@ def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path)
 
 
 @pytest.mark.thorough
-def test_it_serves_from_an_empty_folder_with_all_lessons(command: Path, tmp_path: Path) -> None:
+def test_the_wheel_serves_from_an_empty_folder_with_all_lessons(command: Path, tmp_path: Path) -> None:
     serve, said = [command, "serve", "--no-open", "--store", "memory", "--port", "0"], tmp_path / "said"
     with (
         said.open("w") as errors,
@@ -268,11 +268,11 @@ while job.state in ("waiting", "running"):
     ended.wait(0.1)
 print(app.__file__, controllers.__file__, scenes.__file__, page.history()["t"][-1] >= 0.5 and job.result == duet_version())
 """
-"""A first cell; in front of it is what a folder holds that has names of ours."""
+"""First cell of a notebook in a folder with files of our packages' names."""
 
 
 def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
-    """What the cells print in a kernel that is started in a folder, and the message of the last one's error."""
+    """Output of the cells in a kernel started in a folder, and the last cell's error message."""
     spec = {
         "argv": [str(python), "-m", "ipykernel_launcher", "-f", "{connection_file}"],
         "display_name": "Duet",
@@ -306,7 +306,7 @@ def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("installed", ["command", "editable"])
-def test_a_notebook_beside_an_app_of_its_own_finds_duet(
+def test_a_notebook_next_to_another_app_finds_duet(
     installed: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     python = request.getfixturevalue(installed).with_name("python")
@@ -319,7 +319,7 @@ def test_a_notebook_beside_an_app_of_its_own_finds_duet(
     files = printed.splitlines()[-1].split()
     assert files.pop() == "True" and [Path(file).name for file in files] == ["__init__.py"] * 3
     assert not any(Path(file).is_relative_to(folder) for file in files)
-    # Too late: the sentence says which file has the name, and what to do.
+    # Too late: the message names the file with that name, and the remedy.
     printed, error = in_a_kernel(python, folder, "import app", IN_A_NOTEBOOK)
     assert "the folder: app" in printed
     assert f"'app', which this Python has given to {folder / 'app.py'}. Restart the kernel" in error
@@ -327,10 +327,10 @@ def test_a_notebook_beside_an_app_of_its_own_finds_duet(
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("installed", ["command", "editable"])
-def test_the_command_finds_its_own_files_whatever_the_path_says(
+def test_the_command_finds_its_own_files_for_any_python_path(
     installed: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    """An entry of PYTHONPATH that is empty, as a trailing colon makes one, is the current folder."""
+    """An empty entry of PYTHONPATH, for example by a trailing colon, is the current folder."""
     for name in ("app", "controllers", "scenes"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('the wrong file')\n", encoding="utf-8")
     program: Path = request.getfixturevalue(installed)

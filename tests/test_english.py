@@ -1,4 +1,4 @@
-"""The few habits of language that docstrings and comments must not have; see `app/documents/code.md`."""
+"""Forbidden habits of language in docstrings and comments; see `app/documents/code.md`."""
 
 import re
 from pathlib import Path

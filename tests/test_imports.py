@@ -1,4 +1,4 @@
-"""Imports go down only, from the page over the rooms to the mathematics; the names that a notebook imports are there."""
+"""Imports go down only, from the page over the rooms to the mathematics; a notebook's names exist."""
 
 import ast
 import importlib
@@ -19,12 +19,12 @@ FORBIDDEN: dict[str, frozenset[str]] = {
 
 
 def imported(source: str) -> Iterator[str]:
-    """Yield the full name of everything that a source imports, anywhere in it."""
+    """Full names of all imports anywhere in a source text."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level != 1:
-            # A relative import with a single dot stays on its floor; more dots would have to be counted, so none may have them.
+            # A relative import with one dot stays on its floor; imports with more dots are not allowed.
             yield from (f"{'.' * node.level}{node.module or ''}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
             name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
@@ -68,17 +68,18 @@ DOWNWARDS = {
 }  # fmt: skip
 
 
-def test_positive_control_imports_upwards_are_found_and_those_downwards_are_fine() -> None:
+def test_positive_control_only_imports_upwards_are_found() -> None:
     for table, found in ((UPWARDS, True), (DOWNWARDS, False)):
         for floor, sources in table.items():
             assert {source: bool(wrong(floor, source)) for source in sources} == dict.fromkeys(sources, found)
 
 
 @pytest.mark.parametrize("package", ["controllers", "scenes"])
-def test_every_public_name_is_there_and_is_no_module(package: str) -> None:
+def test_every_public_name_exists_and_is_not_a_module(package: str) -> None:
     loaded = importlib.import_module(package)
-    names = [name for name in dir(loaded) if name in loaded._PUBLIC]
-    assert len(names) == len(loaded._PUBLIC) >= 10
+    public = loaded._PUBLIC
+    names = [name for name in dir(loaded) if name in public]
+    assert len(names) == len(public) >= 10
     assert not {module.name for module in pkgutil.iter_modules(loaded.__path__)} & set(names)
     assert all(getattr(loaded, name).__doc__ for name in names if callable(getattr(loaded, name)))
     with pytest.raises(AttributeError, match=names[0]):

@@ -1,4 +1,4 @@
-"""The mutants of `tests.tools.mutants`: each is another program, and a test of what was changed finds it."""
+"""The mutants of `tests.tools.mutants`: each is another program, and a test of the changed code finds it."""
 
 import ast
 from pathlib import Path
@@ -39,7 +39,7 @@ def test_every_kind_of_mistake_gives_another_valid_program() -> None:
     )
 
 
-def test_texts_hints_logs_and_exceptions_stay() -> None:
+def test_texts_hints_logs_and_exceptions_are_kept() -> None:
     kept = ("A docstring with 1 + 1", "Part of 1.", 'f"{1 + 1} is wrong"', '"share %s", 1 + 1', "part: float")
     for change in changes(SOURCE):
         text = changed(SOURCE, change)
@@ -49,7 +49,7 @@ def test_texts_hints_logs_and_exceptions_stay() -> None:
 
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A tiny tree: one module with a test, and one without."""
+    """A tiny tree with a tested and an untested module."""
     texts = {
         "pyproject.toml": "[tool.pytest.ini_options]\nmarkers = ['slow: s', 'thorough: t']\n",
         "controllers/__init__.py": "",
@@ -67,6 +67,7 @@ def tree(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.thorough
 def test_a_tested_mutant_is_killed_and_an_untested_one_survives(tree: Path) -> None:
     graph = ImportGraph(tree, ("controllers",))
     copy = Copy(tree, limit=60.0, budget=20.0)
@@ -82,7 +83,7 @@ def test_a_tested_mutant_is_killed_and_an_untested_one_survives(tree: Path) -> N
     assert "x * 2" in (tree / "controllers/tested.py").read_text(encoding="utf-8")
 
 
-def test_the_same_seed_draws_the_same(tree: Path) -> None:
+def test_the_same_seed_draws_the_same_mutants(tree: Path) -> None:
     assert draw(tree, {"controllers": 5}, seed=3) == draw(tree, {"controllers": 5}, seed=3)
 
 

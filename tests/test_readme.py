@@ -1,4 +1,4 @@
-"""What the README and the documents say is true: their code runs, their keys, options and links exist."""
+"""The README and the documents are true: their code runs, their keys, options and links exist."""
 
 import re
 import subprocess
@@ -27,19 +27,19 @@ TEXTS = README + "".join(DOCUMENTS.values())
 OURS = re.sub(
     r"^(?:dask|docker|echo|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE
 )
-"""Without the commands of other programs."""
+"""The texts without commands of other programs."""
 
 
 def blocks(language: str, text: str) -> list[str]:
-    """Return the code blocks of one language."""
+    """Code blocks of one language."""
     return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.mark.slow
-def test_every_example_runs_by_itself_and_prints_numbers() -> None:
+def test_every_example_runs_alone_and_prints_numbers() -> None:
     examples = blocks("python", TEXTS)
     assert len(examples) >= 6
-    # In one process, which loads the libraries once; every example begins with no names but its own.
+    # In one process, which loads the libraries once; every example begins with an empty namespace.
     code = f"for code in {examples!r}:\n    print('example')\n    exec(compile(code, 'example', 'exec'), {{'__name__': 'example'}})"
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False
@@ -71,13 +71,13 @@ def test_every_option_is_in_the_help_of_a_command(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize("name", ["README.md", *DOCUMENTS])
-def test_every_link_and_picture_leads_to_a_file(name: str) -> None:
+def test_every_link_and_picture_has_a_file(name: str) -> None:
     folder, text = (ROOT, README) if name == "README.md" else (FILES[name].parent, DOCUMENTS[name])
     links = [link for link in re.findall(r"\]\(([^)\s]+)\)", text) if not link.startswith("https://")]
     assert [link for link in links if not (folder / link).is_file()] == []
 
 
-def test_the_link_in_the_documents_is_understood() -> None:
+def test_the_link_in_the_documents_is_valid() -> None:
     query = re.findall(r"http://127\.0\.0\.1:8080/\?(\S+?)`", TEXTS)[0]
     settings, problems = from_query(dict(part.split("=") for part in query.split("&")), Settings())
     assert problems == ()

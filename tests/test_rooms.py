@@ -1,4 +1,4 @@
-"""The rooms of `app/`: each imports only rooms below it, and one file names viser's inside. No files of any floor import in a circle."""
+"""The rooms of `app/`: imports go down and never in a circle; one file uses viser's internals."""
 
 import re
 import subprocess
@@ -15,16 +15,16 @@ ROOMS = (
     *("hosting", "page", "recording", "plots", "stage", "session"),
     *("text", "web", "i18n", "runtime", "theme", "settings", "version"),
 )
-"""Folders and loose files of `app/`, from the top down. The README describes them in the same order."""
+"""Folders and single files of `app/` from the top down, in the order of the documents."""
 
 FLOORS = 15
-"""The longest way down through the rooms has no more than these."""
+"""Largest number of rooms on a path of imports."""
 
 INSIDE = re.compile(r"viser\._|viser\.infra|_websock_server|_live_connections|\b_impl\b|_viser_server")
-"""Names of viser's private side."""
+"""Viser's private names."""
 
 DOOR = "app/web/viser_internals.py"
-"""The one file that may use viser's private names."""
+"""The only file that may use viser's private names."""
 
 FLOORS_OF_CODE = ("app", "scenes", "controllers")
 PRODUCT = sorted(
@@ -55,12 +55,12 @@ def arrows() -> dict[str, set[str]]:
 
 
 def upward(file: str, source: str) -> list[str]:
-    """Return the imports of a file that run to a room above its own."""
+    """Imports of a file from rooms above its own."""
     here = ROOMS.index(room_of(file))
     return [m for m in modules(source) if m.startswith("app.") and ROOMS.index(room_of(MODULES[m])) < here]
 
 
-def test_every_folder_is_a_room_and_few_files_are_loose() -> None:
+def test_every_folder_is_a_room_and_single_files_are_few() -> None:
     found = {room_of(file) for file in FILES} - {"__init__"}
     assert found == set(ROOMS)
     assert len([file for file in FILES if file.count("/") == 1]) <= 8
@@ -81,14 +81,14 @@ def test_positive_control_an_import_upwards_is_found() -> None:
         assert upward("app/session/session.py", source), source
 
 
-def test_no_files_import_in_a_circle() -> None:
+def test_imports_are_not_circular() -> None:
     try:
         TopologicalSorter(arrows()).prepare()
     except CycleError as error:
         pytest.fail(f"these files import each other in a circle: {error.args[1]}")
 
 
-def test_the_way_down_has_few_floors() -> None:
+def test_import_paths_through_the_rooms_are_short() -> None:
     below: dict[str, set[str]] = {room: set() for room in ROOMS}
     found = arrows()
     for file in FILES:
@@ -102,25 +102,25 @@ def test_the_way_down_has_few_floors() -> None:
 
 
 @pytest.mark.parametrize("floor", ["app", "scenes", "controllers"])
-def test_the_inside_of_viser_is_named_in_one_file(floor: str) -> None:
+def test_viser_s_private_names_are_in_one_file(floor: str) -> None:
     said = {
         path.relative_to(ROOT).as_posix(): found
         for path in (ROOT / floor).rglob("*.py")
         if (found := INSIDE.findall(path.read_text(encoding="utf-8")))
     }
     if floor == "app":
-        assert said.pop(DOOR), "positive control: the one file names what the pattern looks for"
+        assert said.pop(DOOR), "positive control: the pattern finds no private name in this file"
     assert said == {}
 
 
-def test_scripts_are_files() -> None:
+def test_scripts_are_in_their_own_files() -> None:
     script = re.compile(r"addEventListener\(|document\.querySelector|=>\s*\{")
     found = [file for file in FILES if script.search((ROOT / file).read_text(encoding="utf-8"))]
     assert found == []
     assert any(script.search(path.read_text(encoding="utf-8")) for path in Path(ROOT / "app").rglob("*.js"))
 
 
-def test_the_top_level_holds_the_floors_and_little_else() -> None:
+def test_the_top_level_contains_the_floors_and_few_files() -> None:
     listed = subprocess.run(
         ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout.splitlines()
@@ -131,11 +131,11 @@ def test_the_top_level_holds_the_floors_and_little_else() -> None:
     }
 
 
-def test_tests_stand_in_the_rooms_that_they_test() -> None:
+def test_tests_mirror_the_rooms() -> None:
     folder = ROOT / "tests" / "app"
     rooms = {path.name for path in folder.iterdir() if path.is_dir() and path.name != "__pycache__"}
     assert rooms <= set(ROOMS)
-    # `lwr_duet` is tested where it is installed, by tests/test_deploy.py.
+    # tests/test_deploy.py tests the installed `lwr_duet`.
     assert {room for room in ROOMS if (ROOT / "app" / room).is_dir()} - {"lwr_duet"} <= rooms
     loose = {path.stem.removeprefix("test_") for path in folder.glob("test_*.py")}
     assert loose <= {path.stem for path in (ROOT / "app").glob("*.py")}

@@ -1,4 +1,4 @@
-"""The tests bring a library that the system lacks, or say in one sentence that they cannot."""
+"""The tests install a missing system library, or report in one sentence that they cannot."""
 
 import os
 import subprocess
@@ -13,11 +13,11 @@ from tests.test_imports import ROOT
 
 
 class Machine:
-    """What a program finds on a machine.
+    """Libraries of a machine.
 
     Args:
-        lacks: libraries that it needs, in the order in which the loader looks for them.
-        helps: whether packages can be installed.
+        lacks: missing libraries, in the loader's order.
+        helps: True if packages can be installed.
     """
 
     def __init__(self, *lacks: str, helps: bool = True) -> None:
@@ -34,7 +34,7 @@ class Machine:
             del self._lacks[0]
 
 
-def test_every_library_that_is_lacking_is_installed_and_then_it_starts() -> None:
+def test_every_missing_library_is_installed() -> None:
     machine = Machine("libatomic.so.1", "libgomp.so.1")
     with_libraries(machine.start, machine.install)
     assert machine.installed == ["libatomic1", "libgomp1"]
@@ -45,14 +45,14 @@ def test_every_library_that_is_lacking_is_installed_and_then_it_starts() -> None
     [(Machine("libatomic.so.1", helps=False), ["libatomic1"]), (Machine("libunknown.so.3"), [])],
     ids=["no root", "no known package"],
 )
-def test_what_cannot_be_installed_is_said(machine: Machine, asked: list[str]) -> None:
+def test_a_library_that_cannot_be_installed_is_reported(machine: Machine, asked: list[str]) -> None:
     with pytest.raises(MissingLibrary, match=r"node needs the system's library lib\w+\.so"):
         with_libraries(machine.start, machine.install)
     assert machine.installed == asked
 
 
 @pytest.mark.slow
-def test_without_a_library_that_cannot_be_had_all_tests_end_with_one_sentence(tmp_path: Path) -> None:
+def test_an_unavailable_library_ends_all_tests_with_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "pinocchio").mkdir()
     (tmp_path / "pinocchio" / "__init__.py").write_text(
         "raise ImportError('libunknown.so.3: cannot open shared object file: No such file', name=__name__)\n",

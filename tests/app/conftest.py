@@ -1,4 +1,4 @@
-"""Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
+"""Apps and visitors that are closed at the end, and questions to a session between two frames."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -29,12 +29,12 @@ HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
 
 
 def live_sessions(house: App) -> dict[int, Session]:
-    """The sessions of a house by client id; a host with one shared session has it under −1."""
+    """Sessions of an app by client id; −1 is the only shared session of a host."""
     shared = getattr(house.host, "session", None)
     if isinstance(shared, Session):
         return {-1: shared}
     while True:
-        # The frame thread may add a session meanwhile.
+        # The frame thread may add a session during the iteration.
         with suppress(RuntimeError):
             return {number: visitor.session for number, visitor in private_of(house).visitors.items()}
 
@@ -45,13 +45,13 @@ def private_of(house: "App | ByHand") -> PrivateHost:
 
 
 def visitor_of(house: "App | ByHand") -> Visitor:
-    """The only one."""
+    """The only visitor."""
     (visitor,) = private_of(house).visitors.values()
     return visitor
 
 
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
-    """The answer to a question put on the session's own thread, between two frames."""
+    """Answer to a question, evaluated in the session's thread between two frames."""
     answer: Future[T] = Future()
 
     def reply() -> None:
@@ -66,7 +66,7 @@ def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.
 
 @dataclass(frozen=True)
 class Guest:
-    """A visitor without a browser, and the session on the server that is theirs."""
+    """A visitor without a browser, with its session on the server."""
 
     visitor: BlockingClient
     session: Session
@@ -76,25 +76,25 @@ class Guest:
         return ask(self.session, question)
 
     def wait(self, predicate: Callable[[Session], object], timeout: float = 60.0) -> None:
-        """Return as soon as something is true of the session; for single attributes only, else `ask`."""
+        """Wait until `predicate` holds. Only for single attributes of the session, else use `ask`."""
         self.visitor.wait_for(lambda _: predicate(self.session), timeout)
 
     def run_on(self, seconds: float, timeout: float = 60.0) -> None:
-        """Return when so much more time has been simulated."""
+        """Wait until `seconds` more have been simulated."""
         until = self.session.simulation.time + seconds
         self.wait(lambda s: s.simulation.time >= until, timeout)
 
 
 @pytest.fixture(autouse=True)
 def english() -> Iterator[None]:
-    """Whatever language a test has chosen, the next one begins in English."""
+    """Every test begins in English."""
     yield
     set_language("en")
 
 
 @pytest.fixture
 def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However busy this machine is, no step takes any time."""
+    """Steps take no measured time, also on a busy machine."""
     monkeypatch.setattr(run_control, "perf_counter", lambda: 0.0)
 
 
@@ -104,7 +104,7 @@ Join = Callable[..., BlockingClient]
 
 
 class LastingPool(JobPool):
-    """Its processes, which take a second to start, are there for the next house."""
+    """Pool that keeps its processes for the next app, as they take a second to start."""
 
     def close(self) -> None:
         with self._lock:
@@ -119,15 +119,12 @@ def jobs() -> Iterator[JobPool]:
     JobPool.close(pool)
 
 
-@pytest.fixture
-def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
-    """`house(settings, sessions=…, features=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
-
+def _opener(request: pytest.FixtureRequest, pool: JobPool) -> OpenHouse:
     def make(
         settings: Settings | None = None,
         started_with: Sequence[object] = (),
         sessions: int | None = 24,
-        jobs: JobPool = jobs,
+        jobs: JobPool = pool,
         **options: Any,
     ) -> App:
         given = ServeOptions(settings=settings or Settings(), sessions=sessions, **options)
@@ -139,8 +136,20 @@ def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
 
 
 @pytest.fixture
+def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
+    """`house(settings, sessions=…, features=…, key=…)` opens an app with fixed places."""
+    return _opener(request, jobs)
+
+
+@pytest.fixture(scope="module")
+def lasting_house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
+    """`house` for all tests of a file."""
+    return _opener(request, jobs)
+
+
+@pytest.fixture
 def join(request: pytest.FixtureRequest) -> Join:
-    """`join(house, query="dm=0.1")` is a visitor who sees the arms, or was sent elsewhere before that."""
+    """`join(house, query="dm=0.1")` is a visitor who sees the arms or was disconnected before."""
 
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
         visitor = BlockingClient(house.url, query=query, **options)
@@ -157,7 +166,7 @@ def arrive(join: Join) -> Arrive:
 
     def make(house: App, query: str = "") -> Guest:
         visitor = join(house, query)
-        # A lesson may move what could be taken hold of.
+        # A lesson may move the arms, so that nothing can be dragged.
         visitor.wait_for(
             lambda v: len(v.mirror.commands) >= 14 and (v.mirror.grabbable or "lesson=" in query)
         )
@@ -171,11 +180,11 @@ def arrive(join: Join) -> Arrive:
 
 
 class ByHand:
-    """A house of which the test makes every frame."""
+    """An app without a frame loop: the test makes every frame."""
 
     def __init__(self, house: App) -> None:
         house.loop.stop()
-        # The first frame of a busy machine may take longer than it is waited for.
+        # On a busy machine the first frame may take longer than `stop` waits.
         house.loop.thread.join(60.0)
         assert not house.loop.thread.is_alive()
         self.house, self.host, self.now = house, house.host, 0.0
@@ -187,14 +196,14 @@ class ByHand:
         self.house.context.workload.note(0.0, FRAME)
 
     def come(self, query: str = "") -> BlockingClient:
-        """A browser that is connected, and about which the next frame knows."""
+        """A connected browser, known to the next frame."""
         before = self.house.server.get_clients().keys()
         self.visitors.append(BlockingClient(self.house.url, query=query))
         self.visitors[-1].wait_for(lambda _: self.house.server.get_clients().keys() - before)
         return self.visitors[-1]
 
     def leave(self, visitor: BlockingClient) -> None:
-        """The browser is gone, and the next frame knows."""
+        """Disconnect a browser; the next frame knows it."""
         before = self.house.server.get_clients().keys()
         visitor.close()
         until(lambda: before - self.house.server.get_clients().keys())

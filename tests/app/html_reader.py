@@ -6,7 +6,7 @@ VOID = {"br", "hr", "img", "meta", "path", "rect", "circle", "line", "use", "pol
 
 
 class HtmlReader(HTMLParser):
-    """Reads a piece of HTML; fails where a tag is left open, or is closed and is not the newest one."""
+    """Reads a piece of HTML; fails if a tag is not closed, or closed in the wrong order."""
 
     def __init__(self, html: str) -> None:
         super().__init__()

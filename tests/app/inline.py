@@ -8,7 +8,7 @@ from controllers.errors import DuetError
 
 
 class Inline(JobPool):
-    """Jobs wait for `work`; `jobs` are all that were ever submitted, in order."""
+    """Jobs wait for `work`. `jobs`: all submitted ones, in order."""
 
     def __init__(self) -> None:
         super().__init__(1)
@@ -17,7 +17,7 @@ class Inline(JobPool):
     def submit(
         self, owner: object, kind: str, function: Callable[..., Any], *arguments: Any, **options: Any
     ) -> Job:
-        """Note a job; an older one of the same owner and kind is dropped."""
+        """Add a job; it replaces an older one of the same owner and kind."""
         self.cancel(owner, kind)
         urgent, wake = options.get("urgent", False), options.get("wake", lambda: None)
         self.jobs.append(Job(len(self.jobs) + 1, owner, kind, function, arguments, urgent, wake))
@@ -29,11 +29,11 @@ class Inline(JobPool):
                 job.state = "dropped"
 
     def waiting(self, kind: str = "") -> list[Job]:
-        """What is to be done, of a kind that begins so."""
+        """Waiting jobs of kinds that begin with `kind`."""
         return [job for job in self.jobs if job.state == "waiting" and job.kind.startswith(kind)]
 
     def work(self, kind: str = "") -> list[str]:
-        """Do everything that waits, of a kind that begins so; the kinds of what was done."""
+        """Do all waiting jobs of kinds that begin with `kind`. Return their kinds."""
         jobs = self.waiting(kind)
         for job in jobs:
             try:

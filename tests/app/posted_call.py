@@ -1,4 +1,4 @@
-"""An action by which a test has its own code run between two frames, on the session's thread."""
+"""Actions that run a test's code between two frames, in the session's thread."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What a page has that was served."""
+"""Checks of a served page."""
 
 from app.web.headless_client import HeadlessClient
 
@@ -8,7 +8,7 @@ def has_arms(visitor: HeadlessClient) -> bool:
 
 
 def is_whole(visitor: HeadlessClient) -> bool:
-    """Whether a page has its arms and its keys."""
+    """True if a page has its arms and its keys."""
     return len(visitor.mirror.commands) >= 14 and any(
         name.endswith("/j7") for name in list(visitor.mirror.nodes)
     )

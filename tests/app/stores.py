@@ -1,4 +1,4 @@
-"""Finds a visitor's record without a frame loop."""
+"""Search for a visitor's record without a frame loop."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Every colour stands in the theme: style sheets name it, and few files have colours of their own."""
+"""Every colour is in the theme: style sheets use its name, and few files have their own colours."""
 
 import re
 from pathlib import Path
@@ -20,10 +20,10 @@ OWN = {
     "scenes/person/body.py": 1,
     "scenes/room_shells.py": 4,
 }
-"""File → colours that it has beside the theme: the mark, lines of figures that are no symbols, and materials of the robots and the cell."""
+"""File → number of its own colours: mark, figure lines without a symbol, materials of robots and cell."""
 
 SHADOWS = re.compile(r"#000[0-9a-f]?\b")
-"""Black that shades or covers is the same in every theme."""
+"""Black for shadows and covers, the same in every theme."""
 
 FILES = [
     path
@@ -38,14 +38,14 @@ def own_colours(text: str) -> list[str]:
     return [found for found in HEX.findall(text) if not SHADOWS.fullmatch(found)]
 
 
-def test_no_colour_stands_outside_the_theme_but_in_a_short_list() -> None:
+def test_only_the_listed_files_have_colours_outside_the_theme() -> None:
     found = {
         name: len(colours)
         for path in FILES
         if (name := path.relative_to(ROOT).as_posix()) != "app/theme.py"
         and (colours := own_colours(path.read_text(encoding="utf-8")))
     }
-    # A feature may be left out.
+    # A feature may be missing.
     assert found == {name: count for name, count in OWN.items() if (ROOT / name).exists()}
     assert sum(OWN.values()) < 60
 
@@ -56,7 +56,7 @@ def test_positive_control_a_colour_is_found() -> None:
 
 
 @pytest.mark.parametrize("sheet", SHEETS, ids=lambda path: path.name)
-def test_a_style_sheet_names_only_colours_that_the_theme_has(sheet: Path) -> None:
+def test_a_style_sheet_uses_only_colours_of_the_theme(sheet: Path) -> None:
     text = sheet.read_text(encoding="utf-8")
     known = set(re.findall(r"--[\w-]+(?=:)", css_variables()))
     asked = {name for name in re.findall(r"var\((--[\w-]+)", text) if not name.startswith("--duet-")}
@@ -73,7 +73,7 @@ def test_documents_show_symbols_in_the_colours_of_the_theme() -> None:
 
 
 SURFACES = ("paper", "card", "panel", "well", "brand_tint")
-"""Text of every colour may lie on each of these."""
+"""Backgrounds for text of every colour."""
 
 TEXT = (
     "ink",
@@ -88,7 +88,7 @@ TEXT = (
 )
 
 GRAPHICS = ("faint", "bar", "brand", "warning")
-"""Lines and borders that carry meaning, and no text."""
+"""Meaningful lines and borders, without text."""
 
 BESIDE_A_SURFACE = (
     *(
@@ -106,11 +106,11 @@ BESIDE_A_SURFACE = (
     ),
     *((text, "alarm_tint") for text in ("ink", "soft")),
 )
-"""Text → what it stands on elsewhere."""
+"""Text → further background."""
 
 
 def contrast(a: str, b: str) -> float:
-    """Return the contrast ratio of two colours after WCAG 2.2."""
+    """Contrast ratio of two colours by WCAG 2.2."""
 
     def luminance(css: str) -> float:
         parts = [value / 255.0 for value in rgb(css)]
@@ -122,7 +122,7 @@ def contrast(a: str, b: str) -> float:
 
 
 @pytest.mark.parametrize("theme", PALETTES)
-def test_text_and_graphics_stand_out_from_every_surface(theme: Theme) -> None:
+def test_text_and_graphics_have_contrast_on_every_surface(theme: Theme) -> None:
     palette = PALETTES[theme]
     surfaces = {name: getattr(palette, name) for name in SURFACES}
     texts = {name: getattr(palette, name) for name in TEXT}

@@ -1,4 +1,4 @@
-"""What several tests of the mathematics need: random postures of the real arms, and derivatives by finite differences."""
+"""Random postures of the real arms, and derivatives by finite differences."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,7 @@ from scenes.settings import RigName
 
 
 def bodies(rig: RigName) -> tuple[Room, Kinematics, ProximityDetector]:
-    """Return a rig's room, with kinematics and a detector of its own."""
+    """A rig's room with new kinematics and a new detector."""
     room = build_room(rig)
     kinematics = Kinematics(room.model, room.arms)
     return room, kinematics, ProximityDetector(kinematics, room.geometry)
@@ -25,7 +25,7 @@ def random_postures(room: Room, count: int, seed: int) -> Array:
 
 
 def derivative(function: Callable[[Array], Array], at: Array, step: float = 1e-6) -> Array:
-    """Return ∂f/∂q by central differences, one column a joint (f's shape…, nv)."""
+    """∂f/∂q by central differences (shape of f, nv)."""
     columns = []
     for i in range(len(at)):
         forth, back = at.copy(), at.copy()

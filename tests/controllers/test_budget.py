@@ -1,4 +1,4 @@
-"""λ(d), eq. (31), and the distance budget ḋ = λ v − (1 − λ) u − w: closed forms against each other and against lines written out here."""
+"""λ(d), eq. (31), and the budget ḋ = λ v − (1 − λ) u − w: closed forms against independent formulas."""
 
 import math
 
@@ -19,7 +19,7 @@ SHARE = st.floats(0.0, 0.95)
 
 
 def rate_at(d: float, dm: float, n: float, v: float, u: float, w: float) -> float:
-    """Return ḋ of line (R) at a distance, written out here."""
+    """ḋ of line (R), computed without the product's code."""
     lam = 1.0 if d <= dm else (dm / d) ** n
     return lam * v - (1.0 - lam) * u - w
 
@@ -42,17 +42,17 @@ def test_the_line_is_a_blend_of_retreat_and_pull(lam: float, v: float, u: float,
 
 
 def test_limits_of_the_threshold() -> None:
-    # w = v still holds, at d_m exactly; the least bit more does not.
+    # w = v holds exactly at d_m; a slightly larger w does not.
     assert budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3) == pytest.approx(0.15)
     assert math.isnan(budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3 + 1e-9))
-    # u + v = 0: λ does not matter, any step will do; a little off there is a limit.
+    # u + v = 0: λ has no effect and any step is stable; otherwise there is a limit.
     assert budget.largest_step(0.15, 6, 0.3, -0.3) == math.inf
     assert math.isfinite(budget.largest_step(0.15, 6, 0.3, -0.2))
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.01, 1.0), SHARE)
 def test_nothing_moves_at_rest(dm: float, n: float, v: float, u: float, share: float) -> None:
-    """At d* the rate is 0 and λ as said; nearer it is positive, further away negative; the time constant is −1 over its slope."""
+    """At d* the rate is 0; nearer it is positive, farther negative; the time constant is −1/slope."""
     w = share * v
     rest = budget.resting_distance(dm, n, v, u, w)
     assert rest >= dm and rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
@@ -65,16 +65,18 @@ def test_nothing_moves_at_rest(dm: float, n: float, v: float, u: float, share: f
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(-0.5, 1.0), st.floats(0.0, 2.0))
-def test_the_threshold_is_the_obstacles_speed(dm: float, n: float, v: float, u: float, w: float) -> None:
-    """At d_m line (R) gives v − w whatever u: the distance holds if and only if w ≤ v, and is lost at w − v if not."""
+def test_d_m_holds_up_to_an_obstacle_speed_of_v(dm: float, n: float, v: float, u: float, w: float) -> None:
+    """At d_m line (R) gives v − w for any u: d holds if and only if w ≤ v; otherwise it is lost at w − v."""
     at_threshold = rate_at(dm, dm, n, v, u, w)
     assert at_threshold == pytest.approx(v - w, abs=1e-12)
     assert budget.distance_loss_rate(v, w) == pytest.approx(max(0.0, -at_threshold), abs=1e-12)
 
 
 @given(CRITICAL, ORDERS, NOMINAL, PULL, st.floats(-1.0, 1.0), st.floats(1e-6, 1.0))
-def test_where_there_is_no_rest(dm: float, n: float, v: float, u: float, w: float, more: float) -> None:
-    """u + w ≤ 0: nothing draws the bodies together, d* = inf; w > v: λ would have to exceed 1, d* is nan. So is the time constant."""
+def test_without_a_resting_distance_the_results_are_inf_or_nan(
+    dm: float, n: float, v: float, u: float, w: float, more: float
+) -> None:
+    """u + w ≤ 0: no approach, d* = inf; w > v: λ would exceed 1, d* = nan. The time constant likewise."""
     following = budget.resting_distance, budget.settling_time
     assume(-w - more + w <= 0.0)
     assert [value(dm, n, v, -w - more, w) for value in following] == [math.inf] * 2
@@ -82,29 +84,29 @@ def test_where_there_is_no_rest(dm: float, n: float, v: float, u: float, w: floa
 
 
 def test_euler_by_example() -> None:
-    # Integrated finely, 1 mm off the rest has fallen to 1/e after one settling time.
+    # Integrated finely, a deviation of 1 mm from the rest falls to 1/e in one settling time.
     dm, n, v, u, w = 0.15, 6.0, 0.3, 0.1, 0.05
     rest, tau = budget.resting_distance(dm, n, v, u, w), budget.settling_time(dm, n, v, u, w)
     end = euler(rest + 1e-3, tau / 2000.0, 2000, dm, n, v, u, w)[-1]
     assert (end - rest) / 1e-3 == pytest.approx(math.exp(-1.0), rel=0.02)
-    # Positive control of the test below: at .95 of the limit near the threshold the path does cross its rest.
+    # Positive control of the test below: at .95 of the limit near the threshold the path crosses its rest.
     path = euler(0.5 * 0.15, 0.95 * budget.largest_step(0.15, 6.0, 0.3, 0.2), 400, 0.15, 6.0, 0.3, 0.2, 0.28)
     assert max(path) > budget.resting_distance(0.15, 6.0, 0.3, 0.2, 0.28) * (1.0 + 1e-6)
 
 
 @given(CRITICAL, ORDERS, NOMINAL, SOME_PULL, SHARE)
 def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, share: float) -> None:
-    """A nanometre off the rest shrinks at .95 of the limit, grows at 1.05 of it; λ is steepest at d_m, the limit smallest."""
+    """A deviation of 1 nm shrinks at .95 of the limit and grows at 1.05; the limit is smallest at d_m."""
     w = share * v
     rest, limit = budget.resting_distance(dm, n, v, u, w), 2.0 * budget.settling_time(dm, n, v, u, w)
     least = budget.largest_step(dm, n, v, u)
     assert least <= limit * (1.0 + 1e-12)
-    # With half of the smallest limit the distance comes to rest from its side.
+    # With half of the smallest limit the distance approaches its rest without crossing it.
     assert max(euler(0.5 * dm, 0.499 * least, 60, dm, n, v, u, w)) <= rest * (1.0 + 1e-9)
     if rest > 1.001 * dm and share <= 0.8:
         below, above = (euler(rest + 1e-9, part * limit, 20, dm, n, v, u, w)[-1] for part in (0.95, 1.05))
         assert abs(below - rest) < 0.6e-9 and abs(above - rest) > 2e-9
-    # As the obstacle's speed nears v, the rest nears d_m, and its limit the smallest: neither is too cautious.
+    # As the obstacle's speed nears v, the rest nears d_m and its limit the smallest: neither is too cautious.
     if n >= 1.5:
         assert 2.0 * budget.settling_time(dm, n, v, u, (1.0 - 1e-7) * v) == pytest.approx(least, rel=1e-5)
 
@@ -117,10 +119,10 @@ def test_far_bias(d: float, n: float, speed: float) -> None:
 
 
 @given(DISTANCES, CRITICAL, ORDERS, st.floats(0.0, 1.0), st.floats(0.0, 5.0))
-def test_it_is_a_share_that_falls_with_distance_and_order(
+def test_lambda_falls_with_distance_and_order(
     d: float, dm: float, n: float, further: float, more: float
 ) -> None:
-    """λ is in (0, 1]; above d_m it falls strictly with d and n, so that a larger n takes over later."""
+    """λ is in (0, 1]; above d_m it falls strictly with d and n: a larger n acts later."""
     lam = activation(d, dm, n)
     assert 0.0 < activation(d + further, dm, n) <= lam <= 1.0 and activation(d, dm, n + more) <= lam
     if d > dm and further > 1e-6:
@@ -130,10 +132,10 @@ def test_it_is_a_share_that_falls_with_distance_and_order(
 
 
 @given(st.floats(-2.0, 1.0), CRITICAL, ORDERS, st.floats(1e-9, 1e-3))
-def test_it_is_one_up_to_the_critical_distance_and_continuous_there(
+def test_lambda_is_one_up_to_the_critical_distance_and_continuous(
     share: float, dm: float, n: float, off: float
 ) -> None:
-    """λ = 1 for d ≤ d_m, overlap included; above, 1 − λ grows like n (d − d_m)/d_m, so that the slope jumps from 0 to −n/d_m."""
+    """λ = 1 for d ≤ d_m, also in overlap; above, 1 − λ ≈ n (d − d_m)/d_m: the slope jumps to −n/d_m."""
     assert activation(share * dm, dm, n) == activation(dm, dm, n) == 1.0
     assert activation(1.001 * dm, dm, n) < 1.0
     gap = 1.0 - activation(dm * (1.0 + off), dm, n)

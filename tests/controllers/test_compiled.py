@@ -1,4 +1,4 @@
-"""Loops run as Python or as machine code, with the same bits; machine code never keeps anything waiting."""
+"""Loops give the same bits in Python and in machine code, and nothing waits for the compiler."""
 
 import ast
 import hashlib
@@ -32,7 +32,7 @@ RUNS: dict[str, dict[str, str]] = {
 
 @pytest.fixture
 def both_ways() -> Iterator[None]:
-    """Whatever the test chooses, other tests go on with machine code."""
+    """Restore machine code for the other tests."""
     yield
     compiled.load_now()
 
@@ -42,14 +42,14 @@ def table(changes: dict[str, str]) -> bytes:
     person = simulation.source()
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     for k in range(160):
-        # Between two far places, so that joints meet their bounds.
+        # Between two distant targets, so that joints reach their bounds.
         pulled = HandTarget(hand + np.array([0.5, 0.0, -0.8]) * (k % 2))
         simulation.step(pulled if "scene" not in changes else person.target(simulation.time))
     return simulation.history.table().tobytes()
 
 
 def margins() -> bytes:
-    """h, J_a and w of every first task that stands on an arm alone."""
+    """h, J_a and w of every first task of a single arm."""
     found: list[float] = []
     for name in ALONE:
         of = posed(name)
@@ -83,7 +83,7 @@ def test_python_and_machine_code_give_the_same_bits(changes: dict[str, str]) -> 
 
 @pytest.mark.usefixtures("both_ways")
 def test_python_and_machine_code_give_the_same_types() -> None:
-    """What a loop returns is drawn and compared: a number of numpy is none of Python's."""
+    """Results are drawn and compared: numpy's scalar types would make a difference."""
     simulation = Simulation(RunSettings())
     for made in compiled.loops:
         made.run = made.python
@@ -107,7 +107,7 @@ NUMBA = {
     "bool": "boolean",
     "None": "void",
 }
-"""Annotation of an argument or a result of a loop → the type in its signature."""
+"""Annotation of a loop's argument or result → type in its signature."""
 
 
 def in_words_of_numba(annotation: ast.expr) -> str:
@@ -128,7 +128,7 @@ def of_annotations(function: ast.FunctionDef) -> str:
 
 
 def written(function: ast.FunctionDef) -> set[str]:
-    """The arguments of a loop that it writes, itself or by a loop that it calls."""
+    """Arguments that a loop writes, itself or by a loop that it calls."""
     known = {made.python.__name__: made for made in compiled.loops}
     names = {
         node.value.id
@@ -147,10 +147,10 @@ def written(function: ast.FunctionDef) -> set[str]:
 
 
 @pytest.mark.parametrize("made", compiled.loops, ids=lambda made: made.python.__name__)
-def test_a_signature_says_what_the_annotations_say_and_which_arrays_are_written(
+def test_the_signature_matches_the_annotations_and_the_written_arrays(
     made: compiled.Loop[..., object],
 ) -> None:
-    """pyright checks calls by the annotations, numba by the signature; it would cut a float that is declared as an int."""
+    """pyright checks the annotations, numba the signature: it would truncate a float declared as an int."""
     (function,) = ast.parse(inspect.getsource(made.python)).body
     assert isinstance(function, ast.FunctionDef)
     assert made.signature == of_annotations(function)
@@ -201,16 +201,14 @@ print(hashlib.sha256(simulation.history.table().tobytes()).hexdigest())
 """
 
 
-def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_process_finds_the_same_bits() -> (
-    None
-):
+def test_a_short_run_loads_no_compiler_and_a_long_run_keeps_the_same_bits() -> None:
     code = WATCHED.replace("WAITING", "any(made.run != made._machine for made in compiled.loops)")
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True
     )
     short, long, bits = done.stdout.splitlines()
     assert short == "False" and long.split()[0] == "True" and int(long.split()[1]) > 100
-    # There the loops became machine code in the middle of the run, here they are it from the beginning.
+    # There the loops were compiled during the run; here they are compiled from the start.
     compiled.load_now()
     simulation = Simulation(RunSettings())
     person = simulation.source()
@@ -219,7 +217,7 @@ def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_proc
     assert hashlib.sha256(simulation.history.table().tobytes()).hexdigest() == bits
 
 
-def test_without_the_compiler_a_run_goes_on_in_python_and_one_line_says_so() -> None:
+def test_without_a_compiler_a_run_continues_in_python_with_one_log_line() -> None:
     code = "import sys; sys.modules['numba'] = None\n" + WATCHED.replace("WAITING", "simulation.steps < 1500")
     code += "compiled.load_if_compiled(); compiled.load_now(); compiled.load_if_compiled()"
     done = subprocess.run(
@@ -233,7 +231,7 @@ def test_without_the_compiler_a_run_goes_on_in_python_and_one_line_says_so() -> 
 
 @pytest.fixture
 def another_machine(tmp_path: Path) -> Path:
-    """A copy of the packages for which nothing has been compiled."""
+    """Copy of the packages without compiled loops."""
     root = Path(compiled.__file__).parents[1]
     for package in ("controllers", "scenes"):
         shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
@@ -262,13 +260,13 @@ def first_start(folder: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.thorough
 @pytest.mark.slow
-def test_the_first_start_on_a_machine_compiles_every_loop_and_says_nothing(another_machine: Path) -> None:
+def test_the_first_start_on_a_machine_compiles_every_loop_silently(another_machine: Path) -> None:
     done = first_start(another_machine)
     assert done.stdout == f"{another_machine / 'controllers' / 'compiled.py'} True\n" and done.stderr == ""
 
 
 @pytest.mark.slow
-def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_on(
+def test_a_loop_that_cannot_be_compiled_is_logged_and_the_run_continues(
     another_machine: Path,
 ) -> None:
     file = another_machine / "controllers" / "kinematics.py"
@@ -280,8 +278,8 @@ def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_
     assert "cannot be compiled (TypingError: " in line and done.stdout.endswith("compiled.py False\n")
 
 
-def test_the_command_loads_no_compiler_and_every_loop_comes_with_the_simulation() -> None:
-    """A loop that came later, with an experiment, would stay Python where the others have been loaded."""
+def test_the_command_imports_every_loop_and_no_compiler() -> None:
+    """A loop imported later, with an experiment, would stay in Python after the others are compiled."""
     code = (
         "import sys, app.cli.serve, app.start; print('numba' in sys.modules); from controllers import compiled; "
         "print(*sorted({made.python.__module__ for made in compiled.loops}))"

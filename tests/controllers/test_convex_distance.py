@@ -1,4 +1,4 @@
-"""The strictly convex distance: its gradient, its bounds, and that it is smooth where the true distance has a kink."""
+"""The strictly convex distance: gradient, bounds, and smoothness where the true distance has a kink."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EPSILON = 1e-4
 
 
 def two_bodies(lengths: tuple[float, float]) -> ProximityDetector:
-    """Two capsules (spheres at length 0) that fly freely: three translations and three Euler angles each."""
+    """Two free capsules (spheres at length 0), each with three translations and three Euler angles."""
     model, geometry = pin.Model(), pin.GeometryModel()
     for i, length in enumerate(lengths):
         place = model.addJoint(0, pin.JointModelTranslation(), pin.SE3.Identity(), f"place {i}")
@@ -41,7 +41,7 @@ def smooth(detector: ProximityDetector, q: Array, epsilon: float = EPSILON) -> f
 
 
 def gradient(detector: ProximityDetector, q: Array) -> Array:
-    """∂d/∂q (nv,) by central differences of the fourth order: small steps where the curvature of near-parallel axes is large."""
+    """∂d/∂q (nv,) by fourth-order central differences; small steps for near-parallel axes."""
     h, numeric = 5e-7, np.zeros(len(q))
     for i, unit in enumerate(np.eye(len(q)) * h):
         near, far = (smooth(detector, q + k * unit) - smooth(detector, q - k * unit) for k in (1, 2))
@@ -57,12 +57,12 @@ pose = st.tuples(*[st.floats(-0.4, 0.4)] * 3, angle, angle, angle)
 @example((0.2, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, (0.4, 0.4))  # parallel, side by side
 @example((0.0, 0.0, 0.45, 0.0, 0.0, 0.0), (0.0,) * 6, (0.4, 0.4))  # collinear, ends touching
 @example((0.06, 0.0, 0.1, 0.0, 1e-9, 0.0), (0.0,) * 6, (0.4, 0.3))  # near-parallel and overlapping
-def test_the_row_is_the_gradient_and_the_distance_is_never_larger_than_the_true_one(a, b, lengths) -> None:
+def test_the_row_is_the_gradient_and_the_distance_never_exceeds_the_true_one(a, b, lengths) -> None:
     detector, q = two_bodies(lengths), np.array([*a, *b])
     d = smooth(detector, q)
     true = float(detector.distances()[0])
     assert true - math.sqrt(EPSILON / 2.0) - 1e-9 <= d <= true + 1e-9
-    # Where two axes cross the direction is lost; a hair beside, central differences are too coarse.
+    # Where two axes cross there is no direction; very near, central differences are too coarse.
     assume(d > -0.1)
     row = detector.detect("smooth", epsilon=EPSILON).row
     assert_allclose(row, gradient(detector, q), atol=1e-6)
@@ -70,9 +70,9 @@ def test_the_row_is_the_gradient_and_the_distance_is_never_larger_than_the_true_
 
 @given(pose, pose, st.sampled_from([1e-6, 1e-4, 1e-3]))
 def test_the_points_are_the_minimum_of_the_convex_problem(a, b, epsilon: float) -> None:
-    """Against a numerical minimiser that knows nothing of clamping."""
+    """Compared with a numerical minimiser, which does no clamping."""
     detector, q = two_bodies((0.4, 0.3)), np.array([*a, *b])
-    # One pair alone is its own minimum.
+    # The smooth minimum of one pair is its distance.
     d = smooth(detector, q, epsilon)
     first, second = detector.data.oMg
     r = first.translation - second.translation
@@ -118,7 +118,7 @@ def test_the_smooth_minimum_of_the_arms(rig) -> None:
 
 
 def coplanar(pairs: str, dt: float, lean: float, tilt: float, way: float) -> float:
-    """Largest step of q̇ while the arms, in one plane on the table, pass the posture in which their forearms are parallel."""
+    """Largest step of q̇ while the arms, in one plane on the table, pass through parallel forearms."""
     run = changed(changed(RunSettings(rig="table", dt=dt, gain=1.0), "pairs", pairs), "v", 0.05)
     simulation = Simulation(run, round(3.0 / dt))
     q = np.zeros(14)
@@ -140,7 +140,7 @@ def test_a_smaller_time_step_makes_smaller_steps_of_the_joint_velocity(
     lean: float, tilt: float, side: float, way: float
 ) -> None:
     steps = [coplanar("smooth", dt, lean, side * tilt, way) for dt in (0.01, 0.005, 0.0025, 0.00125)]
-    # A jump would stay as large as it is; the least of 160 random cases was 4.4 for a time step of an eighth.
+    # A jump would keep its size; the smallest ratio of 160 random cases was 4.4 for an eighth of dt.
     assert steps[0] / steps[-1] >= 1.5**3
 
 

@@ -1,4 +1,4 @@
-"""A λ(d) through given points: it meets them, never swings past them, and says what is wrong with a text that is none."""
+"""λ(d) through given points: interpolation, no overshoot, and messages for invalid texts."""
 
 import math
 from itertools import pairwise
@@ -21,7 +21,7 @@ def texts(draw: st.DrawFn) -> str:
 
 
 @given(texts(), st.floats(0.0, 1.0))
-def test_it_meets_its_points_and_stays_between_two_of_them(text: str, share: float) -> None:
+def test_the_curve_passes_its_points_without_overshoot(text: str, share: float) -> None:
     curve = curve_through(text)
     assert read_curve(text) == text
     for (d, lam), (after, then) in pairwise(curve_points(text)):
@@ -35,12 +35,12 @@ def test_it_meets_its_points_and_stays_between_two_of_them(text: str, share: flo
 
 
 @given(texts(), st.floats(-2.0, 2.0))
-def test_its_slope_has_no_jump(text: str, at: float) -> None:
+def test_the_slope_has_no_jump(text: str, at: float) -> None:
     curve, h = curve_through(text), 1e-7
     assume(min(abs(at - d) for d in curve.distances) > 2 * h)
     for d in (at, *curve.distances):
         left, right = ((curve.height(d + side * h) - curve.height(d)) / (side * h) for side in (-1.0, 1.0))
-        # A second derivative is at most 6 |Δλ| / h² and the slopes' share of it, over steps of 1 mm and more.
+        # A second derivative is at most 6 |Δλ| / h² plus the slopes' share, with steps h of at least 1 mm.
         assert left == pytest.approx(right, abs=24.0e6 * h)
 
 
@@ -61,13 +61,13 @@ def test_a_falling_curve_falls_everywhere(text: str, a: float, b: float) -> None
         ("0.1:1:2,0.2:0", "cannot be read"),
     ],
 )  # fmt: skip
-def test_a_text_that_is_no_curve_is_refused_in_one_line(text: str, named: str) -> None:
+def test_an_invalid_text_is_refused_in_one_line(text: str, named: str) -> None:
     with pytest.raises(BadSetting, match=named) as caught:
         read_curve(text)
     assert "\n" not in str(caught.value)
 
 
-def test_what_it_keeps() -> None:
+def test_the_kept_distance() -> None:
     assert kept_distance("0.1:1,0.2:1,0.3:0.5") == 0.2
     assert kept_distance("0.1:1,0.2:0.5,0.3:1") == 0.1
     assert kept_distance("0.1:0.99,0.2:0") is None

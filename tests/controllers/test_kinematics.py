@@ -1,4 +1,4 @@
-"""Poses, Jacobians and errors of the real arms against finite differences, singular postures and zero rotation among them."""
+"""Poses, Jacobians and errors of the real arms against finite differences, also in singular postures."""
 
 import numpy as np
 import pinocchio as pin
@@ -29,7 +29,7 @@ def postures(room: Room) -> list[Array]:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_hand_jacobian_against_finite_differences(rig: RigName) -> None:
-    """J's linear rows are ∂p/∂q, its angular rows the axis of (∂R/∂q) Rᵀ; the other arm's joints move nothing."""
+    """J's linear rows are ∂p/∂q, its angular rows the axis of (∂R/∂q) Rᵀ; the other arm has no effect."""
     room, kinematics, _ = bodies(rig)
     for q in postures(room):
         for arm in room.arms:
@@ -50,7 +50,7 @@ def test_hand_jacobian_against_finite_differences(rig: RigName) -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_point_jacobian_against_finite_differences(rig: RigName) -> None:
-    """A point fixed to any joint of an arm moves as `point_jacobian` says; joints further out don't move it."""
+    """For a point fixed to any joint; joints further out do not move it."""
     room, kinematics, _ = bodies(rig)
     local = np.array([0.07, -0.03, 0.11])
     for q in postures(room):
@@ -70,7 +70,7 @@ def test_point_jacobian_against_finite_differences(rig: RigName) -> None:
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_where_arms_stand_and_errors_begin(rig: RigName) -> None:
+def test_joint_positions_and_the_pose_error(rig: RigName) -> None:
     # All zero is straight up from the base: shoulder .310, elbow .710, wrist 1.100, flange 1.178 m along it.
     room, kinematics, _ = bodies(rig)
     kinematics.update(np.zeros(room.model.nv))
@@ -95,8 +95,8 @@ def test_where_arms_stand_and_errors_begin(rig: RigName) -> None:
     )
 
 
-def test_a_singular_posture_asks_for_no_wild_velocity() -> None:
-    """All joints zero, the hand asked to come straight down: |q̇| ≤ |ẋ| / 2μ, where the undamped inverse would blow up."""
+def test_a_singular_posture_gives_a_bounded_velocity() -> None:
+    """All joints zero, the hand commanded down: |q̇| ≤ |ẋ| / 2μ, where the undamped inverse would diverge."""
     room, kinematics, _ = bodies("table")
     kinematics.update(np.zeros(room.model.nv))
     J = kinematics.hand_jacobian(room.arms[0])[:3]
@@ -133,7 +133,7 @@ def test_damping_is_tikhonovs(seed: int, damping: float) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-6, 1e-3, 0.2, 1.5, 2.8])
 def test_the_errors_rate_is_minus_the_jacobian_turned_by_the_logarithm(rig: RigName, angle: float) -> None:
-    """−J, and −J_log(φ) J for turns, at any rotation error φ, where the logarithm's series takes over, and at singular postures."""
+    """−J for positions, −J_log(φ) J for turns: any error φ (tiny ones by series), and singular postures."""
     room, kinematics, _ = bodies(rig)
     turn = pin.exp3(angle * np.array([0.6, -0.48, 0.64]))
     for q in postures(room):
@@ -146,7 +146,7 @@ def test_the_errors_rate_is_minus_the_jacobian_turned_by_the_logarithm(rig: RigN
                 return pose_error(kinematics.hand_pose(arm), pose.translation + 0.1, turn @ pose.rotation)
 
             numeric = derivative(error, q)[:, arm.joints]
-            # R_e = R_d Rᵀ; the hand turning by ω makes R_e exp(−ω), and Jlog3 is the derivative of log for a turn on the right.
+            # R_e = R_d Rᵀ; a turn ω gives R_e exp(−ω), and Jlog3 is the derivative of log for it.
             assert_allclose(numeric[3:], -pin.Jlog3(turn) @ J[3:], atol=1e-7)
             assert_allclose(numeric[:3], -J[:3], atol=1e-7)
 

@@ -1,4 +1,4 @@
-"""Laws along the row against the textbook's matrices; the barrier QP against other ways of solving it; field, and short rows."""
+"""Laws along the row against textbook matrices, the barrier QP against other solvers, and short rows."""
 
 import math
 from dataclasses import replace
@@ -50,7 +50,7 @@ def test_the_paper_s_law_equals_its_matrices(law: SmoothPriority, situation: Sit
     N_smooth = np.eye(7) - lam * J_sharp @ J_d
     expected = (J_sharp * lam * law.nominal_velocity)[:, 0] + N_smooth @ situation.nominal
     assert_allclose(law(situation), expected, atol=1e-12, rtol=1e-10)
-    # The rate is the blend and the correction what is added.
+    # The rate is the blend; the correction is the added part.
     lam, u = (
         activation(situation.distance, law.critical_distance, law.order),
         -rate(situation, situation.nominal),
@@ -59,13 +59,13 @@ def test_the_paper_s_law_equals_its_matrices(law: SmoothPriority, situation: Sit
     assert rate(situation, law(situation)) == pytest.approx(
         lam * law.nominal_velocity - (1.0 - lam) * u, abs=1e-12
     )
-    # `correction` alone tells the change of the distance rate: the plots may use it instead of the arm.
+    # `correction` alone gives the change of the distance rate, so plots may use it instead of the arm.
     c = law.correction(situation.distance, situation.pull, situation.approach)
     assert rate(situation, law(situation)) == pytest.approx(c - situation.pull, abs=1e-12)
 
 
 def generalized_projector(tasks: Array, priorities: Array) -> Array:
-    """I − B A Bᵀ of rows (m, n) with priorities (m,): B an orthonormal basis of the rows, the most important one first.
+    """I − B A Bᵀ of rows (m, n) with priorities (m,); B: an orthonormal basis of the rows by priority.
 
     M. Liu, Y. Tan and V. Padois, Generalized hierarchical control, Autonomous Robots 40(1), 2016.
     """
@@ -81,21 +81,21 @@ def generalized_projector(tasks: Array, priorities: Array) -> Array:
 
 
 @given(ROWS, st.floats(0.0, 1.0))
-def test_the_paper_s_projector_is_the_generalized_one_with_priority_lambda(row: Array, lam: float) -> None:
-    """N' = I − λ J_d^# J_d, eq. (13), stands in a line of projectors: 0 leaves all, 1 is the true null space."""
+def test_the_paper_s_projector_is_the_generalized_one_of_priority_lambda(row: Array, lam: float) -> None:
+    """N' = I − λ J_d^# J_d, eq. (13): λ = 0 does not change the task, λ = 1 is the true null space."""
     given_priority = generalized_projector(np.array([row, 2.0 * row]), np.array([lam, 0.0]))
     assert_allclose(np.eye(7) - lam * pseudo_inverse(row[None, :]) @ row[None, :], given_priority, atol=1e-14)
 
 
 @given(LAWS, SITUATIONS)
 def test_variants_of_the_paper_s_law(law: SmoothPriority, situation: Situation) -> None:
-    # With w fed forward the law is the plain one with v + w, so that ḋ = v at λ = 1 for every w.
+    # With w fed forward the law equals the plain one with v + w: ḋ = v at λ = 1 for every w.
     fed, v = replace(law, feed_forward=True), law.nominal_velocity
     faster = replace(law, nominal_velocity=v + situation.approach)
     assert_allclose(fed(situation), faster(situation), atol=1e-12)
     close = situation._replace(distance=0.5 * law.critical_distance)
     assert rate(close, fed(close)) - close.approach == pytest.approx(v, abs=1e-11)
-    # If the task retreats faster than v (+ w) a one-sided law leaves it alone; else it is the two-sided one.
+    # A one-sided law passes tasks that retreat faster than v (+ w); otherwise it is the two-sided one.
     for two_sided, speed in ((law, v), (fed, v + situation.approach)):
         velocities = replace(two_sided, one_sided=True)(situation)
         assert_array_equal(velocities, situation.nominal if -situation.pull > speed else two_sided(situation))
@@ -106,7 +106,7 @@ def test_variants_of_the_paper_s_law(law: SmoothPriority, situation: Situation) 
 
 @given(LAWS, SITUATIONS, st.floats(0.0, 1.0))
 def test_short_rows_stay_finite_and_bounded(law: SmoothPriority, situation: Situation, length: float) -> None:
-    """|q̇ − q̇_n| ≤ 11 c for a row of any length, 0 included: the undamped law would need c / |J_d|."""
+    """|q̇ − q̇_n| ≤ 11 c for a row of any length, also 0: the undamped law would need c / |J_d|."""
     short = situation._replace(row=situation.row * (length / float(np.linalg.norm(situation.row))))
     velocities = law(short)
     assert np.isfinite(velocities).all()
@@ -115,17 +115,17 @@ def test_short_rows_stay_finite_and_bounded(law: SmoothPriority, situation: Situ
 
 
 def test_damping_of_short_rows() -> None:
-    # No lever, no motion: q̇ = q̇_n; a row of normal length does change it (positive control).
+    # No lever, no motion: q̇ = q̇_n; a row of normal length changes it (positive control).
     nominal = np.linspace(-1.0, 1.0, 7)
     assert_array_equal(along_row(nominal, np.zeros(7), 0.3), nominal)
     assert np.abs(along_row(nominal, np.full(7, 0.2), 0.3) - nominal).max() > 0.1
-    # μ² is 0 from |J_d| = .12 upwards, positive below, and its slope is 0 where it sets in.
+    # μ² is 0 from |J_d| = .12 upwards and positive below, with slope 0 at .12.
     edge = AUTHORITY**2
     assert row_damping(edge) == 0.0 == row_damping(4.0) and row_damping(0.5 * edge) > 0.0
     assert row_damping(edge * (1.0 - 1e-4)) / (edge * 1e-4) < 1e-3
     lengths = np.linspace(0.0, AUTHORITY, 50)
     assert (np.diff([row_damping(float(x) ** 2) for x in lengths]) < 0.0).all()
-    # At |J_d| = .12 m/rad the rate asked for is reached exactly; at half of that it is missed, by less than it all.
+    # At |J_d| = .12 m/rad the wanted rate is reached exactly, at half of that only in part.
     for length, exact in ((AUTHORITY * 1.000001, True), (0.3, True), (AUTHORITY / 2.0, False)):
         row = np.full(7, length / np.sqrt(7.0))
         reached = float(row @ along_row(np.zeros(7), row, 0.3))
@@ -138,7 +138,7 @@ def test_damping_of_short_rows() -> None:
     st.floats(0.0, 1e-6),
 )
 def test_continuous_in_the_rows_length(row: Array, length: float, change: float) -> None:
-    """A row longer by δ changes q̇ by at most 300 δ per m/s of correction, also where damping sets in."""
+    """A row longer by δ changes q̇ by at most 300 δ per m/s of correction, also where damping begins."""
     unit, nominal = row / np.linalg.norm(row), np.zeros(7)
     before, after = along_row(nominal, unit * length, 1.0), along_row(nominal, unit * (length + change), 1.0)
     assert np.linalg.norm(after - before) <= 300.0 * change + 1e-12
@@ -148,8 +148,8 @@ FIELDS = st.builds(PotentialField, st.floats(0.1, 0.6), st.floats(1e-4, 0.05), s
 
 
 @given(SEEDS, st.floats(0.0, 1.0), st.floats(-0.2, 50.0))
-def test_always_on_is_the_textbooks_eq_11(seed: int, v: float, distance: float) -> None:
-    """q̇ = J_a^# v + N_a q̇_n at every distance, with J_a^# and N_a built as matrices by numpy."""
+def test_always_on_is_eq_11(seed: int, v: float, distance: float) -> None:
+    """q̇ = J_a^# v + N_a q̇_n at every distance, with numpy's matrices."""
     situation = regular_situation(seed)._replace(distance=distance)
     J_a = situation.row[None, :]
     expected = np.linalg.pinv(J_a)[:, 0] * v + null_space_projector(J_a) @ situation.nominal
@@ -157,8 +157,8 @@ def test_always_on_is_the_textbooks_eq_11(seed: int, v: float, distance: float) 
 
 
 @given(SEEDS, st.floats(0.001, 0.5))
-def test_switched_is_all_or_nothing(seed: int, way: float) -> None:
-    """Always on up to d_m, the task alone beyond; 1 mm from d_m that is what the paper's law becomes as n → ∞."""
+def test_switched_is_strict_priority_or_the_task_alone(seed: int, way: float) -> None:
+    """Strict priority up to d_m, the task alone beyond; 1 mm from d_m the paper's law for n → ∞."""
     situation = regular_situation(seed)
     always, switched = StrictPriority(0.3), StrictPriority(0.3, 0.15)
     for distance in (0.15, 0.15 - way, 0.15 - 1e-6 * way, 0.15 + 1e-6 * way, 0.15 + way):
@@ -170,7 +170,10 @@ def test_switched_is_all_or_nothing(seed: int, way: float) -> None:
 
 @given(FIELDS, st.floats(0.02, 1.0))
 def test_the_push_is_the_slope_of_the_potential(law: PotentialField, distance: float) -> None:
-    """f = −dU/dd by finite differences, U = ½ η (1/d − 1/d₀)² below d₀ and 0 above; below the least distance f stays as it is."""
+    """f = −dU/dd by finite differences, U = ½ η (1/d − 1/d₀)² below d₀, 0 above.
+
+    Below the least distance f is constant.
+    """
 
     def potential(d: float) -> float:
         return (
@@ -193,14 +196,14 @@ def test_the_push_never_pulls(law: PotentialField, distance: float) -> None:
     assert law.push(distance) <= law.push(-0.1) == law.push(0.0) == law.push(law.least_distance)
 
 
-def test_an_influence_inside_the_least_distance_is_none() -> None:
+def test_an_influence_inside_the_least_distance_has_no_effect() -> None:
     for influence in (0.02, 0.05):
         law = PotentialField(influence, 0.005, 0.05)
         assert [law.push(d) for d in (-0.1, 0.0, 0.03, 0.2)] == [0.0] * 4 and law.activation(0.0) == 0.0
 
 
 @given(SEEDS, FIELDS)
-def test_the_push_does_not_look_at_the_task(seed: int, law: PotentialField) -> None:
+def test_the_push_does_not_depend_on_the_task(seed: int, law: PotentialField) -> None:
     situation = regular_situation(seed)
     for nominal in (situation.nominal, 0.0 * situation.nominal):
         change = law(situation._replace(nominal=nominal)) - nominal
@@ -213,7 +216,7 @@ PAIRS = st.integers(1, 60)
 
 
 class Problem(NamedTuple):
-    """A situation with every field filled, and J_d q̇ ≥ `least` (pairs,) that it amounts to."""
+    """A complete situation and its inequalities J_d q̇ ≥ `least` (pairs,)."""
 
     situation: Situation
     rows: Array
@@ -223,7 +226,7 @@ class Problem(NamedTuple):
 
 
 def problem(seed: int, n: int, pairs: int, feasible: bool) -> Problem:
-    """Return a random problem; a feasible one has regular rows and a velocity inside all its inequalities."""
+    """A random problem; if feasible, with regular rows and a velocity that satisfies all inequalities."""
     rng = np.random.default_rng(seed)
     lengths = (
         rng.uniform(1.1 * AUTHORITY, 0.8, pairs)
@@ -247,7 +250,7 @@ def problem(seed: int, n: int, pairs: int, feasible: bool) -> Problem:
 
 
 def least_distance_solution(start: Array, G: Array, h: Array) -> Array:
-    """Return the x nearest to `start` with G x ≥ h, by Lawson and Hanson's reduction to non-negative least squares."""
+    """x nearest to `start` with G x ≥ h, by Lawson and Hanson's reduction to non-negative least squares."""
     E = np.vstack([G.T, (h - G @ start)[None, :]])
     target = np.zeros(len(E))
     target[-1] = 1.0
@@ -257,9 +260,9 @@ def least_distance_solution(start: Array, G: Array, h: Array) -> Array:
 
 
 @given(SEEDS, SIZES, PAIRS)
-def test_every_inequality_holds_and_no_nearer_velocity_does_it(seed: int, n: int, pairs: int) -> None:
+def test_the_nearest_velocity_that_satisfies_every_inequality_is_found(seed: int, n: int, pairs: int) -> None:
     p = problem(seed, n, pairs, feasible=True)
-    # The task alone violates something.
+    # The task alone violates an inequality.
     assume((p.rows @ p.situation.nominal < p.least).any())
     velocities = LAW(p.situation)
     assert (p.rows @ velocities >= p.least - 1e-5).all()
@@ -270,8 +273,8 @@ def test_every_inequality_holds_and_no_nearer_velocity_does_it(seed: int, n: int
 
 
 @given(SEEDS, SIZES, PAIRS)
-def test_optimality_conditions_also_if_it_is_impossible(seed: int, n: int, pairs: int) -> None:
-    """q̇ − q̇_n = Σ J_dᵀ s / ρ with the shortfall s of each row and ρ = μ² + 1e-8, but for joints held by a bound."""
+def test_optimality_conditions_also_for_infeasible_problems(seed: int, n: int, pairs: int) -> None:
+    """q̇ − q̇_n = Σ J_dᵀ s / ρ with each row's shortfall s, ρ = μ² + 1e-8, except for joints at a bound."""
     p = problem(seed, n, pairs, feasible=False)
     velocities = LAW(p.situation)
     assert (velocities >= p.lower).all() and (velocities <= p.upper).all()
@@ -280,7 +283,7 @@ def test_optimality_conditions_also_if_it_is_impossible(seed: int, n: int, pairs
     )
     gradient = velocities - p.situation.nominal - p.rows.T @ forces
     scale = 1.0 + float((np.abs(p.rows) * forces[:, None]).sum(axis=0).max())
-    # At its lower bound a joint is held back from going lower, so that the gradient may be positive there, and vice versa.
+    # At a lower bound the gradient may be positive, at an upper one negative.
     gradient[(velocities <= p.lower + 1e-6) & (gradient > 0.0)] = 0.0
     gradient[(velocities >= p.upper - 1e-6) & (gradient < 0.0)] = 0.0
     assert np.abs(gradient).max() < 1e-5 * scale
@@ -288,7 +291,7 @@ def test_optimality_conditions_also_if_it_is_impossible(seed: int, n: int, pairs
 
 @given(SEEDS, st.floats(1e-5, 1.0), st.booleans(), st.booleans())
 def test_one_pair_is_a_maximum(seed: int, length: float, fed: bool, listed: bool) -> None:
-    """J_d q̇ = max(−u, −γ (d − d_m) + w): c = max(0, …) along the row, damped as any law's; listed as a pair or not."""
+    """J_d q̇ = max(−u, −γ (d − d_m) + w): c = max(0, …) along the damped row, listed as a pair or not."""
     law = BarrierQP(0.15, 5.0, fed)
     situation = regular_situation(seed)
     situation = situation._replace(row=situation.row * (length / float(np.linalg.norm(situation.row))))
@@ -308,7 +311,7 @@ def test_one_pair_is_a_maximum(seed: int, length: float, fed: bool, listed: bool
 
 @given(SEEDS, st.floats(0.0, 1e-4))
 def test_rows_too_short_for_the_solver_hardly_matter(seed: int, length: float) -> None:
-    """DAQP passes over rows of a few µm/rad; that is a millirad a second of motion at most."""
+    """DAQP ignores rows of a few µm/rad, which changes q̇ by 1 mrad/s at most."""
     situation = regular_situation(seed)
     row = situation.row * (length / float(np.linalg.norm(situation.row)))
     short = situation._replace(row=row, distance=0.05)
@@ -316,18 +319,19 @@ def test_rows_too_short_for_the_solver_hardly_matter(seed: int, length: float) -
     assert_allclose(LAW(short), along_row(short.nominal, row, least + short.pull), atol=2e-3)
 
 
-def test_what_is_permitted() -> None:
-    # An approach slower than γ (d − d_m) passes to the bit.
+def test_a_permitted_approach_is_not_changed() -> None:
+    # An approach slower than γ (d − d_m) passes unchanged, to the bit.
     row = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0])
     situation = Situation(np.zeros(7), -row, row, 0.25, 0.0)
     assert situation.pull == pytest.approx(0.25)
     assert_array_equal(LAW(situation), situation.nominal)
-    # 1 up to d_m; at γ (d − d_m) = .4 m/s .6 is left; 0 from 1 m/s on.
+    # 1 up to d_m; .6 at γ (d − d_m) = .4 m/s; 0 from 1 m/s on.
     law = BarrierQP(0.15, 5.0)
     assert [law.activation(d) for d in (-0.1, 0.15, 0.23, 0.35, 0.5)] == pytest.approx(
         [1.0, 1.0, 0.6, 0.0, 0.0]
     )
-    # ḋ = J_d q̇ − w in steps of 5 ms from .4 m against a pull of .5 m/s: with w fed forward d never falls below d_m.
+    # ḋ = J_d q̇ − w in steps of 5 ms from .4 m against a pull of .5 m/s: with w fed forward d never falls
+    # below d_m.
     for w in (0.0, 0.2, 0.6):
         for law, floor in ((BarrierQP(0.15, 5.0, True), 0.15), (BarrierQP(0.15, 5.0), 0.15 - w / 5.0)):
             d = 0.4
@@ -338,7 +342,7 @@ def test_what_is_permitted() -> None:
 
 
 def corner(distance: float, other: float) -> Situation:
-    """Two obstacles at right angles to the arm's way out: clearing either alone runs into the other."""
+    """Two obstacles at right angles to the arm's escape: avoiding only one leads into the other."""
     rows = np.array([[0.4, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0], [-0.3, 0.4, 0.2, 0.0, 0.0, 0.0, 0.0]])
     distances = np.array([distance, other])
     near = int(np.argmin(distances))
@@ -349,27 +353,27 @@ def corner(distance: float, other: float) -> Situation:
 
 
 def test_several_pairs() -> None:
-    # In the corner the closest pair alone leaves the other approach too fast; all pairs together do not (positive control).
+    # Positive control: the law for the closest pair approaches the other too fast; all pairs do not.
     both = corner(0.15, 0.1501)
     assert both.rows is not None
     alone = LAW(both._replace(rows=None, distances=None))
     assert float(both.rows[1] @ alone) < -0.1
     assert (both.rows @ LAW(both) >= [-1e-6, -0.0005 - 1e-6]).all()
 
-    # One distance grows and the other shrinks: q̇ of the QP is continuous, q̇ of a law for the closest pair jumps at the tie.
+    # One distance grows, the other shrinks: the QP is continuous, a law for the closest pair jumps.
     def at(tie: float) -> Situation:
         return corner(0.16 + tie, 0.16 - tie)
 
     assert 0.4 < jump_ratio(lambda tie: LAW(at(tie)), -0.03, 0.03) < 0.6
     assert jump_ratio(lambda tie: SmoothPriority(0.15, 6.0, 0.3)(at(tie)), -0.03, 0.03) > 0.9
-    # An arm between two obstacles that close in: neither comes first, and the motion across them goes on.
+    # An arm between two approaching obstacles: neither has priority, and the motion across them continues.
     row = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0])
     nominal = np.array([0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 0.7])
     rows, distances = np.array([row, -row]), np.array([0.09, 0.09])
     velocities = LAW(Situation(np.zeros(7), nominal, row, 0.09, 0.0, rows=rows, distances=distances))
     assert float(row @ velocities) == pytest.approx(0.0, abs=1e-6)
     assert velocities[6] == pytest.approx(0.7, abs=1e-6)
-    # A joint beyond its stop, lower > upper: it comes back as fast as the lower bound says, and nothing fails.
+    # A joint beyond its stop (lower > upper) returns at the lower bound, without an error.
     situation = regular_situation(8)._replace(distance=0.1, lower=np.full(7, -0.5), upper=np.full(7, 0.5))
     assert situation.lower is not None
     situation.lower[2] = 0.8
@@ -378,8 +382,8 @@ def test_several_pairs() -> None:
 
 
 @pytest.mark.parametrize(("setup_flag", "solve_flag"), [(-1, 0), (0, -2)])
-def test_a_solver_that_gives_up(monkeypatch: pytest.MonkeyPatch, setup_flag: int, solve_flag: int) -> None:
-    """Whatever DAQP says, the arm gets a velocity inside its bounds that clears the pair which needs it most."""
+def test_a_solver_that_fails(monkeypatch: pytest.MonkeyPatch, setup_flag: int, solve_flag: int) -> None:
+    """If DAQP fails, q̇ stays inside the bounds and clears the most urgent pair."""
     solved = np.full(7, np.nan), 0.0, solve_flag, {}
     methods = {
         "setup": lambda *_: (setup_flag, 0.0),
@@ -394,5 +398,5 @@ def test_a_solver_that_gives_up(monkeypatch: pytest.MonkeyPatch, setup_flag: int
 
 
 @given(st.lists(st.floats(0.0, 0.1), max_size=20))
-def test_many_dampings_are_the_single_ones(squares: list[float]) -> None:
+def test_dampings_of_an_array_equal_the_single_ones(squares: list[float]) -> None:
     assert_allclose(row_dampings(np.array(squares)), [row_damping(square) for square in squares], atol=1e-15)

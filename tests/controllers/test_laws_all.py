@@ -1,4 +1,4 @@
-"""What every law promises: finite velocities, the same bits, no effect without an obstacle, and the speed that its line says."""
+"""Properties of every law: finite, reproducible, no effect without obstacles, the rate of `line_rate`."""
 
 import math
 from collections.abc import Callable
@@ -54,7 +54,7 @@ DISTANCES = st.floats(-0.2, 1.0)
 
 
 def regular_situation(seed: int, n: int = 7, m: int = 3) -> Situation:
-    """Return a random situation of one pair whose row is regular, also in the null space of the task."""
+    """A random situation of one pair with a regular row, also in the null space of the task."""
     rng = np.random.default_rng(seed)
     while True:
         row, J = rng.uniform(-0.6, 0.6, n), rng.uniform(-1.0, 1.0, (m, n))
@@ -64,7 +64,7 @@ def regular_situation(seed: int, n: int = 7, m: int = 3) -> Situation:
 
 
 def with_pairs(situation: Situation, seed: int, pairs: int = 12) -> Situation:
-    """Return the situation with bounds and with further pairs, the first of which is its own."""
+    """The situation with bounds and more pairs; the first pair is its own."""
     rng = np.random.default_rng(seed)
     n = len(situation.row)
     rows = rng.uniform(-0.5, 0.5, (pairs, n))
@@ -82,7 +82,7 @@ def with_pairs(situation: Situation, seed: int, pairs: int = 12) -> Situation:
 
 
 def jump_ratio(velocities: Callable[[float], Array], low: float, high: float, steps: int = 1500) -> float:
-    """Return the largest step of q̇(x) over a grid twice as fine, as a share of that over the grid: .5 if smooth, 1 at a jump."""
+    """Largest step of q̇(x) on a grid twice as fine relative to the coarse one: .5 if smooth, 1 at a jump."""
     largest = []
     for count in (steps, 2 * steps):
         path = np.array([velocities(float(x)) for x in np.linspace(low, high, count + 1)])
@@ -100,8 +100,10 @@ def jump_ratio(velocities: Callable[[float], Array], low: float, high: float, st
 )
 @example("barrier_fed", 0, 7, 0.0, -0.2, 6)
 @example("intermediate", 0, 14, 1e-12, 0.0, 12)
-def test_finite_whatever_comes(name: str, seed: int, n: int, length: float, distance: float, m: int) -> None:
-    """Rows of any length, 0 included, overlap, d = 0, d = ∞, and tasks of any rank: m = 0, singular, more than n."""
+def test_velocities_are_finite_for_any_situation(
+    name: str, seed: int, n: int, length: float, distance: float, m: int
+) -> None:
+    """Rows of any length, overlap, d = 0, d = ∞, and tasks of any rank: m = 0, singular, more than n."""
     rng = np.random.default_rng(seed)
     situation = with_pairs(regular_situation(seed, n), seed)
     assert situation.rows is not None and situation.distances is not None
@@ -109,19 +111,19 @@ def test_finite_whatever_comes(name: str, seed: int, n: int, length: float, dist
     rows, distances = situation.rows.copy(), situation.distances.copy()
     rows[0], rows[1], rows[2], rows[3] = row, 0.0, -rows[4], rows[5]
     distances[:5], distances[6] = distance, math.inf
-    # The product has rank 2 at most: a singular task for m > 2.
+    # Rank 2 at most: a singular task for m > 2.
     J = rng.normal(size=(m, 2)) @ rng.normal(size=(2, n)) if m else None
     hard = situation._replace(row=row, distance=distance, rows=rows, distances=distances, task_jacobian=J)
     for case in (hard, hard._replace(task_jacobian=np.zeros((3, n))), hard._replace(lower=None, upper=None)):
         velocities = LAWS[name](case)
         assert velocities.shape == (n,) and np.isfinite(velocities).all()
-        # Nothing explodes either: |J_d^#| ≤ 11 rad/m of the damped row, the task's way round it up to some times that.
+        # Bounded: |J_d^#| ≤ 11 rad/m of the damped row; motion around the task is at most a few times that.
         assert np.abs(velocities).max() < 100.0 * max(1.0, abs(getattr(LAWS[name], "push", float)(distance)))
 
 
 @given(ANY_LAW, SEEDS, SIZES)
-def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -> None:
-    """A room without obstacles: d = ∞ and rows of zeros. λ = 0, q̇ = q̇_n to the bit, and the line says −u."""
+def test_without_obstacles_the_task_passes_unchanged(name: str, seed: int, n: int) -> None:
+    """d = ∞ and rows of zeros: λ = 0, q̇ = q̇_n to the bit, and `line_rate` is −u."""
     law, zeros = LAWS[name], np.zeros((12, n))
     situation = with_pairs(regular_situation(seed, n), seed)
     alone = situation._replace(
@@ -135,13 +137,13 @@ def test_without_obstacles_the_task_alone_counts(name: str, seed: int, n: int) -
 
 @given(ANY_LAW, SEEDS, SIZES)
 def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
-    """J_d q̇ of one pair, with a regular row and redundancy, is what `line_rate` says: the plots may use it instead of the arm."""
+    """J_d q̇ of one pair, with a regular row and redundancy; plots may use `line_rate` for the arm."""
     situation = regular_situation(seed, n)
     rate = LAWS[name].line_rate(
         situation.distance, situation.pull, situation.approach, float(situation.row @ situation.row)
     )
     if name == "activation":
-        # Half active, the hand takes its share of the row; the line is that of a hand that does not feel it.
+        # At partial activation the hand changes the rate; `line_rate` assumes a hand that is not affected.
         assert situation.task_jacobian is not None
         unfelt = free_part(situation.task_jacobian[0], situation.row[None, :])
         situation = situation._replace(task_jacobian=unfelt[None, :])
@@ -149,14 +151,14 @@ def test_the_line_is_the_distance_rate(name: str, seed: int, n: int) -> None:
 
 
 @given(ANY_LAW, DISTANCES, st.floats(0.0, 0.5), st.floats(-0.29, 1.0), st.floats(-0.5, 0.5))
-def test_the_nearer_the_faster_away(
+def test_lambda_and_rate_never_grow_with_the_distance(
     name: str, distance: float, farther: float, pull: float, approach: float
 ) -> None:
-    """λ in [0, 1] never grows with the distance, nor does J_d q̇, as long as the task does not retreat faster than v."""
+    """λ is in [0, 1]; the rate is monotonic as long as the task does not retreat faster than v."""
     law = LAWS[name]
     assert 0.0 <= law.activation(distance + farther) <= law.activation(distance) <= 1.0
     near, far = (law.line_rate(d, pull, approach, 0.2) for d in (distance, distance + farther))
-    # An obstacle that retreats (w < 0) takes its speed from v where w is fed forward: v + w + u may be negative.
+    # With w fed forward, a retreating obstacle (w < 0) reduces v: v + w + u may be negative.
     if "fed" not in name or approach >= 0.0:
         assert far <= near + 1e-12
 
@@ -177,7 +179,7 @@ def rest(law: Law, pull: float, square: float) -> float:
 
 
 def test_resting_distances() -> None:
-    """Against a steady pull of .2 m/s each law comes to rest where its closed form says, or does not at all."""
+    """Under a constant pull of .2 m/s each law rests at its closed form, or never."""
     u, v, square = 0.2, 0.3, 0.2
     share = u / (u + v)
     assert rest(LAWS["smooth"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
@@ -205,7 +207,7 @@ def test_resting_distances() -> None:
 
 
 def lever_of(law: Law, situation: Situation) -> Array:
-    """The way through the joints along which a law moves one arm."""
+    """Joint direction along which a law moves one arm."""
     row, J = situation.row, situation.task_jacobian
     if J is None or not law.wants_task:
         return row
@@ -215,7 +217,7 @@ def lever_of(law: Law, situation: Situation) -> Array:
 
 
 @given(ANY_LAW, SEEDS)
-def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
+def test_with_coupling_both_arms_avoid(name: str, seed: int) -> None:
     law = LAWS[name]
     one, other = regular_situation(seed), regular_situation(seed + 1)
     row, nominal = np.concatenate([one.row, other.row]), np.concatenate([one.nominal, other.nominal])
@@ -231,14 +233,14 @@ def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
     if name == "unprotected":
         assert gained == 0.0
         return
-    # Each arm's share of the rate is that of its lever: |J_d|², or |J_d N|² where the hand comes first.
+    # Each arm's share of the rate is proportional to |J_d|², or |J_d N|² where the hand has priority.
     squares = [float(s.row @ lever_of(law, s)) for s in (one, other)]
     for arm, square in ((slice(0, 7), squares[0]), (slice(7, 14), squares[1])):
         assert float(row[arm] @ change[arm]) == pytest.approx(gained * square / sum(squares), abs=1e-5)
 
 
-def test_what_a_law_reads() -> None:
-    # Only the laws that say so read the pairs or the task: without them, the others' velocities have the same bits.
+def test_laws_read_only_the_declared_inputs() -> None:
+    # Without pairs or task, the laws that do not declare them give the same bits.
     situation = with_pairs(regular_situation(7)._replace(distance=0.1), 7)
     assert {name for name, law in LAWS.items() if law.wants_all_pairs} == {
         "barrier",
@@ -263,7 +265,7 @@ def test_what_a_law_reads() -> None:
         if not law.wants_task:
             blind = blind._replace(task_jacobian=None)
         assert_array_equal(law(blind), law(situation), err_msg=name)
-    # Positive control: what they ask for does matter to them, here a second pair in touch with the arm.
+    # Positive control: declared inputs change the result, here a second pair in contact.
     assert situation.distances is not None
     situation.distances[1] = 0.0
     for name, unseen in (("barrier", {"rows": None}), ("null_space", {"task_jacobian": None})):
@@ -271,7 +273,7 @@ def test_what_a_law_reads() -> None:
 
 
 @given(ANY_LAW, SEEDS, SIZES)
-def test_pure(name: str, seed: int, n: int) -> None:
+def test_laws_have_no_state_and_change_no_input(name: str, seed: int, n: int) -> None:
     law = LAWS[name]
     situation = with_pairs(regular_situation(seed, n), seed)
     arrays = [value for value in situation if isinstance(value, np.ndarray)]

@@ -1,4 +1,4 @@
-"""The laws that know the hand's task, and those whose avoidance comes and goes, against their papers' formulas."""
+"""Laws that use the hand's task, and laws that activate avoidance, against the formulas of their papers."""
 
 import math
 
@@ -30,14 +30,14 @@ INTERMEDIATE = IntermediateValue(0.15, 6.0, 0.30)
 
 
 def near_situation(seed: int, m: int) -> Situation:
-    """Return a random situation near an obstacle, with a regular task and a row of any freedom in its null space."""
+    """A random situation near an obstacle, with a regular task and any share of the row in its null space."""
     rng = np.random.default_rng(seed)
     while True:
         J = rng.uniform(-1.0, 1.0, (m, 7))
         if np.linalg.svd(J)[1][-1] > 0.05:
             break
     row = rng.uniform(-0.5, 0.5, 7)
-    # Often mostly, sometimes wholly in the row space of J: there the hand feels everything that the obstacle feels.
+    # Often mostly, sometimes completely in the row space of J: there avoidance always moves the hand.
     row -= free_part(row, J) * float(rng.choice([0.0, 0.9, 1.0]))
     return Situation(np.zeros(7), rng.uniform(-1.5, 1.5, 7), row, float(rng.uniform(-0.1, 0.25)), 0.0, J)
 
@@ -48,7 +48,7 @@ def task(situation: Situation) -> Array:
 
 
 def row_under_task(turn: float) -> Situation:
-    """A row that turns from the task's null space (0) into its row space (π/2)."""
+    """Situation with a row turned from the task's null space (0) into its row space (π/2)."""
     rng = np.random.default_rng(11)
     J = rng.uniform(-1.0, 1.0, (3, 7))
     free, felt = free_part(rng.uniform(-1.0, 1.0, 7), J), J[0]
@@ -58,7 +58,7 @@ def row_under_task(turn: float) -> Situation:
 
 @given(SEEDS, DIMENSIONS, st.floats(1e-3, 1.0))
 def test_free_parts_of_a_row(seed: int, m: int, damping: float) -> None:
-    """J_d N with N of eq. (6) built as a matrix, J (J_d N)ᵀ = 0; mostly free: (JᵀJ + μ² I) r = μ² J_dᵀ."""
+    """J_d N with N of eq. (6) as a matrix, J (J_d N)ᵀ = 0; mostly free: (JᵀJ + μ² I) r = μ² J_dᵀ."""
     situation = near_situation(seed, m)
     J, square = task(situation), damping * damping
     free = free_part(situation.row, J)
@@ -69,22 +69,22 @@ def test_free_parts_of_a_row(seed: int, m: int, damping: float) -> None:
 
 
 def test_special_tasks() -> None:
-    # Two equal rows in J: J Jᵀ is singular, and the free part is that of the row alone.
+    # Two equal rows in J: J Jᵀ is singular, and the free part is that of a single row.
     rng = np.random.default_rng(2)
     once, row = rng.uniform(-1.0, 1.0, (2, 7)), rng.uniform(-1.0, 1.0, 7)
     assert_allclose(free_part(row, np.vstack([once, once[:1]])), free_part(row, once), atol=1e-9)
-    # The paper's law changes the hand's velocity by decimetres a second, so that the formula's test is not empty.
+    # The paper's law changes the hand's velocity by over .1 m/s, so the formula's test is not trivial.
     situation = regular_situation(4)._replace(distance=0.1)
     assert np.linalg.norm(task(situation) @ (PAPER(situation) - situation.nominal)) > 0.1
     assert np.linalg.norm(HAND_FIRST(situation) - situation.nominal) > 0.1
-    # J = I, given or by default: N = 0, and the arm does not avoid at all.
+    # J = I, given or by default: N = 0, and the arm does not avoid.
     assert_array_equal(HAND_FIRST(situation._replace(task_jacobian=None)), situation.nominal)
     assert_allclose(HAND_FIRST(situation._replace(task_jacobian=np.eye(7))), situation.nominal, atol=1e-12)
 
 
 @given(SEEDS, DIMENSIONS)
 def test_formulas_of_the_laws_that_know_the_task(seed: int, m: int) -> None:
-    # q̇ = q̇_n + N (J_d N)^# α (v + u) with numpy's matrices, where J_d N is regular; the distance rate is α v − (1 − α) u.
+    # q̇ = q̇_n + N (J_d N)^# α (v + u) with numpy and a regular J_d N; the rate is α v − (1 − α) u.
     situation = regular_situation(seed, 7, m)
     N = null_space_projector(task(situation))
     alpha, u = HAND_FIRST.activation(situation.distance), situation.pull
@@ -92,7 +92,7 @@ def test_formulas_of_the_laws_that_know_the_task(seed: int, m: int) -> None:
     velocities = HAND_FIRST(situation)
     assert_allclose(velocities, expected, atol=1e-9)
     assert float(situation.row @ velocities) == pytest.approx(alpha * 0.30 - (1.0 - alpha) * u, abs=1e-9)
-    # q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ) with numpy's matrices, for q̇_n = J_b^# ẋ_b, where all is regular.
+    # q̇ = J_a^# ẋ_aⁱ + (J_b N_a)^# (ẋ_b − J_b J_a^# ẋ_aⁱ) with numpy, for q̇_n = J_b^# ẋ_b, all regular.
     situation = regular_situation(seed, 7, m)
     J_b, J_a = task(situation), situation.row[None, :]
     x_b = J_b @ situation.nominal
@@ -104,8 +104,8 @@ def test_formulas_of_the_laws_that_know_the_task(seed: int, m: int) -> None:
 
 
 @given(SEEDS, DIMENSIONS, st.floats(0.0, 1.0))
-def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int, room: float) -> None:
-    """J q̇ = J q̇_n whatever the obstacle does, |Δ| ≤ 11 c however short J_d N is; a box shortens Δ as far as it must."""
+def test_the_hand_keeps_its_velocity_and_the_correction_is_bounded(seed: int, m: int, room: float) -> None:
+    """J q̇ = J q̇_n always, |Δ| ≤ 11 c however short J_d N is; a box shortens Δ only as far as needed."""
     situation = near_situation(seed, m)
     nominal, change = situation.nominal, HAND_FIRST(situation) - situation.nominal
     assert (
@@ -121,11 +121,11 @@ def test_the_hand_keeps_its_velocity_with_little_motion(seed: int, m: int, room:
 
 
 def test_activation_of_null_space_avoidance() -> None:
-    # d_i ≤ d_m: 1 up to d_m, 0 beyond, nothing divided by zero.
+    # d_i ≤ d_m: 1 up to d_m, 0 beyond, no division by zero.
     for influence in (0.15, 0.10):
         law = NullSpaceAvoidance(0.15, influence, 0.3)
         assert [law.activation(d) for d in (0.1, 0.15, 0.15 + 1e-9, 0.4)] == [1.0, 1.0, 0.0, 0.0]
-    # α = 1, ½ and 0 at d_m, half way and d_i, with slope 0 at either end.
+    # α = 1, ½ and 0 at d_m, midway and d_i, with slope 0 at both ends.
     assert [HAND_FIRST.activation(d) for d in (0.15, 0.225, 0.30)] == pytest.approx([1.0, 0.5, 0.0])
     for end in (0.15, 0.30):
         assert abs(HAND_FIRST.activation(end + 1e-6) - HAND_FIRST.activation(end - 1e-6)) < 1e-9
@@ -133,7 +133,7 @@ def test_activation_of_null_space_avoidance() -> None:
 
 @given(SEEDS, DIMENSIONS)
 def test_the_papers_distance_rate_with_less_disturbance(seed: int, m: int) -> None:
-    """J_d q̇ is the paper's law's, and the hand's velocity changes by no more than with it."""
+    """Same J_d q̇ as the paper's law, and the hand's velocity changes no more."""
     situation = near_situation(seed, m)
     assume(float(np.linalg.norm(situation.row)) > 1e-3)
     paper, ours = PAPER(situation) - situation.nominal, INTERMEDIATE(situation) - situation.nominal
@@ -145,8 +145,8 @@ def test_the_papers_distance_rate_with_less_disturbance(seed: int, m: int) -> No
 @pytest.mark.parametrize(
     ("turn", "share"), [(0.0, 1e-9), (0.5, 1e-9), (1.2, 1e-9), (1.4, 0.5), (np.pi / 2.0, 1.0)]
 )
-def test_how_much_the_hand_gives_way(turn: float, share: float) -> None:
-    """Not at all while |J_d N| > .12 m/rad (turn ≤ 1.26), then by degrees, still less than with the paper's law."""
+def test_the_hand_moves_only_without_freedom(turn: float, share: float) -> None:
+    """No motion while |J_d N| > .12 m/rad (turn ≤ 1.26), then gradually more, below the paper's law."""
     situation = row_under_task(turn)
     J = task(situation)
     paper = float(np.linalg.norm(J @ (PAPER(situation) - situation.nominal)))
@@ -156,13 +156,13 @@ def test_how_much_the_hand_gives_way(turn: float, share: float) -> None:
     assert (ours > 1e-2) == (turn > 1.3)
 
 
-def test_the_hand_gives_way_smoothly() -> None:
+def test_the_hand_s_motion_is_continuous() -> None:
     for law in (HAND_FIRST, INTERMEDIATE):
         assert 0.4 < jump_ratio(lambda turn, law=law: law(row_under_task(turn)), 0.0, np.pi / 2.0) < 0.6
 
 
 @given(SEEDS, DIMENSIONS)
-def test_with_little_freedom_it_is_the_damped_optimum(seed: int, m: int) -> None:
+def test_with_little_freedom_the_intermediate_law_is_the_damped_optimum(seed: int, m: int) -> None:
     """(JᵀJ + μ² I) Δ is parallel to J_dᵀ: no other Δ with this rate has a smaller |J Δ|² + μ² |Δ|²."""
     situation = near_situation(seed, m)
     J, row = task(situation), situation.row
@@ -175,8 +175,8 @@ def test_with_little_freedom_it_is_the_damped_optimum(seed: int, m: int) -> None
 
 
 @given(SEEDS)
-def test_a_task_in_every_joint_makes_it_the_papers_law(seed: int) -> None:
-    """J_b = I, given or by default: exactly the paper's law, for rows of any length."""
+def test_with_a_task_in_every_joint_it_equals_the_papers_law(seed: int) -> None:
+    """J_b = I, given or by default, for rows of any length."""
     situation = regular_situation(seed)
     for length in (1.0, 0.1, 1e-3, 0.0):
         short = situation._replace(row=situation.row * length, task_jacobian=None)
@@ -186,7 +186,7 @@ def test_a_task_in_every_joint_makes_it_the_papers_law(seed: int) -> None:
 
 @given(SEEDS, st.floats(0.0, 1.0))
 def test_short_rows_give_the_papers_damped_rate(seed: int, length: float) -> None:
-    """Below .12 m/rad the rate is what `along_row` reaches: c |J_d|² / (|J_d|² + μ²)."""
+    """Below .12 m/rad the rate equals `along_row`'s: c |J_d|² / (|J_d|² + μ²)."""
     situation = near_situation(seed, 3)
     row = situation.row * (length * AUTHORITY / max(float(np.linalg.norm(situation.row)), 1e-6))
     short, square = situation._replace(row=row), float(row @ row)
@@ -219,7 +219,7 @@ def regularised(X: Array, A: Array, Q: Array, damped: bool) -> Array:
 
 
 def levels(situation: Situation, a: float, v: float) -> Array:
-    """The recursion over both levels, from q̇_n and I."""
+    """The recursion over both levels, starting at q̇_n and I."""
     n = len(situation.row)
     J = np.eye(n) if situation.task_jacobian is None else situation.task_jacobian
     hand = (J, np.eye(len(J)), J @ situation.nominal, True)
@@ -238,7 +238,7 @@ def levels(situation: Situation, a: float, v: float) -> Array:
 
 @given(SEEDS, SIZES, st.one_of(DIMENSIONS, st.just(0)), BUFFER)
 def test_task_activation_is_the_papers_recursion(seed: int, n: int, m: int, distance: float) -> None:
-    """Both levels written out with n × n matrices; m = 0 stands for a task that uses every joint."""
+    """Both levels with n × n matrices; m = 0: a task in every joint."""
     situation = regular_situation(seed, n, min(max(m, 1), n - 1))._replace(distance=distance)
     if m == 0:
         situation = situation._replace(task_jacobian=None)
@@ -248,8 +248,8 @@ def test_task_activation_is_the_papers_recursion(seed: int, n: int, m: int, dist
 
 
 @given(SEEDS, DIMENSIONS, BUFFER)
-def test_half_active_the_hand_takes_its_share(seed: int, m: int, distance: float) -> None:
-    """The distance rate lies between the task's and that of the line, whatever the hand wants; where a = 1 it is v."""
+def test_at_partial_activation_the_rate_is_between_task_and_line(seed: int, m: int, distance: float) -> None:
+    """For any task of the hand; with a = 1 the rate is v."""
     situation = near_situation(seed, m)._replace(distance=distance)
     if float(np.linalg.norm(situation.row)) < 0.12:
         return
@@ -261,7 +261,7 @@ def test_half_active_the_hand_takes_its_share(seed: int, m: int, distance: float
 
 
 def test_activation_is_continuous_where_both_need_the_same_joint() -> None:
-    """The row in the hand's row space, a from 0 to 1: without η, W = I, the hand keeps all until it loses all at a = 1."""
+    """The row is in the hand's row space, a from 0 to 1. Without η, W = I: the hand keeps all until a = 1."""
     situation = row_under_task(math.pi / 2.0)
     assert 0.4 < jump_ratio(lambda d: ACTIVATION(situation._replace(distance=d)), 0.14, 0.31) < 0.6
     assert 0.4 < jump_ratio(lambda turn: ACTIVATION(row_under_task(turn)), 0.0, math.pi / 2.0) < 0.6
@@ -281,7 +281,7 @@ def test_activation_is_continuous_where_both_need_the_same_joint() -> None:
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_continuous_inverse_weighs_the_inverses_of_both_sets(seed: int, m: int) -> None:
+def test_the_continuous_inverse_blends_the_inverses_of_both_sets(seed: int, m: int) -> None:
     """(1 − λ) [0, J^#] + λ [J_d; J]^# with numpy's inverses, for q̇_n = J^# ẋ_b."""
     situation = regular_situation(seed, 7, m)
     J = task(situation)
@@ -295,8 +295,8 @@ def test_the_continuous_inverse_weighs_the_inverses_of_both_sets(seed: int, m: i
 
 
 @given(SEEDS)
-def test_where_the_joints_cannot_do_both_it_is_a_compromise(seed: int) -> None:
-    """A task in every joint: the least squares of both, |J_d|² / (1 + |J_d|²) of the retreat, up to the damping."""
+def test_without_redundancy_the_continuous_inverse_is_a_compromise(seed: int) -> None:
+    """Task in every joint: the least squares of both, up to damping |J_d|² / (1 + |J_d|²) of the retreat."""
     situation = regular_situation(seed)._replace(distance=0.1, task_jacobian=None)
     row, c = situation.row, 0.30 + situation.pull
     # |J_d Δ − c|² + |Δ|² as one fit.
@@ -306,12 +306,12 @@ def test_where_the_joints_cannot_do_both_it_is_a_compromise(seed: int) -> None:
     assert_allclose(
         CONTINUOUS(situation._replace(task_jacobian=np.eye(7))) - situation.nominal, change, atol=1e-9
     )
-    # Neither comes first: less than the paper's law gives the distance, more than with the hand first, which gives it nothing.
+    # Neither has priority: less distance rate than the paper's law, more than hand-first, which gives none.
     assert 0.0 < abs(float(row @ change)) < abs(c)
 
 
 def test_the_compromise_is_continuous() -> None:
-    """As the row turns into the hand's row space, the rank of the stack falls, and q̇ does not jump; numpy's inverse does."""
+    """As the row turns into the hand's row space, the stack loses a rank; q̇ does not jump, numpy's does."""
     assert 0.4 < jump_ratio(lambda turn: CONTINUOUS(row_under_task(turn)), 0.0, math.pi / 2.0) < 0.6
 
     def bare(turn: float) -> Array:
@@ -326,7 +326,7 @@ def test_the_compromise_is_continuous() -> None:
 
 @given(SEEDS, st.floats(-0.1, 0.3))
 def test_the_tangent_cone_decides(seed: int, distance: float) -> None:
-    """Inside the set, or where the task does not lead out of it: q̇_n to the bit. Else the null space of J_d, and a frozen distance."""
+    """q̇_n to the bit inside the set, or if the task stays in it; otherwise the null space of J_d."""
     situation = regular_situation(seed)._replace(distance=distance)
     velocities = FROZEN(situation)
     if distance > 0.15 or situation.pull <= 0.0:
@@ -334,13 +334,13 @@ def test_the_tangent_cone_decides(seed: int, distance: float) -> None:
         return
     assert_allclose(velocities, null_space_projector(situation.row[None, :]) @ situation.nominal, atol=1e-9)
     assert float(situation.row @ velocities) == pytest.approx(0.0, abs=1e-12)
-    # Returning at k_r (d_m − d) is strict priority with that speed, unless the task itself is faster.
+    # With the return speed k_r (d_m − d) it is strict priority, unless the task itself is faster.
     returning = StrictPriority(5.0 * (0.15 - distance), 0.15)
     assert_allclose(RETURNING(situation), returning(situation), atol=1e-12)
 
 
-def test_a_set_based_task_jumps_and_says_so() -> None:
-    """At d_m the rate jumps from −u to 0, on any grid; against an obstacle that comes at w it rests at d_m − w / k_r, frozen nowhere."""
+def test_a_set_based_task_is_discontinuous_and_documented_so() -> None:
+    """At d_m the rate jumps from −u to 0; with an obstacle of speed w it rests at d_m − w / k_r, or never."""
     situation = regular_situation(5)
     situation = situation._replace(nominal=situation.nominal * math.copysign(1.0, situation.pull))
     assert jump_ratio(lambda d: FROZEN(situation._replace(distance=d)), 0.05, 0.5) == pytest.approx(1.0)
@@ -363,10 +363,8 @@ def test_a_set_based_task_jumps_and_says_so() -> None:
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_hierarchical_inverse_weighs_the_solutions_with_and_without_the_constraint(
-    seed: int, m: int
-) -> None:
-    """(1 − λ) q̇_b + λ q̇_ab with numpy's inverses, for q̇_n = J^# ẋ_b; nothing where the task retreats faster than v."""
+def test_the_hierarchical_inverse_blends_both_solutions(seed: int, m: int) -> None:
+    """(1 − λ) q̇_b + λ q̇_ab, for q̇_n = J^# ẋ_b; no change if the task retreats faster than v."""
     law, situation = HierarchicalInverse(0.15, 6.0, 0.30), regular_situation(seed, 7, m)
     J, row = task(situation), situation.row
     x_b = J @ situation.nominal
@@ -383,9 +381,7 @@ def test_the_hierarchical_inverse_weighs_the_solutions_with_and_without_the_cons
 
 
 @given(SEEDS, DIMENSIONS)
-def test_the_lexicographic_programme_keeps_every_row_as_the_flat_one_and_moves_the_hand_less(
-    seed: int, m: int
-) -> None:
+def test_the_lexicographic_qp_keeps_every_row_and_moves_the_hand_less(seed: int, m: int) -> None:
     flat, levels = BarrierQP(0.15, 5.0), LexicographicQP(0.15, 5.0)
     situation = with_pairs(regular_situation(seed, 7, m), seed)
     J, rows, nominal = task(situation), situation.rows, situation.nominal
@@ -402,13 +398,13 @@ def test_the_lexicographic_programme_keeps_every_row_as_the_flat_one_and_moves_t
         return float(np.sum((J @ change) ** 2) + POSTURE_WEIGHT**2 * change @ change)
 
     assert cost(second) <= cost(first) + 1e-6
-    # Without the hand's task it is the flat programme, to the bit.
+    # Without the hand's task it equals the flat programme, to the bit.
     free = situation._replace(task_jacobian=None)
     assert_array_equal(levels(free), flat(free))
 
 
-def test_where_the_joints_have_a_way_the_hand_stays() -> None:
-    """One pair, a regular row in the hand's null space: the hand hardly moves, by the flat programme it does."""
+def test_with_redundancy_the_hand_hardly_moves() -> None:
+    """One pair and a regular row in the hand's null space; the flat programme moves the hand."""
     situation = regular_situation(11)._replace(distance=0.05, approach=0.0)
     J = task(situation)
     moved = [

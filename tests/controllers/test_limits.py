@@ -1,4 +1,4 @@
-"""Joint bounds: the box keeps the stops, and the bounded row solves its quadratic programme, or says why no velocity could."""
+"""Joint bounds: the box keeps the stops; the bounded row solves its quadratic programme or gives a reason."""
 
 import numpy as np
 import pytest
@@ -33,10 +33,10 @@ TINY = st.sampled_from([0.0, 1e-300, 1e-17, 1e-9, 1.2e-6, 1e-3, 0.02])
 
 @st.composite
 def boxed(draw: st.DrawFn) -> tuple[VelocityBox, Array, Array]:
-    """A box, a task's velocity in it, and a row, all read-only."""
+    """A box, a task velocity inside it, and a row, all read-only."""
     box = lwr_box(draw(shares()) * STOPS)
     nominal, row = box.clip(draw(shares()) * TOP_SPEED), draw(ROWS).copy()
-    # Some levers are tiny, and often all of them are.
+    # Some levers, often all, are tiny.
     row[draw(st.integers(0, 7)) :] *= draw(TINY)
     nominal.flags.writeable = row.flags.writeable = False
     return box, nominal, row
@@ -46,16 +46,16 @@ BOXED = boxed()
 
 
 def nearest_by_least_squares(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Array:
-    """Solve min |x − q̇_n|² s.t. J_d x = r, lower ≤ x ≤ upper by a general solver: r as one very heavy row of a bounded fit."""
+    """min |x − q̇_n|² s.t. J_d x = r, lower ≤ x ≤ upper, by a bounded fit with r as a very heavy row."""
     heavy = 1e7
     A, b = np.vstack([np.eye(7), heavy * row]), np.append(nominal, heavy * rate)
-    # A joint at its stop leaves no room at all, which the solver refuses to be given.
+    # At a stop lower = upper, which the solver refuses.
     fit = lsq_linear(A, b, (box.lower - 1e-12, box.upper + 1e-12), method="bvls", tol=1e-14)
     return np.asarray(fit.x)
 
 
 def reach(row: Array, box: VelocityBox) -> tuple[float, float]:
-    """The smallest and largest distance rate that any velocity in the box has [m/s]."""
+    """Smallest and largest distance rate of any velocity in the box [m/s]."""
     a, b = row * box.lower, row * box.upper
     return float(np.minimum(a, b).sum()), float(np.maximum(a, b).sum())
 
@@ -74,8 +74,8 @@ def test_the_box_keeps_the_stops(share: Array, seed: int, gain: float, dt: float
         assert (np.abs(q) <= STOPS + 1e-12).all()
 
 
-def test_the_speed_that_a_stop_takes_away() -> None:
-    """A joint a tenth of a radian before its upper stop has lost top − 1 rad/s upwards and nothing downwards."""
+def test_lost_speed_at_a_stop() -> None:
+    """0.1 rad before its upper stop a joint loses top − 1 rad/s upwards and nothing downwards."""
     q = np.zeros(7)
     q[1] = STOPS[1] - 0.1
     box = lwr_box(q)
@@ -87,8 +87,8 @@ def test_the_speed_that_a_stop_takes_away() -> None:
 
 
 @given(shares(), st.floats(1.0, 40.0))
-def test_the_box_is_top_speed_or_the_way_left(share: Array, gain: float) -> None:
-    """Upper bound: min(top speed, g · way to the upper stop); the lower one mirrored. Standing still is always allowed."""
+def test_the_box_is_the_top_speed_or_proportional_to_the_distance_left(share: Array, gain: float) -> None:
+    """Upper bound: min(top speed, g · distance to the stop); the lower one mirrored; 0 is always allowed."""
     q = share * STOPS
     box = lwr_box(q, gain)
     assert_allclose(box.upper, np.minimum(TOP_SPEED, gain * (STOPS - q)), atol=1e-12)
@@ -109,19 +109,21 @@ def test_clip_is_the_nearest_velocity_in_the_box(share: Array, wish: Array) -> N
 
 
 def left_of(row: Array, velocities: Array, box: VelocityBox) -> float:
-    """|J_d| of the joints that are at no bound [m/rad]."""
+    """|J_d| of the joints at no bound [m/rad]."""
     return float(np.linalg.norm(row[(velocities > box.lower + 1e-9) & (velocities < box.upper - 1e-9)]))
 
 
 @given(BOXED, st.floats(0.0, 1.0))
-def test_it_solves_the_quadratic_programme(case: tuple[VelocityBox, Array, Array], part: float) -> None:
-    """While joints with authority are left: in the box, at the rate, and as near to the task as a general solver gets."""
+def test_bounded_row_solves_the_quadratic_programme(
+    case: tuple[VelocityBox, Array, Array], part: float
+) -> None:
+    """With authority left: inside the box, at the rate, and as near to the task as a general solver."""
     box, nominal, row = case
     least, most = reach(row, box)
     rate = least + (0.001 + 0.998 * part) * (most - least)
     bounded = bounded_row(nominal, row, rate, box)
     assert box.contains(bounded.velocities)
-    # A rate that the task has already changes nothing.
+    # The task's own rate changes nothing.
     assert_allclose(bounded_row(nominal, row, float(row @ nominal), box).velocities, nominal, atol=1e-12)
     assume(left_of(row, bounded.velocities, box) > AUTHORITY)
     assert float(row @ bounded.velocities) == pytest.approx(rate, abs=1e-9)
@@ -130,10 +132,10 @@ def test_it_solves_the_quadratic_programme(case: tuple[VelocityBox, Array, Array
 
 
 @given(BOXED, st.floats(-3.0, 3.0))
-def test_it_goes_along_the_row_and_says_what_is_missing(
+def test_bounded_row_moves_along_the_row_and_reports_a_missing_rate(
     case: tuple[VelocityBox, Array, Array], rate: float
 ) -> None:
-    """Feasible or not: q̇ = clip(q̇_n + c J_d) with a bounded c, never past the rate; FULL if nothing is missing."""
+    """Always q̇ = clip(q̇_n + c J_d) with a bounded c, never past the rate; FULL if the rate is reached."""
     box, nominal, row = case
     asked = rate - float(row @ nominal)
     bounded = bounded_row(nominal, row, rate, box)
@@ -154,10 +156,10 @@ FLIPPING_ROW = np.array([0.3, 0.2, 0.0, 5e-9, 0.0, 0.0, 0.0])
 
 @given(BOXED, st.floats(-3.0, 3.0), st.integers(0, 10_000), st.sampled_from([1e-8, 1e-6, 1e-4]))
 @example(case=(lwr_box(np.zeros(7)), np.zeros(7), FLIPPING_ROW), rate=1.2, seed=0, change=1e-8)
-def test_lipschitz_in_everything(
+def test_bounded_row_is_lipschitz_in_every_input(
     case: tuple[VelocityBox, Array, Array], rate: float, seed: int, change: float
 ) -> None:
-    """A small change of task, row, rate and bounds changes q̇ little, also where the rate stops being possible."""
+    """Small changes of task, row, rate and bounds change q̇ little, also where a rate becomes infeasible."""
     box, nominal, row = case
     random = np.random.default_rng(seed)
     other = lwr_box(np.zeros(7))
@@ -167,7 +169,7 @@ def test_lipschitz_in_everything(
     after = bounded_row(
         other.clip(task), lever, rate + change * float(random.uniform(-1.0, 1.0)), other
     ).velocities
-    # c is at most what is asked for over μ²: q̇ follows J_d by c, and all else by a lever over μ².
+    # c is at most the wanted change over μ²: q̇ follows J_d by c, and all else by a lever over μ².
     asked = abs(rate) + 2.0 * float(np.abs(row) @ TOP_SPEED) + 1.0
     assert np.abs(after - before).max() <= 20.0 * asked / ROW_DAMPING**2 * change
 
@@ -175,8 +177,10 @@ def test_lipschitz_in_everything(
 @given(st.sampled_from([2, 4, 6]), st.sampled_from([-1.0, 1.0]), st.floats(0.0, 1e-5), st.floats(1e-3, 0.5))
 @example(joint=6, sign=1.0, lever=1e-17, beyond=0.05)
 @example(joint=4, sign=-1.0, lever=1.2e-6, beyond=0.05)
-def test_a_joint_without_a_lever_is_not_thrown(joint: int, sign: float, lever: float, beyond: float) -> None:
-    """A joint that hardly moves the closest point neither hides that a rate is missed nor spins to no effect."""
+def test_a_joint_without_a_lever_keeps_a_low_speed(
+    joint: int, sign: float, lever: float, beyond: float
+) -> None:
+    """A joint that hardly moves the closest point neither hides a missed rate nor spins without effect."""
     row = np.array([0.31, -0.47, 0.0, 0.23, 0.0, 0.11, 0.0])
     row[joint] = sign * lever
     box = lwr_box(np.zeros(7))
@@ -187,7 +191,7 @@ def test_a_joint_without_a_lever_is_not_thrown(joint: int, sign: float, lever: f
 
 
 def test_the_reason_is_the_costliest_joint() -> None:
-    # Far from every stop only the top speeds can be in the way; the joint with the longest lever is named.
+    # Far from every stop only top speeds limit; the joint with the longest lever is named.
     row = np.array([0.2, 0.0, -0.5, 0.2, 0.0, 0.0, 0.15])
     box = lwr_box(np.zeros(7))
     most = reach(row, box)[1]
@@ -195,8 +199,7 @@ def test_the_reason_is_the_costliest_joint() -> None:
     assert (bounded.authority, bounded.joint) == (Authority.SPEED, 2)
     assert_allclose(bounded.velocities, np.sign(row) * TOP_SPEED)
     assert bounded_row(np.zeros(7), row, most - 0.1, box).authority is Authority.FULL
-    # Of two joints at their stops it is the one whose lever times lost speed is larger, not the one with the longer lever
-    # alone.
+    # Of two joints at stops, the larger product of lever and lost speed counts, not the longer lever.
     row = np.array([0.0, 0.30, 0.0, 0.0, 0.0, 0.28, 0.0])
     q = np.zeros(7)
     q[1], q[5] = STOPS[1], STOPS[5]
@@ -206,7 +209,7 @@ def test_the_reason_is_the_costliest_joint() -> None:
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_the_reason_is_a_stop_at_a_stop(side: float) -> None:
+def test_at_a_stop_the_reason_is_that_stop(side: float) -> None:
     row = np.array([0.05, 0.1, 0.0, 0.5 * side, 0.0, 0.1, 0.0])
     q = np.zeros(7)
     q[3] = side * STOPS[3]

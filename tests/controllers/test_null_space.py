@@ -1,4 +1,4 @@
-"""The null space: bases that are orthonormal, continuous and felt by no hand; saturation keeps the task whenever any joints can."""
+"""The null space: orthonormal, continuous bases that keep the hand; saturation keeps feasible tasks."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def hand(q: Array) -> Array:
 
 
 def stretched(bend: float) -> Array:
-    """An arm that is straight but for a bend of its elbow [rad]: J of the position loses a rank at 0."""
+    """A straight arm except for a bend of its elbow [rad]: J of the position loses a rank at 0."""
     q = np.zeros(ROOM.model.nv)
     q[3] = bend
     return q
@@ -44,7 +44,7 @@ def test_no_motion_of_a_basis_moves_the_hand_by_finite_differences() -> None:
         assert_allclose(derivative(hand, q)[:, ARM.joints] @ N, 0.0, atol=1e-8)
 
 
-def test_the_first_motion_does_not_turn_the_hand_and_the_others_turn_it_about_the_axes() -> None:
+def test_the_first_motion_keeps_the_orientation_and_the_others_turn_it() -> None:
     J = jacobian(ROOM.start)
     turns = J[3:] @ swing_and_turns(J)
     assert_allclose(turns[:, 0], 0.0, atol=1e-12)
@@ -53,15 +53,15 @@ def test_the_first_motion_does_not_turn_the_hand_and_the_others_turn_it_about_th
 
 
 @pytest.mark.parametrize("bend", [0.0, 1e-9, 1e-6, 1e-3])
-def test_next_to_a_singular_posture_there_are_still_four(bend: float) -> None:
+def test_near_a_singular_posture_the_basis_still_has_four_columns(bend: float) -> None:
     N = null_space_basis(jacobian(stretched(bend), 3))
     assert N.shape == (7, 4)
     assert_allclose(N.T @ N, np.eye(4), atol=1e-12)
     assert_allclose(jacobian(stretched(bend), 3) @ N, 0.0, atol=1e-9)
 
 
-def test_a_basis_goes_along_with_the_posture_where_one_of_its_own_jumps() -> None:
-    """Along a curve the change from step to step halves with the step; without the basis before it does not."""
+def test_a_basis_that_starts_at_the_last_one_is_continuous() -> None:
+    """Along a curve the change per step halves with the step; without the last basis it does not."""
 
     def largest_change(steps: int, along: bool) -> float:
         q0, q1 = random_postures(ROOM, 2, seed=5)
@@ -81,14 +81,14 @@ DIMENSIONS = st.sampled_from([1, 3, 6])
 
 
 def problem(seed: int, m: int) -> tuple[Array, Array, Array, Array]:
-    """J (m, 7), wanted velocities (7,), and bounds about 0, of which some are narrow."""
+    """J (m, 7), wanted velocities (7,), and bounds around 0, some of them narrow."""
     rng = np.random.default_rng(seed)
     lower, upper = -rng.uniform(0.05, 2.0, 7), rng.uniform(0.05, 2.0, 7)
     return rng.uniform(-0.7, 0.7, (m, 7)), rng.uniform(-2.0, 2.0, 7), lower, upper
 
 
 def largest_share(J: Array, first: Array, way: Array, lower: Array, upper: Array) -> float:
-    """The largest s ≤ 1 for which any q̇ within the bounds has J q̇ = first + s way, as a linear programme."""
+    """Largest s ≤ 1 such that a q̇ within the bounds has J q̇ = first + s way, by a linear programme."""
     A = np.column_stack([J, -way])
     found = linprog(
         np.append(np.zeros(7), -1.0), A_eq=A, b_eq=first, bounds=[*zip(lower, upper, strict=True), (0.0, 1.0)]
@@ -98,8 +98,8 @@ def largest_share(J: Array, first: Array, way: Array, lower: Array, upper: Array
 
 
 @given(SEEDS, DIMENSIONS)
-def test_as_much_of_the_task_as_any_joints_can_do(seed: int, m: int) -> None:
-    """In the box, in the task's direction; s = 1 exactly wherever a linear programme finds that possible, else nearly its largest s."""
+def test_saturated_keeps_nearly_the_largest_possible_share_of_the_task(seed: int, m: int) -> None:
+    """Inside the box, in the task's direction; s = 1 if feasible, else near the linear programme's s."""
     J, wanted, lower, upper = problem(seed, m)
     velocities, share = saturated(J, wanted, lower, upper)
     assert (velocities >= lower).all() and (velocities <= upper).all()
@@ -111,8 +111,8 @@ def test_as_much_of_the_task_as_any_joints_can_do(seed: int, m: int) -> None:
 
 
 @given(SEEDS, DIMENSIONS)
-def test_of_all_that_keep_the_task_the_nearest(seed: int, m: int) -> None:
-    """A general solver, given the task as very heavy rows, comes to the same q̇."""
+def test_saturated_is_the_nearest_velocity_that_keeps_the_task(seed: int, m: int) -> None:
+    """Reference: a general solver with the task as very heavy rows."""
     J, wanted, lower, upper = problem(seed, m)
     velocities, share = saturated(J, wanted, lower, upper)
     heavy = 1e6
@@ -121,8 +121,8 @@ def test_of_all_that_keep_the_task_the_nearest(seed: int, m: int) -> None:
     assert_allclose(velocities, fit.x, atol=2e-4)
 
 
-def test_clipping_and_shortening_lose_what_it_keeps() -> None:
-    """Bounds that bite: with the null space the hand's velocity stays to 1e-9; clipping turns it, shortening takes two fifths of it."""
+def test_clipping_and_shortening_lose_a_task_that_the_null_space_keeps() -> None:
+    """The null space keeps the hand's velocity to 1e-9; clipping turns it, shortening loses two fifths."""
     rng = np.random.default_rng(3)
     J, wanted = rng.uniform(-0.7, 0.7, (3, 7)), rng.uniform(-1.0, 1.0, 7)
     joint = int(np.abs(wanted).argmax())
@@ -133,7 +133,7 @@ def test_clipping_and_shortening_lose_what_it_keeps() -> None:
     assert_allclose(J @ bounded_task(wanted, J, box, "null_space"), task, atol=1e-9)
     assert np.linalg.norm(J @ bounded_task(wanted, J, box, "distance") - task) > 0.1 * np.linalg.norm(task)
     assert_allclose(J @ bounded_task(wanted, J, box, "scale"), 0.6 * task, atol=1e-12)
-    # Without a null space it is shortening; without a bound that bites, nothing.
+    # Without a null space it equals shortening; without an active bound nothing changes.
     assert_array_equal(
         bounded_task(wanted, None, box, "null_space"), bounded_task(wanted, None, box, "scale")
     )
@@ -143,7 +143,7 @@ def test_clipping_and_shortening_lose_what_it_keeps() -> None:
 
 @given(SEEDS, DIMENSIONS)
 def test_a_kept_row_keeps_its_rate(seed: int, m: int) -> None:
-    """From a start in the box: the row's rate stays, the task goes as far of the straight way to its own velocity as is possible."""
+    """From a start inside the box: the row's rate stays, the task approaches its velocity if possible."""
     J, wanted, lower, upper = problem(seed, m)
     rng = np.random.default_rng(seed + 1)
     row, start = rng.uniform(-0.5, 0.5, 7), rng.uniform(lower, upper)
@@ -159,7 +159,7 @@ def test_a_kept_row_keeps_its_rate(seed: int, m: int) -> None:
 
 
 def edge(J: Array, wanted: Array, lower: Array, upper: Array) -> float:
-    """The largest size of the task's velocity that is kept."""
+    """Largest size of the task velocity that is kept."""
     first, beyond = 0.0, 3.0
     for _ in range(40):
         middle = 0.5 * (first + beyond)
@@ -169,20 +169,20 @@ def edge(J: Array, wanted: Array, lower: Array, upper: Array) -> float:
     return first
 
 
-def test_continuous_on_either_side_of_the_edge() -> None:
-    """The task from nothing to far beyond the reach: half the grid, half the step while it is kept, and while it is not."""
+def test_saturated_is_continuous_on_both_sides_of_the_edge() -> None:
+    """From no task to far beyond reach: half the grid, half the step, while the task is kept and after."""
     J, wanted, lower, upper = problem(9, 3)
     last = edge(J, wanted, lower, upper)
     assert 0.1 < last < 1.0
     velocities = lambda size: saturated(J, size * wanted, lower, upper)[0]  # noqa: E731
     assert 0.4 < jump_ratio(velocities, 0.0, last - 1e-9, 300) < 0.6
     assert 0.4 < jump_ratio(velocities, last + 1e-6, 3.0, 300) < 0.6
-    # Across the edge the task's velocity falls by some hundredths, as it is said.
+    # At the edge the share falls by some hundredths, as documented.
     assert 0.85 < saturated(J, (last + 1e-6) * wanted, lower, upper)[1] <= 1.0
 
 
 def test_special_tasks() -> None:
-    # A joint without any room, J with two equal rows, and a task of zeros: a solution in the bounds all the same.
+    # A fixed joint, J with two equal rows, and a zero task all have a solution within the bounds.
     J, wanted, lower, upper = problem(2, 3)
     upper[1] = lower[1] = 0.0
     velocities, share = saturated(J, wanted, lower, upper)
@@ -194,8 +194,8 @@ def test_special_tasks() -> None:
 
 
 @given(SEEDS)
-def test_shortening_keeps_the_direction_and_says_what_it_costs(seed: int) -> None:
-    """s q̇ with the largest s in the box, and where a distance rate is lost by it, the joint that is the reason."""
+def test_shortening_keeps_the_direction_and_reports_the_lost_rate(seed: int) -> None:
+    """s q̇ with the largest s in the box; if it loses distance rate, the limiting joint is named."""
     rng = np.random.default_rng(seed)
     box = lwr_box(rng.uniform(-1.0, 1.0, 7) * STOPS)
     wanted, row = rng.uniform(-3.0, 3.0, 7) * TOP_SPEED, rng.uniform(-0.5, 0.5, 7)
@@ -208,5 +208,5 @@ def test_shortening_keeps_the_direction_and_says_what_it_costs(seed: int) -> Non
     assert (bounded.authority is Authority.FULL) == (lost <= TOLERANCE)
     if bounded.authority is not Authority.FULL:
         assert bounded.joint == joint
-        # The bounded row reaches any rate up to its reach, of which shortening loses its share.
+        # The bounded row can reach any rate within its reach; shortening loses part of it.
         assert abs(float(row @ bounded.velocities)) <= max(abs(r) for r in reach(row, box)) + 1e-9

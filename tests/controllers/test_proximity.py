@@ -1,4 +1,4 @@
-"""Distances, witness points and J_d of the real capsules against code that shares nothing with it: own geometry, own derivatives."""
+"""Distances, witness points and J_d of the real capsules against independent geometry and derivatives."""
 
 import math
 
@@ -19,13 +19,13 @@ PAIRS = 15
 
 
 def nearest_on_segment(point: Array, a: Array, b: Array) -> Array:
-    """The point of segment ab nearest to a point."""
+    """Point of segment ab nearest to `point`."""
     ab = b - a
     return a + ab * min(max(float((point - a) @ ab) / float(ab @ ab), 0.0), 1.0)
 
 
 def nearest_of_segments(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
-    """The nearest points of ab and cd: the crossing of the lines if it lies in both, else the best of the four ends."""
+    """Nearest points of ab and cd: the crossing of the lines if inside both, else the best end."""
     found = [(point, nearest_on_segment(point, c, d)) for point in (a, b)]
     found += [(nearest_on_segment(point, a, b), point) for point in (c, d)]
     A = np.column_stack([b - a, c - d])
@@ -36,7 +36,7 @@ def nearest_of_segments(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, 
 
 
 def axis_of(room: Room, kinematics: Kinematics, body: int) -> tuple[Array, Array, float]:
-    """Both sphere centres (3,) in the world and the radius of a capsule."""
+    """Both sphere centres (3,) in the world, and the radius of a capsule."""
     thing = room.geometry.geometryObjects[body]
     placement = kinematics.data.oMi[thing.parentJoint] * thing.placement
     half = np.array([0.0, 0.0, thing.geometry.halfLength])
@@ -44,7 +44,7 @@ def axis_of(room: Room, kinematics: Kinematics, body: int) -> tuple[Array, Array
 
 
 def measured(room: Room, kinematics: Kinematics, pair: int) -> tuple[float, Array, Array]:
-    """Distance and both surface points of a pair by the code above."""
+    """Distance and both surface points of a pair, by the functions above."""
     first, second = room.geometry.collisionPairs[pair].first, room.geometry.collisionPairs[pair].second
     a, b, r1 = axis_of(room, kinematics, first)
     c, d, r2 = axis_of(room, kinematics, second)
@@ -55,14 +55,13 @@ def measured(room: Room, kinematics: Kinematics, pair: int) -> tuple[float, Arra
 
 
 def distance_of(kinematics: Kinematics, detector: ProximityDetector, q: Array, pair: int) -> float:
-    """d of one pair at q."""
     kinematics.update(q)
     detector.detect()
     return float(detector.distances()[pair])
 
 
 def smooth_enough(kinematics: Kinematics, detector: ProximityDetector, q: Array, pair: int, h: float) -> bool:
-    """Whether the distance has one derivative around q: its witness points don't jump within a step."""
+    """True if d has a unique derivative around q: its witness points do not jump within a step."""
     points = []
     for step in (-h, h):
         kinematics.update(q + step)
@@ -72,8 +71,8 @@ def smooth_enough(kinematics: Kinematics, detector: ProximityDetector, q: Array,
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None:
-    """Every pair at 80 random postures, overlapping ones among them: d, both points, the normal, and who is closest."""
+def test_distances_and_witness_points_against_independent_geometry(rig: RigName) -> None:
+    """Every pair at 80 random postures, some overlapping: d, both points, normal, and the closest pair."""
     room, kinematics, detector = bodies(rig)
     overlapping = 0
     for q in [*random_postures(room, 60, seed=21), *overlapping_postures(rig, 0.0, 20, seed=22)]:
@@ -96,8 +95,9 @@ def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None
 
 
 def test_upright_arms() -> None:
-    # On the table with all joints zero both arms stand upright 1.1 m apart: each level's gap is 1.1 m minus two radii. The upper arm
-    # counts against the other pedestal only from where its joints move it, 0.12 m above the shoulder.
+    # On the table with all joints zero both arms are upright and 1.1 m apart: each level's gap is 1.1 m minus
+    # two radii. The upper arm counts against the other pedestal only from 0.12 m above the shoulder, where
+    # its joints move it.
     room, kinematics, detector = bodies("table")
     kinematics.update(np.zeros(room.model.nv))
     assert detector.detect().distance == pytest.approx(1.1 - 0.140, abs=1e-12)
@@ -108,12 +108,12 @@ def test_upright_arms() -> None:
     assert found["left pedestal", "right hand"] == pytest.approx(
         math.hypot(1.1, 1.100 - 0.310) - 0.125, abs=1e-12
     )
-    # The near-parallel tests below look at the two upper arms.
+    # The near-parallel tests below use the two upper arms.
     assert detector.pair_names[UPRIGHT] == ("left upper arm", "right upper arm")
 
 
 def check_rows(rig: RigName, postures: list[Array], pairs: range = range(PAIRS), atol: float = 1e-6) -> int:
-    """Compare J_d of every pair with the distance's central differences; return how many were comparable."""
+    """Number of comparable pairs, after a check of J_d against central differences."""
     _, kinematics, detector = bodies(rig)
     h, compared = 1e-6, 0
     for q in postures:
@@ -139,10 +139,10 @@ def check_rows(rig: RigName, postures: list[Array], pairs: range = range(PAIRS),
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_rows_at_random_and_overlapping_postures(rig: RigName) -> None:
-    # J_d, eqs (26), (27), is the gradient of the distance over the joints of both arms.
+    # J_d, eqs (26), (27), is the gradient of the distance over both arms' joints.
     room, _, _ = bodies(rig)
     assert check_rows(rig, [room.start, *random_postures(room, 25, seed=31)]) > 25 * PAIRS * 0.98
-    # At d < 0 the row keeps its sign: it still points the way out.
+    # At d < 0 the row keeps its sign: it points outwards.
     _, kinematics, detector = bodies(rig)
     inside = overlapping_postures(rig, 0.02, 15, seed=32)
     assert check_rows(rig, inside) > 15 * PAIRS * 0.9
@@ -156,12 +156,12 @@ def test_rows_at_random_and_overlapping_postures(rig: RigName) -> None:
 
 
 UPRIGHT = 4
-"""Index of left upper arm against right upper arm."""
+"""Index of the pair left and right upper arm."""
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.03, 3e-3])
 def test_rows_of_nearly_parallel_capsules(angle: float) -> None:
-    """Upper arms tilted by a small angle: J_d is exact as long as the witness points have a place of their own."""
+    """Upper arms tilted by a small angle: J_d is exact while the witness points are unique."""
     postures = []
     for lean, turn in ((1.0, 0.4), (-1.0, 1.2), (1.0, 2.5)):
         q = np.zeros(14)
@@ -173,9 +173,10 @@ def test_rows_of_nearly_parallel_capsules(angle: float) -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 1e-6, 1e-4])
 def test_rows_of_parallel_capsules_are_bounded_and_one_of_the_gradients(angle: float) -> None:
-    """Where many points are equally close, J_d belongs to a pair of them: finite, and d grows no faster than it says.
+    """With many equally close points J_d belongs to one of their pairs: finite, and d grows no faster than
+    J_d says.
 
-    With the touching points held fixed on their bodies, their distance is an upper bound of d that agrees with d now.
+    The distance of touching points fixed to their bodies is an upper bound of d, and equal to d now.
     """
     _, kinematics, detector = bodies("table")
     random = np.random.default_rng(41)
@@ -186,7 +187,7 @@ def test_rows_of_parallel_capsules_are_bounded_and_one_of_the_gradients(angle: f
         row = detector.row(UPRIGHT)
         assert np.isfinite(row).all()
         assert np.linalg.norm(row) < 1.5
-        # Between parallel and nearly parallel coal's own distance is good to a few tenths of a micrometre.
+        # Near parallel, coal's own distance is accurate to a few tenths of a micrometre.
         h, slack = 1e-4, 5e-7
         for _ in range(20):
             direction = random.normal(size=14)
@@ -200,7 +201,7 @@ def test_rows_of_parallel_capsules_are_bounded_and_one_of_the_gradients(angle: f
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("beta", [20.0, 100.0, 400.0])
 def test_the_soft_distance_and_its_gradient(rig: RigName, beta: float) -> None:
-    """d − ln(N)/β ≤ d_soft = −ln Σ exp(−β d_i)/β ≤ d, beside the true distance and pair; the row is its own gradient."""
+    """d − ln(N)/β ≤ d_soft = −ln Σ exp(−β d_i)/β ≤ d; d and pair unchanged; the row is its gradient."""
     room, kinematics, detector = bodies(rig)
 
     def soft(q: Array) -> Array:
@@ -225,7 +226,7 @@ def test_the_soft_distance_and_its_gradient(rig: RigName, beta: float) -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_every_pair_counts(rig: RigName) -> None:
-    # Four bodies an arm make 16 pairs; only pedestal–pedestal is left out, and its distance is the same in every posture. Beside a
+    # Four bodies per arm make 16 pairs; only pedestal–pedestal, of constant distance, is left out. Next to a
     # pedestal an upper arm begins where its joints move it.
     room, kinematics, detector = bodies(rig)
     parts = ("pedestal", "upper arm", "forearm", "hand")
@@ -249,7 +250,7 @@ def test_every_pair_counts(rig: RigName) -> None:
         p, r = nearest_of_segments(a, b, c, d)
         gaps.append(float(np.linalg.norm(r - p)) - r1 - r2)
     assert np.ptp(gaps) == 0.0
-    # None of the 15 rows vanishes everywhere; a pedestal's own arm never moves it.
+    # Each of the 15 rows is nonzero somewhere; a pedestal's own arm never moves it.
     largest = np.zeros((PAIRS, 14))
     for q in random_postures(room, 40, seed=72):
         kinematics.update(q)
@@ -263,7 +264,7 @@ def test_every_pair_counts(rig: RigName) -> None:
 
 @pytest.mark.parametrize("treatment", ["single", "soft"])
 def test_without_pairs_nothing_is_near(treatment: Treatment) -> None:
-    """One arm alone: d = ∞ and J_d = 0, so that λ = 0 under every law."""
+    """One arm alone: d = ∞ and J_d = 0, so λ = 0 under every law."""
     room, kinematics, _ = bodies("torso")
     empty = room.geometry.copy()
     empty.removeAllCollisionPairs()
@@ -274,12 +275,12 @@ def test_without_pairs_nothing_is_near(treatment: Treatment) -> None:
 
 
 def mirrored(vector: Array) -> Array:
-    """The mirrored posture, or row, of both arms (14,): arms swapped, each joint with its mirror sign."""
+    """Mirrored posture or row of both arms (14,): arms swapped, each joint with its mirror sign."""
     return np.concatenate([vector[7:] * MIRROR, vector[:7] * MIRROR])
 
 
 def test_the_torso_and_its_mirror_image() -> None:
-    # Swapping the arms and mirroring every joint gives the same distances, and the mirrored rows.
+    # Swapped arms with mirrored joints have the same distances and the mirrored rows.
     room, kinematics, detector = bodies("torso")
     place = {names: i for i, names in enumerate(detector.pair_names)}
     swap = [place[b.replace("right", "left"), a.replace("left", "right")] for a, b in detector.pair_names]
@@ -294,7 +295,7 @@ def test_the_torso_and_its_mirror_image() -> None:
         assert_allclose(detector.distances()[swap], distances, atol=1e-12)
         assert_allclose(detector.rows()[swap], [mirrored(r) for r in rows], atol=1e-8)
         assert_allclose(other.row, mirrored(row), atol=1e-8)
-        # Positive control: without the joints' mirror signs the distance is another one.
+        # Positive control: without the mirror signs the distance differs.
         kinematics.update(np.concatenate([q[7:], q[:7]]))
         changes.append(abs(detector.detect().distance - distances.min()))
     assert max(changes) > 0.01

@@ -1,6 +1,4 @@
-"""Stages: within the bounds after each, the last one wins, and a law that is told h and J_a knows nothing
-else of them.
-"""
+"""Stages: each result is within the bounds, the last stage wins, and a law uses only h and J_a."""
 
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from controllers.row_stage import RowStage, smooth_stage, through_stages
 
 
 class Told(FirstTask):
-    """A margin that is given."""
+    """First task with a given margin."""
 
     name, unit = "given", "m"
 
@@ -60,7 +58,7 @@ def test_a_change_of_unit_changes_nothing() -> None:
     assert not np.allclose(metres(NOMINAL), NOMINAL)
 
 
-def test_the_last_stage_keeps_its_rate_and_the_first_one_its_rate_across_it() -> None:
+def test_the_last_stage_has_its_rate_and_changes_the_first_one_s() -> None:
     margins = [Margin(0.14, ROWS[0]), Margin(0.02, ROWS[1])]
     stages = [
         smooth_stage(Told(margins[0], 0.15, 0.3), box(9.0)),
@@ -87,13 +85,13 @@ def test_every_stage_ends_within_the_bounds() -> None:
         assert stage.task.margin().row @ dq == pytest.approx(stage.task.nominal_rate, abs=1e-9)
 
 
-def test_out_of_authority_is_said() -> None:
+def test_a_missing_authority_is_reported() -> None:
     stage = smooth_stage(Told(Margin(0.01, ROWS[0]), 0.03, 0.9), box(0.2))
     done = stage.bounded(np.zeros(4), stage.task.margin())
     assert done.authority is Authority.SPEED and stage.box.contains(done.velocities)
 
 
-def test_one_sided_leaves_a_retreat_alone() -> None:
+def test_one_sided_does_not_change_a_retreat() -> None:
     fast = 2.0 * ROWS[0]
     margin = Margin(0.02, ROWS[0])
     assert smooth_stage(Told(margin, 0.03, 0.0), box(5.0), one_sided=True)(fast) is fast

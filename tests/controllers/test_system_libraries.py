@@ -1,4 +1,4 @@
-"""A shared library that the system lacks: recognised in what the loader says, and said with its package."""
+"""A missing system library: recognised in the loader's message, and reported with its package."""
 
 import importlib
 import pickle
@@ -20,7 +20,7 @@ NODE = "/x/driver/node: error while loading shared libraries: libatomic.so.1: ca
 
 
 def needing(library: bytes, folder: Path) -> str:
-    """The name of a module in a folder that cannot be loaded: the system's loader does not find its library."""
+    """Name of a module in `folder` with a library that the system's loader does not find."""
     assert daqp.__file__ is not None
     content = Path(daqp.__file__).read_bytes()
     assert len(library) <= len(b"libc.so.6") and content.count(b"\0libc.so.6\0") == 1
@@ -31,7 +31,7 @@ def needing(library: bytes, folder: Path) -> str:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="another loader, with other words")
-def test_a_module_whose_library_the_system_lacks_is_said_in_one_sentence(
+def test_a_missing_library_of_a_module_is_reported_in_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
@@ -45,7 +45,7 @@ def test_a_module_whose_library_the_system_lacks_is_said_in_one_sentence(
     assert (str(again), again.library) == (str(caught.value), "libq.so.7")
 
 
-def test_the_library_is_found_in_what_python_node_and_a_wrapper_say() -> None:
+def test_the_library_is_found_in_messages_of_python_node_and_a_wrapper() -> None:
     for library, package in PACKAGES.items():
         assert (
             missing_library(f"{library}: cannot open shared object file: No such file or directory")
@@ -63,7 +63,7 @@ def test_the_library_is_found_in_what_python_node_and_a_wrapper_say() -> None:
             raise ImportError("the package cannot be used") from error
 
 
-def test_what_needs_the_library_is_called_by_the_name_of_its_package() -> None:
+def test_the_message_names_the_package_that_needs_the_library() -> None:
     inside = "/x/site-packages/cmeel.prefix/lib/python3.11/site-packages/pinocchio/pinocchio_pywrap_default.cpython-311.so"
     said = "libgomp.so.1: cannot open shared object file: No such file or directory"
     for error, package in (
@@ -82,7 +82,7 @@ def test_what_needs_the_library_is_called_by_the_name_of_its_package() -> None:
         ModuleNotFoundError("No module named 'cv2'", name="cv2"),
         ImportError("Numba needs NumPy 2.4 or less. Got NumPy 2.5."),
         FileNotFoundError(2, "No such file or directory", "robot.urdf"),
-        # A package's own file, of which no package of the system knows.
+        # A package's own file: no system package has it.
         OSError(
             "/x/site-packages/own.libs/libown.so.1: cannot open shared object file: No such file or directory"
         ),
@@ -90,7 +90,7 @@ def test_what_needs_the_library_is_called_by_the_name_of_its_package() -> None:
     ],
     ids=lambda error: str(error)[:20],
 )
-def test_every_other_error_passes_as_it_is(error: Exception) -> None:
+def test_every_other_error_passes_unchanged(error: Exception) -> None:
     with pytest.raises(type(error)) as caught, naming_missing_library():
         raise error
     assert caught.value is error

@@ -1,4 +1,4 @@
-"""What several tests of the rooms need: runs shared by all of them, and ways into particular situations."""
+"""Runs shared by many tests, and ways into particular situations."""
 
 import json
 import struct
@@ -14,17 +14,30 @@ import platformdirs
 import pytest
 
 from controllers.choices import Treatment
+from controllers.errors import DuetError
 from controllers.kinematics import Array
+from scenes.avoidance_group import AvoidanceGroup
 from scenes.experiments import EXPERIMENTS
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
+from scenes.roles import TargetSource
 from scenes.settings import LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
+from scenes.world_stages import clearance, kept_clear
 
 T = TypeVar("T")
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
 SCENES = tuple(EXPERIMENTS)
+
+
+def refusal(what: Callable[[], object]) -> str:
+    """Message of the error that `what` raises."""
+    with pytest.raises(DuetError) as caught:
+        what()
+    return str(caught.value)
+
+
 TREATMENTS: tuple[Treatment, ...] = ("single", "soft")
 
 
@@ -55,11 +68,11 @@ def play(simulation: Simulation, targets: Iterable[Target | None]) -> Array:
 
 
 def moved(settings: RunSettings, until: Callable[[Simulation], object]) -> Simulation:
-    """An experiment that its own person has moved until something is true of it, within 20 s."""
+    """The experiment moved by its own person until `until` is true, at most 20 s."""
     simulation = Simulation(settings)
     person = simulation.source()
     while not until(simulation):
-        assert simulation.time < 20.0, "it never is true"
+        assert simulation.time < 20.0, "the condition was never met"
         simulation.step(person.target(simulation.time))
     return simulation
 
@@ -75,7 +88,7 @@ def avoiding_hand(simulation: Simulation) -> Array:
 
 
 def place_of(simulation: Simulation) -> Array:
-    """Where the avoiding hand should be (3,), a live view [m]."""
+    """Wanted position of the avoiding hand (3,), a live view [m]."""
     assert simulation.keeper is not None
     return simulation.keeper.place
 
@@ -87,7 +100,7 @@ def true_distance(simulation: Simulation, positions: Array) -> float:
 
 
 def wander(simulation: Simulation, steps: int, seed: int = 1) -> list[HandTarget | None]:
-    """Targets around the guided hand's place, with pauses, the same for the same seed."""
+    """Targets around the guided hand, with pauses, reproducible by `seed`."""
     random = np.random.default_rng(seed)
     place = guided_hand(simulation)
     targets: list[HandTarget | None] = []
@@ -99,7 +112,7 @@ def wander(simulation: Simulation, steps: int, seed: int = 1) -> list[HandTarget
 
 @cache
 def overlapping_start(rig: RigName, depth: float = 0.05) -> tuple[float, ...]:
-    """A posture (nv,) in which the arms overlap by `depth` [m]: the guided arm was pushed into an unprotected one."""
+    """Posture (nv,) with arms that overlap by `depth` [m]: one was pushed into an unprotected one."""
     simulation = Simulation(hold_settings(rig, law="unprotected"))
     goal = avoiding_hand(simulation)
     for _ in range(4000):
@@ -114,7 +127,7 @@ def with_law(settings: RunSettings, **changes: object) -> RunSettings:
 
 
 def with_values(settings: T, **changes: object) -> T:
-    """The settings, of a run or of the page, with other values of some keys."""
+    """Run or page settings with other values of some keys."""
     for key, value in changes.items():
         settings = changed(settings, key, value)
     return settings
@@ -130,7 +143,7 @@ def logged_run(
     log: InputsLog | None = None,
     changes: dict[float, dict[str, Any]] | None = None,
 ) -> tuple[Simulation, InputsLog]:
-    """A run with the experiment's own person, and the log of it; the settings change at shares of its time."""
+    """A run of the experiment's own person, and its log; settings change at shares of its time."""
     simulation, log = Simulation(settings), log or InputsLog()
     person, due = simulation.source(), dict(changes or {})
     while simulation.time < seconds - 1e-9:
@@ -150,7 +163,7 @@ def scene_settings(scene: str, **changes: object) -> RunSettings:
 def recorded_run(
     settings: RunSettings, seconds: float, window: float, changes: dict[float, dict[str, Any]] | None = None
 ) -> tuple[Simulation, Recorded]:
-    """The same run, and its last seconds."""
+    """The same run, and its last `window` seconds."""
     simulation, log = logged_run(settings, seconds, changes=changes)
     recorded = log.window(window)
     assert recorded is not None
@@ -158,7 +171,7 @@ def recorded_run(
 
 
 def beyond(points: Array, start: Array, end: Array, radius: float) -> Array:
-    """How far points (k, 3) are outside a capsule, or a ball if both ends are one; negative inside (k,) [m]."""
+    """Distances of points (k, 3) from a capsule (a ball if the ends are equal); negative inside (k,) [m]."""
     way = end - start
     share = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
     return np.linalg.norm(points - start - share[:, None] * way, axis=1) - radius
@@ -166,7 +179,7 @@ def beyond(points: Array, start: Array, end: Array, radius: float) -> Array:
 
 @contextmanager
 def own_cache(folder: Path, *memories: Any) -> Iterator[Path]:
-    """A cache on disk in this folder and empty caches in memory, so that what is asked for really is built."""
+    """The disk cache in this folder, and empty memory caches: everything is built again."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(platformdirs, "user_cache_dir", lambda *_: str(folder))
         for memory in memories:
@@ -177,7 +190,21 @@ def own_cache(folder: Path, *memories: Any) -> Iterator[Path]:
 
 
 def glb_head(data: bytes) -> dict[str, Any]:
-    """The JSON head of a GLB file."""
+    """JSON head of a GLB file."""
     magic, version, length, size, kind = struct.unpack("<IIIII", data[:20])
     assert (magic, version, length, kind) == (0x46546C67, 2, len(data), 0x4E4F534A)
     return json.loads(data[20 : 20 + size])
+
+
+def groups_of(simulation: Simulation) -> tuple[AvoidanceGroup, ...]:
+    return tuple(simulation._groups)
+
+
+def least_clearance(simulation: Simulation, source: TargetSource, seconds: float) -> float:
+    """Least clearance from the surroundings while a source moves the simulation [m]."""
+    kept, least = kept_clear(simulation.world), np.inf
+    while simulation.time < seconds:
+        simulation.step(source.target(simulation.time))
+        simulation.kinematics.update(simulation.positions)
+        least = min(least, clearance(kept))
+    return least

@@ -1,4 +1,4 @@
-"""A master that keeps clear alone and adds w to v: what its slave copies of it does not come back to it as w."""
+"""A master that avoids alone and adds w to v: the slave's copy of its motion must not count as w."""
 
 from dataclasses import replace
 
@@ -22,8 +22,8 @@ def master_alone(**values: object) -> RunSettings:
     return settings
 
 
-def test_it_does_not_alternate() -> None:
-    """The barrier adds w to what it permits; with the master's own velocity in it, q̇ jumped by 0.5 rad/s from step to step."""
+def test_the_velocity_does_not_alternate() -> None:
+    """The barrier adds w; with the master's own velocity in w, q̇ jumped by 0.5 rad/s per step."""
     settings = master_alone(law="barrier_qp", rig="table", robot="panda", n=20.0)
     largest = []
     for substeps in (1, 4):
@@ -36,7 +36,7 @@ def test_it_does_not_alternate() -> None:
 
 
 class Told(SmoothPriority):
-    """The paper's law, which keeps what it is told."""
+    """The paper's law, recording its situations."""
 
     def __call__(self, situation: Situation) -> Array:
         heard.append(situation)
@@ -48,8 +48,8 @@ heard: list[Situation] = []
 
 @pytest.mark.parametrize("following", ["mirrored", "identical"])
 @pytest.mark.parametrize("rushing", [-1.0, 1.0])
-def test_it_is_told_what_the_slave_does_by_itself(following: Following, rushing: float) -> None:
-    """Whatever the master did in the last step, only K (q_d − q) of the slave counts, and only where that comes closer."""
+def test_w_contains_only_the_slave_s_own_motion(following: Following, rushing: float) -> None:
+    """For any last step of the master, only K (q_d − q) of the slave counts, and only if it approaches."""
     told, recorded = {}, {}
     for speed in (0.0, rushing):
         for adds in (False, True):
@@ -68,8 +68,8 @@ def test_it_is_told_what_the_slave_does_by_itself(following: Following, rushing:
     assert recorded[rushing, True] == recorded[rushing, False] == told[rushing, False]
 
 
-def test_the_promise_needs_w_at_most_v_again() -> None:
-    """The law leaves out a part of w, so that w is no longer made up for at any size."""
+def test_the_promise_needs_w_at_most_v() -> None:
+    """The law omits a part of w, so it does not compensate for any w."""
     alone = master_alone()
     assert (
         not alone.adds_w and changed(alone, "avoid", "free").adds_w and changed(alone, "avoid", "both").adds_w

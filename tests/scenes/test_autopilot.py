@@ -1,4 +1,4 @@
-"""What moves by itself: the seeded person, the same for the same seed, and an arm on its null-space motions, whose hand stays."""
+"""Scripted motion: the seeded person, reproducible, and an arm on null-space motions, which keep the hand."""
 
 import itertools
 
@@ -26,7 +26,7 @@ def path(rig: RigName, guided: ArmName, seed: int, times: Array) -> Array:
 
 
 @given(st.sampled_from(RIG_NAMES), st.sampled_from(["left", "right"]), SEEDS)
-def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
+def test_a_seed_determines_the_person(rig: RigName, guided: ArmName, seed: int) -> None:
     times = np.linspace(0.0, 30.0, 40)
     first = path(rig, guided, seed, times)
     assert_array_equal(path(rig, guided, seed, times), first)
@@ -36,19 +36,19 @@ def test_a_seed_is_a_person(rig: RigName, guided: ArmName, seed: int) -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_it_is_smooth_and_keeps_its_speed(rig: RigName, seed: int) -> None:
+def test_the_person_moves_smoothly_within_the_speed_range(rig: RigName, seed: int) -> None:
     dt = 0.002
     speeds = np.diff(path(rig, "right", seed, np.arange(0.0, 46.0, dt)), axis=0) / dt
     peak = float(np.linalg.norm(speeds, axis=1).max())
     assert SPEED_RANGE[0] * 0.99 < peak <= SPEED_RANGE[1] * 1.001
     accelerations = np.linalg.norm(np.diff(speeds, axis=0), axis=1) / dt
-    # A quintic of duration T over a way L peaks at 5.77 L/T², its speed at 1.875 L/T; the shortest move lasts .5 s.
+    # A quintic of length L in T ≥ .5 s peaks at an acceleration of 5.77 L/T² and a speed of 1.875 L/T.
     assert 0.05 < accelerations.max() < 5.78 / 1.875 * SPEED_RANGE[1] / 0.5
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("guided", ["left", "right"])
-def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
+def test_the_person_moves_to_the_other_arm_and_back(rig: RigName, guided: ArmName) -> None:
     room = build_room(rig)
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
@@ -70,7 +70,7 @@ def test_it_goes_there_and_back(rig: RigName, guided: ArmName) -> None:
 
 
 def test_starts_and_targets() -> None:
-    # At time 0 it wants the hand where it is in the start posture, or where the settings say.
+    # At time 0 the target is the hand's place in the start posture, or the one in the settings.
     room = build_room("torso")
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)
@@ -92,7 +92,7 @@ def alone(**changes: object) -> Simulation:
 
 
 def at(simulation: Simulation, joints: Array) -> tuple[Array, Array]:
-    """Where hand and elbow are with the arm's joints (7,) [rad]."""
+    """Positions of hand and elbow with the arm's joints (7,) [rad]."""
     q = simulation.positions.copy()
     q[simulation.guided.joints] = joints
     simulation.kinematics.update(q)
@@ -102,7 +102,7 @@ def at(simulation: Simulation, joints: Array) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("motion", range(MOTIONS))
 @pytest.mark.parametrize("way", [0.9, -0.9])
-def test_a_motion_leaves_the_hand_and_going_back_undoes_it(motion: int, way: float) -> None:
+def test_a_motion_keeps_the_hand_and_the_way_back_restores_the_start(motion: int, way: float) -> None:
     simulation = alone()
     start = simulation.positions[simulation.guided.joints].copy()
     motions = NullMotions(simulation.room, simulation.guided, simulation.positions)
@@ -116,7 +116,7 @@ def test_a_motion_leaves_the_hand_and_going_back_undoes_it(motion: int, way: flo
     assert_allclose(motions.go(motion, 0.0), start, atol=1e-6)
 
 
-def test_a_motion_ends_at_a_joint_limit_and_comes_back_from_there() -> None:
+def test_a_motion_ends_at_a_joint_limit_and_can_return() -> None:
     simulation = alone()
     arm, model = simulation.guided, simulation.room.model
     motions = NullMotions(simulation.room, arm, simulation.positions)
@@ -128,7 +128,7 @@ def test_a_motion_ends_at_a_joint_limit_and_comes_back_from_there() -> None:
 
 
 @pytest.mark.parametrize(("gain", "dt"), [(2.0, 0.005), (10.0, 0.005), (0.0, 0.02)])
-def test_the_arm_follows_a_slider_that_jumps_while_its_hand_stays(gain: float, dt: float) -> None:
+def test_the_arm_follows_a_jump_of_a_slider_and_its_hand_stays(gain: float, dt: float) -> None:
     simulation = alone(k=gain, dt=dt)
     hand, _ = at(simulation, simulation.positions[simulation.guided.joints])
     motions = NullMotions(simulation.room, simulation.guided, simulation.positions)

@@ -1,4 +1,4 @@
-"""The same numbers in every form in which spreadsheets and programs write tables: read alike, or refused with line and column."""
+"""Tables in every form of spreadsheets and programs: equal samples, or a refusal with line and column."""
 
 import random
 from pathlib import Path
@@ -109,7 +109,7 @@ REFUSED: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("form", REFUSED)
-def test_what_cannot_be_read_is_named_with_line_and_column(form: str) -> None:
+def test_unreadable_tables_are_refused_with_line_and_column(form: str) -> None:
     content, words = REFUSED[form]
     with pytest.raises(BadInputFile) as caught:
         inputs_from(content if isinstance(content, bytes) else content.encode(), "a.csv")

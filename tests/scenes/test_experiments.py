@@ -1,4 +1,4 @@
-"""Every experiment, robot and law in one loop: what holds for all, what each is there to show."""
+"""Every experiment, robot and law in one loop: common properties, and the purpose of each experiment."""
 
 import itertools
 from dataclasses import replace
@@ -28,7 +28,7 @@ def experiment(scene: str, name: str = "smooth_priority", **fields: object) -> o
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_law_runs_in_every_experiment(scene: str, law: str) -> None:
-    """At the largest time step, with which stops and top speeds are the hardest to keep."""
+    """At the largest time step, where stops and top speeds are hardest to keep."""
     for coupled in (False, True):
         chosen = options.LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single")
         settings = experiment(scene, law=chosen, dt=0.02)
@@ -42,7 +42,7 @@ def test_every_law_runs_in_every_experiment(scene: str, law: str) -> None:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: str) -> None:
+def test_targets_of_other_experiments_are_ignored(scene: str) -> None:
     simulation = Simulation(experiment(scene))
     n = simulation.guided.joints.stop - simulation.guided.joints.start
     places = HandTarget(np.array([0.2, 0.1, 1.1])), BallTarget(np.array([0.3, 0.0, 1.0]))
@@ -57,14 +57,14 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: str) -
 )
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_arm_does_every_experiment(robot: options.RobotName, scene: str, rig: options.RigName) -> None:
-    """A single arm stands where it stands on any rig."""
+    """The place of a single arm does not depend on the rig."""
     result = run(experiment(scene, robot=robot, rig=rig, dt=0.01), 12.0)
     assert result.summary.d_min >= 0.15 - 1e-4 and result.summary.out_of_authority_s == 0.0
-    # The start postures are chosen so that the hand does come near.
+    # The start postures are chosen so that the hand comes near.
     assert scene != "hold" or result.summary.d_min < 1.2 * 0.15
 
 
-def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are() -> None:
+def test_changes_of_laws_and_roles_in_a_run_do_not_move_the_arms() -> None:
     simulation = Simulation(options.RunSettings())
     for scene in SCENES:
         for robot in ROBOTS:
@@ -81,15 +81,15 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
 @pytest.mark.parametrize("v", [0.02, 0.05])
 @pytest.mark.parametrize("scene", ["master_slave", "imitation"])
 def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: str, v: float) -> None:
-    """ḋ = 2 λ v − (1 − λ)(u_1 + u_2): both together hold d_m however small v is, where one alone would lose w − v."""
+    """ḋ = 2 λ v − (1 − λ)(u_1 + u_2): both together hold d_m for any small v; one alone would lose w − v."""
     both = experiment(scene, law=options.LawSettings(nominal_velocity=v), clip="cross", seed=2, dt=0.01)
     assert run(both, 12.0).summary.d_min >= 0.15 - 1e-3
     assert run(replace(both, avoid="free"), 12.0).summary.d_min < 0.15 - 0.01
 
 
 @pytest.mark.parametrize("seed", range(1, 7))
-def test_two_arms_that_add_the_obstacles_speed_to_v_do_not_ring(seed: int) -> None:
-    """Of one row, each adds the other's w: no joint's velocity alternates, nor jumps by .1 rad/s from one time step to the next."""
+def test_two_arms_that_add_the_obstacles_speed_to_v_do_not_oscillate(seed: int) -> None:
+    """With a common row each adds the other's w: no velocity jumps by .1 rad/s in a time step."""
     order, dt = ((6.0, 0.01), (20.0, 0.005))[seed % 2]
     chosen = options.LawSettings(feed_forward=True, order=order)
     settings = experiment("master_slave", law=chosen, hand_speed=0.8, seed=seed, dt=dt)
@@ -101,7 +101,7 @@ def test_two_arms_that_add_the_obstacles_speed_to_v_do_not_ring(seed: int) -> No
 
 
 def test_followers_copy_their_models() -> None:
-    # Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture.
+    # Mirrored: joints about the vertical turn oppositely; identical: all equal; from the start posture.
     for following, signs in (
         ("identical", np.ones(7)),
         ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])),
@@ -115,7 +115,7 @@ def test_followers_copy_their_models() -> None:
         assert_allclose(
             simulation.positions[slave] - start[slave], signs * (wish.positions - start[master]), atol=1e-3
         )
-    # Without a person seen, the robots come to rest in the last pose; they go on when the person is back.
+    # Without a visible person the robots rest in the last pose; they continue when the person is back.
     simulation = Simulation(experiment("imitation", "unprotected", clip="wave"))
     person = simulation.source()
     play(simulation, [person.target(i * 0.005) for i in range(400)] + [AnglesTarget(None)] * 600)
@@ -137,8 +137,8 @@ def test_followers_copy_their_models() -> None:
         ("solo", "start", "between"),
     ],
 )
-def test_what_an_experiment_does_not_read_changes_no_run(scene: str, key: str, value: str) -> None:
-    """Neither from its start on nor in the middle of it."""
+def test_settings_that_an_experiment_does_not_read_change_no_run(scene: str, key: str, value: str) -> None:
+    """Neither at the start nor in the middle."""
     table = recorded_run(scene_settings(scene), 1.0, 1.0)[0].history.table()
     touched, recorded = recorded_run(scene_settings(scene), 1.0, 1.0, {0.5: {key: value}})
     assert touched.history.table().tobytes() == table.tobytes() and recorded.steps == len(table)
@@ -161,18 +161,20 @@ def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipNa
 
 @pytest.mark.parametrize("point", get_args(options.ControlPoint))
 @pytest.mark.parametrize("motion", get_args(options.BallMotion))
-def test_the_ball_is_passed_clear(point: options.ControlPoint, motion: options.BallMotion) -> None:
+def test_the_arm_passes_the_ball_at_a_distance(
+    point: options.ControlPoint, motion: options.BallMotion
+) -> None:
     result = run(experiment("ball", point=point, ball=motion, dt=0.01), 15.0)
     assert result.summary.d_min >= 0.15 - 1e-4
     assert (
         run(experiment("ball", "unprotected", point=point, ball=motion, dt=0.01), 15.0).summary.d_min < 0.15
     )
-    # At the far end, with the ball left behind, the hand is where it should be.
+    # At the far end, away from the ball, the hand is on its path.
     if point != "arm" and motion == "still":
         assert column(result.table, "e2")[int(7.4 / 0.01)] < 0.08**2
 
 
-def test_a_circle_chosen_in_mid_run_begins_at_the_hand() -> None:
+def test_a_circle_chosen_during_a_run_begins_at_the_hand() -> None:
     simulation = Simulation(experiment("solo"))
     play(simulation, [None] * 777)
     simulation.apply(experiment("solo", path="circle"))

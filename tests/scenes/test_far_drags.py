@@ -1,4 +1,4 @@
-"""Far drags at random by every handle: with `world` nothing that a person moves gets inside of anything."""
+"""Random far drags by every handle: with `world` nothing moved by a person enters an obstacle."""
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from scenes.targets import BallTarget, HandTarget, JointTarget, LinkTarget, Pair
 from tests.scenes.helpers import given_settings, inside_limits
 
 HANDLES = ("hand", "link", "elbow", "joints", "pose", "both")
-"""What is dragged: "joints" as by keys, "both" by two persons."""
+"""Dragged handles: "joints" as by keys, "both" by two persons."""
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -58,7 +58,7 @@ def least_of_drag(scene: str, rig: RigName, robot: str, handle: str, seed: int, 
 
 @pytest.mark.parametrize("handle", HANDLES)
 @pytest.mark.parametrize("rig", ["torso", "table"])
-def test_no_handle_brings_an_arm_into_anything(rig: RigName, handle: str) -> None:
+def test_no_handle_moves_an_arm_into_an_obstacle(rig: RigName, handle: str) -> None:
     scene = "hold" if handle == "both" or rig == "torso" else "master_slave"
     assert least_of_drag(scene, rig, "lwr", handle, 5, 800) > 0.0
 
@@ -67,7 +67,7 @@ def test_no_handle_brings_an_arm_into_anything(rig: RigName, handle: str) -> Non
 @pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])
 @pytest.mark.parametrize("scene", ["hold", "master_slave"])
 @pytest.mark.parametrize("rig", ["torso", "table"])
-def test_400_far_drags_end_inside_of_nothing(rig: RigName, scene: str, robot: str) -> None:
+def test_400_far_drags_never_enter_an_obstacle(rig: RigName, scene: str, robot: str) -> None:
     least = [least_of_drag(scene, rig, robot, HANDLES[i % len(HANDLES)], 100 + i, 1200) for i in range(34)]
     assert min(least) > 0.0
 

@@ -1,4 +1,4 @@
-"""Every handle glides with `world`, and the same input brings an arm into something without it."""
+"""Every handle glides along obstacles with `world`; without it the same input enters an obstacle."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +13,7 @@ from scenes.recording import read_inputs
 from scenes.roles import Scripted, TargetSource
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, JointTarget, PairTarget
-from scenes.world_stages import clearance, kept_clear
-from tests.scenes.helpers import given_settings
+from tests.scenes.helpers import given_settings, least_clearance
 
 BELOW = np.array([0.3, 0.25, 0.3])
 """A place below the bench (3,) [m]."""
@@ -26,14 +25,9 @@ def machine_code() -> None:
 
 
 def least(source_of: Callable[[Simulation], TargetSource], world: bool, scene: str, rig: str) -> float:
-    """Least clearance of both arms in five seconds [m]."""
+    """Least clearance of both arms in 5 s [m]."""
     simulation = Simulation(given_settings(scene=scene, rig=rig, world=world, wmax=0.5))
-    kept, source, lowest = kept_clear(simulation.world), source_of(simulation), np.inf
-    while simulation.time < 5.0:
-        simulation.step(source.target(simulation.time))
-        simulation.kinematics.update(simulation.positions)
-        lowest = min(lowest, clearance(kept))
-    return lowest
+    return least_clearance(simulation, source_of(simulation), 5.0)
 
 
 def elbow(_: Simulation) -> TargetSource:

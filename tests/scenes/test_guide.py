@@ -1,4 +1,4 @@
-"""A hand on an arm, or a pull at any of its points: inside the stops, no faster than a person, and calm about wild wishes."""
+"""An arm guided by its hand or any point: inside the stops, at a person's speed, calm."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -53,7 +53,7 @@ class Led:
     def fastest(
         self, targets: Iterable[HandTarget | LinkTarget | None], dt: float = DT, top_speed: float = TOP_SPEED
     ) -> float:
-        """Top speed of all points along the axes of the capsules [m/s], by finite differences, while targets are followed."""
+        """Largest speed of points on the capsules' axes while targets are followed [m/s]."""
         fastest, before = 0.0, self.axis()
         for target in targets:
             self.step(target, dt, top_speed)
@@ -70,7 +70,7 @@ class Led:
         return self.kinematics.joint_point(self.arm.elbow)
 
     def axis(self) -> Array:
-        """Points (k, 3) all along the axes of the arm's capsules, their ends included."""
+        """Points (k, 3) along the axes of the arm's capsules, ends included."""
         found, first = [], self.arm.shoulder - self.robot.shoulder
         for capsule in self.robot.capsules:
             if capsule.joint:
@@ -96,9 +96,7 @@ def wishes(led: Led, seed: int, reach: float) -> Iterator[HandTarget | None]:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("top_speed", [0.05, 0.25, 1.0])
-def test_no_point_of_the_arm_is_faster_than_top_speed_and_some_are_as_fast(
-    rig: RigName, top_speed: float
-) -> None:
+def test_the_fastest_point_of_the_arm_moves_at_top_speed(rig: RigName, top_speed: float) -> None:
     led = Led(rig)
     fastest = led.fastest(islice(wishes(led, 3, 0.6), 800), 0.00125, top_speed)
     assert 0.9 * top_speed < fastest <= 1.002 * top_speed
@@ -107,8 +105,8 @@ def test_no_point_of_the_arm_is_faster_than_top_speed_and_some_are_as_fast(
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize("robot", get_args(RobotName))
-def test_it_reaches_what_it_can_reach(rig: RigName, side: ArmName, robot: RobotName) -> None:
-    """To a millimetre within the time that the speed limit needs: places about its hand, and 10 cm towards the other hand."""
+def test_the_hand_reaches_near_places(rig: RigName, side: ArmName, robot: RobotName) -> None:
+    """To 1 mm in the time that the speed limit needs: around the hand, and towards the other hand."""
     led = Led(rig, side, robot)
     detector, home = ProximityDetector(led.kinematics, led.room.geometry), led.hand.translation
     clear = detector.detect().distance
@@ -124,7 +122,7 @@ def test_it_reaches_what_it_can_reach(rig: RigName, side: ArmName, robot: RobotN
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_it_follows_rotation(rig: RigName) -> None:
+def test_the_hand_follows_rotation(rig: RigName) -> None:
     for asked in (True, False):
         led = Led(rig)
         home = led.hand
@@ -142,7 +140,7 @@ def test_it_follows_rotation(rig: RigName) -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("with_rotation", [False, True])
-def test_the_elbow_swivels_about_a_hand_that_stays(rig: RigName, with_rotation: bool) -> None:
+def test_the_elbow_swivels_while_the_hand_stays(rig: RigName, with_rotation: bool) -> None:
     led = Led(rig)
     home, elbow = led.hand, led.elbow
     shoulder = led.kinematics.joint_point(led.arm.shoulder)
@@ -158,8 +156,8 @@ def test_the_elbow_swivels_about_a_hand_that_stays(rig: RigName, with_rotation: 
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_it_comes_to_rest_without_jumps(rig: RigName) -> None:
-    # Without a target the arm stops within .3 s and stays; with one it was moving (positive control).
+def test_the_arm_stops_without_jumps(rig: RigName) -> None:
+    # Without a target the arm stops within .3 s; with one it moved (positive control).
     led = Led(rig)
     goal = HandTarget(led.hand.translation + np.array([0.0, 0.2, 0.2]))
     led_on = [led.step(goal) for _ in range(60)]
@@ -170,8 +168,9 @@ def test_it_comes_to_rest_without_jumps(rig: RigName) -> None:
     for _ in range(400):
         led.step(None)
     assert_allclose(led.q, resting, atol=1e-3)
-    # Targets that jump make joint velocities change by little from tick to tick: a person's arm has mass. A low pass of .04 s
-    # lets q̇ close at most a ninth of its way to a wish in 5 ms; wishes are bounded by twice the top speeds.
+    # Jumping targets change joint velocities only a little per step, as a person's arm has mass: a low-pass
+    # of .04 s moves q̇ by at most a ninth of the difference in 5 ms, and wanted velocities are bounded by
+    # twice the top speeds.
     led = Led(rig)
     targets = wishes(led, 5, 0.5)
     before, largest = np.zeros(7), 0.0
@@ -193,7 +192,7 @@ def point(led: Led, joint: int, offset: Array) -> Array:
 
 @settings(max_examples=40)
 @given(ROBOTS, st.integers(1, 6), OFFSETS, st.integers(0, 2**32 - 1))
-def test_the_jacobian_of_the_point_is_that_of_finite_differences(
+def test_the_jacobian_of_the_point_matches_finite_differences(
     robot: RobotName, joint: int, offset: Array, seed: int
 ) -> None:
     led = Led(robot=robot)
@@ -227,7 +226,7 @@ def test_the_jacobian_of_the_point_is_that_of_finite_differences(
     st.sampled_from((0.00125, DT, 0.02)),
     st.sampled_from((0.05, TOP_SPEED, 1.0)),
 )
-def test_any_pull_stays_inside_every_limit_and_comes_nearer(
+def test_any_pull_keeps_every_limit_and_does_not_move_away(
     robot: RobotName, joint: int, offset: Array, way: Array, dt: float, top_speed: float
 ) -> None:
     led = Led(robot=robot)
@@ -242,7 +241,7 @@ def test_any_pull_stays_inside_every_limit_and_comes_nearer(
 
 @settings(max_examples=15)
 @given(ROBOTS, st.integers(2, 6), OFFSETS, st.lists(st.floats(-0.25, 0.25), min_size=7, max_size=7))
-def test_a_place_that_can_be_reached_is_reached(
+def test_a_reachable_place_is_reached(
     robot: RobotName, joint: int, offset: Array, turns: list[float]
 ) -> None:
     led = Led(robot=robot)
@@ -256,15 +255,15 @@ def test_a_place_that_can_be_reached_is_reached(
     led.kinematics.update(q)
     for _ in range(900):
         led.step(LinkTarget(joint, offset, goal), 0.01, 1.0)
-    # Near a joint's axis the joint hardly moves the point, and damping leaves some millimetres.
+    # Near a joint's axis the joint hardly moves the point, and damping leaves a few millimetres.
     assert np.linalg.norm(point(led, joint, offset) - goal) < max(
         0.05 * float(np.linalg.norm(goal - start)), 3e-3
     )
 
 
 @pytest.mark.parametrize("robot", ["lwr", "panda", "ur5"])
-def test_out_of_reach_it_comes_to_rest(robot: RobotName) -> None:
-    """No joint goes to and fro: in the last second, whether at the edge of the reach or at the stops, all are still."""
+def test_out_of_reach_the_arm_comes_to_rest(robot: RobotName) -> None:
+    """No joint oscillates: in the last second all are at rest, at the edge of reach or at the stops."""
     random = np.random.default_rng(5)
     for _ in range(6):
         led, way = Led(robot=robot), random.normal(size=3)
@@ -277,7 +276,7 @@ def test_out_of_reach_it_comes_to_rest(robot: RobotName) -> None:
         assert np.abs(late).max() < 0.1
 
 
-def test_the_forearm_is_pulled_and_the_hand_would_rather_stay() -> None:
+def test_a_pull_at_the_forearm_moves_the_hand_little() -> None:
     led = Led()
     start, hand = point(led, 3, np.zeros(3)), led.hand.translation
     for _ in range(600):
@@ -294,14 +293,14 @@ def test_the_forearm_is_pulled_and_the_hand_would_rather_stay() -> None:
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "solo"])
 @pytest.mark.parametrize("joint", [3, 4, 5, 6, 7])
-def test_in_every_scene_the_point_goes_there(scene: str, joint: int) -> None:
+def test_in_every_scene_the_point_follows_the_pull(scene: str, joint: int) -> None:
     simulation = Simulation(scene_settings(scene))
     kinematics, arm, offset = simulation.kinematics, simulation.guided, np.array([0.03, -0.02, 0.05])
     kinematics.update(simulation.positions)
     hand = kinematics.hand_pose(arm).translation.copy()
     start = kinematics.data.oMi[arm.joint(joint)].act(offset)
     across = kinematics.point_jacobian(arm, arm.joint(joint), start)
-    # The way in which it can be moved best, so that every link can be.
+    # The direction in which the point moves best, so that it can move on every link.
     q = simulation.positions.copy()
     q[arm.joints] += 0.1 * np.linalg.svd(across)[2][0]
     kinematics.update(q)
@@ -312,14 +311,14 @@ def test_in_every_scene_the_point_goes_there(scene: str, joint: int) -> None:
     missing = np.linalg.norm(kinematics.data.oMi[arm.joint(joint)].act(offset) - goal)
     kept = np.linalg.norm(kinematics.hand_pose(arm).translation - hand)
     if scene == "solo" and joint < 6:
-        # The hand's place goes first; the elbow moves as far as that leaves it to.
+        # The hand's place has priority; the elbow moves as far as that allows.
         assert kept < 2e-3 and missing < 0.95 * np.linalg.norm(goal - start)
     else:
         assert missing < 3e-3
     assert simulation.settings.scene != "solo" or joint < 6 or kept > 0.01
 
 
-def test_a_pull_does_not_move_what_is_not_the_visitors() -> None:
+def test_a_pull_does_not_move_arms_that_a_visitor_does_not_guide() -> None:
     for scene in ("ball", "imitation"):
         pulled, left = (Simulation(RunSettings(scene=scene)) for _ in range(2))
         for _ in range(50):

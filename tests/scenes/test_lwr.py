@@ -1,4 +1,4 @@
-"""The generated URDF agrees with the facts; that two readers agree on it is in `robots/test_files.py`."""
+"""The generated URDF matches the facts; `robots/test_files.py` compares two readers of it."""
 
 import io
 
@@ -30,7 +30,7 @@ def test_the_shipped_file_is_the_generated_one() -> None:
 
 def test_the_chain_and_its_masses(model: pin.Model) -> None:
     assert list(model.names)[1:] == [joint.name for joint in facts.JOINTS]
-    # The standard DH table of the robot, written out, gives the same flange as the joint origins.
+    # The robot's standard DH table gives the same flange as the joint origins.
     table = zip((90, -90, -90, 90, 90, -90, 0), (0.310, 0, 0.400, 0, 0.390, 0, 0.078), strict=True)
     rows = [(np.radians(alpha), d) for alpha, d in table]
     for q in np.random.default_rng(8).uniform(-2, 2, (20, 7)):

@@ -14,16 +14,16 @@ from scenes.targets import HandTarget
 from scenes.two_arms import Autopilot
 
 RING = 0.085
-"""Radius of the ring that the page draws around the hand's place [m]."""
+"""Radius of the drawn ring around the hand's place [m]."""
 
 
 def elapsed(legs: tuple[Leg, ...]) -> float:
-    """Duration of some legs with their pauses [s]."""
+    """Duration of legs with their pauses [s]."""
     return sum(leg.seconds + leg.pause for leg in legs)
 
 
 class Seen(NamedTuple):
-    """Row by row of a run: time [s], error of the silver hand and way of its elbow [m], distance [m], λ, joints [rad], velocities."""
+    """Rows of a run: time [s], hand error and elbow motion [m], distance [m], λ, joints [rad, rad/s]."""
 
     time: Array
     error: Array
@@ -57,12 +57,12 @@ def run() -> Seen:
     return seen(elapsed(OPENING) + 6.0)
 
 
-def test_first_the_elbow_swings_and_the_hand_stays_in_its_ring(run: Seen) -> None:
+def test_at_first_the_elbow_swings_and_the_hand_stays_in_its_ring(run: Seen) -> None:
     first = run.time <= elapsed(ELBOW)
     assert 8.0 < elapsed(ELBOW) < 16.0
     assert run.error[first].max() < 0.04 < RING / 2.0
     assert run.swing[first].max() > 0.09
-    # λ is what moves it: twice as far away it is at rest.
+    # λ causes the motion: at twice the distance the elbow rests.
     assert run.activation[first].max() > 0.1 and run.swing[run.time < 2.0].max() < 0.01
 
 
@@ -70,12 +70,12 @@ def test_then_the_push_moves_the_hand_out_of_its_ring(run: Seen) -> None:
     push = (run.time > elapsed(ELBOW)) & (run.time < elapsed((*ELBOW, *PUSH)))
     assert run.error[push].max() > 2.0 * RING
     assert run.activation[push].max() > 0.5 > run.activation[run.time <= elapsed(ELBOW)].max()
-    # The arm that goes home gives the hand back to its ring.
+    # When the other arm returns home, the hand returns to its ring.
     assert run.error[np.searchsorted(run.time, elapsed(OPENING))] < 0.5 * RING
     assert OPENING[-1] is BACK[-1]
 
 
-def test_it_keeps_the_limits_and_the_distance_and_nothing_jumps(run: Seen) -> None:
+def test_the_opening_keeps_limits_and_distance_without_jumps(run: Seen) -> None:
     simulation = Simulation(RunSettings(), 10)
     model, dt = simulation.room.model, simulation.settings.dt
     assert (run.positions >= model.lowerPositionLimit - 1e-9).all() and (
@@ -89,7 +89,7 @@ def test_it_keeps_the_limits_and_the_distance_and_nothing_jumps(run: Seen) -> No
     assert len(places) == len(targets) and np.linalg.norm(np.diff(places, axis=0), axis=1).max() / dt < 0.6
 
 
-def test_after_it_the_autopilot_goes_on_from_there() -> None:
+def test_after_the_opening_the_autopilot_continues_from_its_end() -> None:
     simulation = Simulation(RunSettings(), 10)
     source, room, place = simulation.opening(), simulation.room, np.array(OPENING[-1].place)
     autopilot = Autopilot(room, "right", 1, place)

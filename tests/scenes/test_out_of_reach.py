@@ -1,4 +1,4 @@
-"""A hand comes to rest where its place is beyond its reach: every make of arm, gain and time step, held by one person or two."""
+"""A hand with a target out of reach comes to rest: every arm, gain and time step, with one or two persons."""
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from scenes.targets import HandTarget, LinkTarget, PairTarget, Target
 
 SECONDS = 6.0
 QUIET = 0.02
-"""Largest step of q̇ of an arm at rest [rad/s]; one that trembles has twice its top speed."""
+"""Largest step of q̇ of an arm at rest [rad/s]; a trembling arm has twice its top speed."""
 
 
 def trembling(simulation: Simulation, target: Target, seconds: float = SECONDS) -> tuple[float, float]:
-    """Largest step of q̇ of the last third of a run, and of all of it [rad/s]."""
+    """Largest steps of q̇ in the last third and in all of a run [rad/s]."""
     joints, steps = simulation.avoiding.joints, []
     before = simulation.velocities[joints].copy()
     for _ in range(round(seconds / simulation.settings.dt)):
@@ -27,7 +27,7 @@ def trembling(simulation: Simulation, target: Target, seconds: float = SECONDS) 
 
 
 def beyond(simulation: Simulation, way: float, direction: Array) -> Array:
-    """A place that is a way out of the reach of the avoiding arm (3,) [m]."""
+    """Place at `way` beyond the reach of the avoiding arm (3,) [m]."""
     simulation.kinematics.update(simulation.positions)
     arm = simulation.avoiding
     made = simulation.room.robots[simulation.room.arms.index(arm)]
@@ -63,7 +63,7 @@ def test_a_pose_out_of_reach_comes_to_rest() -> None:
     )
 
 
-def test_on_its_way_it_brakes_by_steps_that_fall_with_dt() -> None:
+def test_the_largest_velocity_step_falls_with_dt() -> None:
     largest = []
     for dt in (0.005, 0.00125):
         simulation = Simulation(changed(RunSettings(scene="solo", hand_speed=1.0), "dt", dt), 1)
@@ -75,8 +75,8 @@ def test_on_its_way_it_brakes_by_steps_that_fall_with_dt() -> None:
 
 
 @pytest.mark.parametrize("link", [False, True])
-def test_a_second_person_may_carry_it_away(link: bool) -> None:
-    """Its place goes out of reach, or a pull at its forearm does."""
+def test_an_arm_pulled_out_of_reach_by_a_second_person_comes_to_rest(link: bool) -> None:
+    """By its place, or by a pull at its forearm."""
     simulation = Simulation(RunSettings(hand_speed=1.0, gain=10.0), 1)
     away = beyond(simulation, 0.3, np.array([1.0, 1.0, 0.3]))
     held = LinkTarget(4, np.zeros(3), away) if link else HandTarget(away)

@@ -1,4 +1,4 @@
-"""Which links of an arm can meet others of the same arm."""
+"""Pairs of links of one arm that can meet."""
 
 import pinocchio as pin
 import pytest
@@ -12,7 +12,7 @@ CLEAR = 0.06
 
 
 @pytest.mark.parametrize("made", ["lwr", "panda", "ur5"])
-def test_neighbours_and_what_touches_by_its_shape_are_left_out(made: str) -> None:
+def test_neighbours_and_links_in_permanent_contact_are_left_out(made: str) -> None:
     room = build_room("table", made)
     kinematics = Kinematics(room.model, room.arms)
     kinematics.update(room.start)

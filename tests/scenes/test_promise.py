@@ -1,4 +1,4 @@
-"""The promise d ≥ d_law ≥ d_m and line (R), ḋ = λ v − (1 − λ) u − w, in runs of the real arms, also of a late robot."""
+"""The promise d ≥ d_law ≥ d_m and line (R), ḋ = λ v − (1 − λ) u − w, in runs of the real arms."""
 
 import csv
 import io
@@ -32,7 +32,7 @@ BETWEEN = given_settings(start="between", avoid="guided", seed=396, v=0.05, pair
 
 
 def columns(done: Run) -> dict[str, Array]:
-    """The columns of numbers in a run's CSV file, by name."""
+    """Number columns of a run's CSV file by name."""
     out = io.StringIO()
     write_table(out, done.simulation, done.table, {})
     rows = list(csv.DictReader(line for line in out.getvalue().splitlines() if not line.startswith("#")))
@@ -42,8 +42,8 @@ def columns(done: Run) -> dict[str, Array]:
 @pytest.mark.parametrize("scene", SCENES[1:])
 @pytest.mark.parametrize("pairs", get_args(Treatment))
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatment, seed: int) -> None:
-    """J_d q̇ of all joints, from the q and q̇ columns alone, is the sum of s λ (v + u) − u of the arms that keep clear, less w."""
+def test_the_columns_of_any_run_give_the_rate(scene: str, pairs: Treatment, seed: int) -> None:
+    """J_d q̇ from the q and q̇ columns is the sum of s λ (v + u) − u of the avoiding arms, minus w."""
     drawn = replace(random_run(7, seed).settings, hardware=HardwareSettings())
     settings = with_values(drawn, scene=scene, pairs=pairs, law="smooth_priority", dt=0.01, together="ratios")
     done = run(settings, 2.0)
@@ -71,12 +71,12 @@ def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatmen
         free &= ~np.isin(column(done.table, f"authority{end}"), (Authority.STOP, Authority.SPEED))
     assert free.sum() > 20
     off = np.abs(np.array(rates) - expected)[free]
-    # Where a bound acts the rate is reached within `controllers.limits.TOLERANCE`.
+    # At a bound the rate is reached within `controllers.limits.TOLERANCE`.
     assert off.max() < 4e-6
     assert np.median(off) < 1e-12
 
 
-def test_between_two_pairs_the_promise_is_broken_and_that_is_what_is_missing() -> None:
+def test_between_two_pairs_the_broken_promise_is_explained_by_the_pairs() -> None:
     done = run(BETWEEN, 8.0)
     law_d = column(done.table, "law_d")
     lost = missing(BETWEEN, done.table)
@@ -84,7 +84,7 @@ def test_between_two_pairs_the_promise_is_broken_and_that_is_what_is_missing() -
     assert {condition for condition, steps in lost.items() if steps.any()} == {Condition.PAIRS}
     assert missing_now(BETWEEN, done.simulation.history) == (Condition.PAIRS,)
     assert broken_by(BETWEEN, done.table) < 1e-3
-    # The same table without the excuse.
+    # The same table without the condition on pairs.
     assert broken_by(with_law(BETWEEN, pairs="soft"), done.table) > 0.1
     for pairs in ("soft", "smooth"):
         cured = with_law(BETWEEN, pairs=pairs)
@@ -99,10 +99,8 @@ def test_between_two_pairs_the_promise_is_broken_and_that_is_what_is_missing() -
     [(given_settings(wmax=0.8, v=0.05, seed=3), Condition.SPEED), (BETWEEN, Condition.PAIRS)],
     ids=lambda value: getattr(value, "name", ""),
 )
-def test_the_page_and_the_table_say_the_same_of_every_step(
-    settings: RunSettings, expected: Condition
-) -> None:
-    """What is known at a step is what the whole table says of it, but for a switch that is still to come."""
+def test_the_page_and_the_table_agree_at_every_step(settings: RunSettings, expected: Condition) -> None:
+    """The live result at a step equals the table's, except for a later switch of pairs."""
     simulation = Simulation(settings)
     person, seen = simulation.source(), []
     while simulation.time < 8.0:
@@ -122,7 +120,7 @@ def test_an_empty_history_misses_nothing_and_one_law_makes_the_promise() -> None
 
 
 class Contact:
-    """Two real arms and one pair of bodies that does not change; left avoids, right comes."""
+    """Two real arms with a fixed pair of bodies; left avoids, right approaches."""
 
     def __init__(
         self, rig: RigName, law: SmoothPriority, first: str = "hand", second: str = "forearm"
@@ -144,7 +142,7 @@ class Contact:
         return float(self.detector.distances()[self.pair])
 
     def along(self, joints: slice, speed: float) -> Array:
-        """The smallest velocity (7,) of an arm that changes d at a speed [m/s]."""
+        """Smallest velocity (7,) of an arm that changes d at `speed` [m/s]."""
         row = self.row[joints]
         return row * (speed / row.dot(row))
 
@@ -159,7 +157,7 @@ class Contact:
         assert self.measure() == pytest.approx(distance, abs=1e-9)
 
     def avoiding(self, joints: slice, distance: float, pull: float, approach: float, aside: float) -> Array:
-        """What the law makes of a task that pulls with u, and wanders aside of the row."""
+        """The law's q̇ for a task that pulls with u and also moves across the row."""
         row = self.row[joints]
         wander = aside * np.cos(np.arange(7.0))
         nominal = self.along(joints, -pull) + wander - self.along(joints, float(row @ wander))
@@ -174,7 +172,7 @@ class Contact:
         aside: float = 0.0,
         both: float | None = None,
     ) -> Array:
-        """Return d (steps + 1,) while the left arm avoids and the right one comes with w, or avoids a pull of its own."""
+        """d (steps + 1,): the left arm avoids, the right one approaches with w or avoids a pull, too."""
         path = [self.measure()]
         for _ in range(steps):
             left, right = (
@@ -206,10 +204,8 @@ COMING = [(6.0, 0.1, 0.1), (10.0, 0.0, 0.2), (10.0, 0.2, 0.25), (20.0, -0.05, 0.
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("n", "u", "w"), STILL + COMING)
-def test_the_arm_comes_to_rest_at_the_closed_form_from_either_side(
-    rig: RigName, n: float, u: float, w: float
-) -> None:
-    """Within 1 mm of d*; against an obstacle that comes with w ≤ v, from further away d never falls below d_m."""
+def test_the_arm_rests_at_the_closed_form_from_both_sides(rig: RigName, n: float, u: float, w: float) -> None:
+    """Within 1 mm of d*; with an obstacle of w ≤ v, from farther away, d never falls below d_m."""
     rest, tau = budget.resting_distance(DM, n, V, u, w), budget.settling_time(DM, n, V, u, w)
     dt = min(0.1 * tau, 0.005 if w else 0.02)
     for start in (rest + 0.01,) if w else (rest - 0.02, rest + 0.02):
@@ -220,7 +216,7 @@ def test_the_arm_comes_to_rest_at_the_closed_form_from_either_side(
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_motion_aside_and_fed_forward(rig: RigName) -> None:
-    # A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere.
+    # A task that also moves quickly across the row rests at the same d*, with other joint angles.
     n, u = 10.0, 0.2
     rest, tau = budget.resting_distance(DM, n, V, u), budget.settling_time(DM, n, V, u)
     ends = []
@@ -231,7 +227,7 @@ def test_motion_aside_and_fed_forward(rig: RigName) -> None:
         )
         ends.append(contact.q)
     assert np.abs(ends[1] - ends[0]).max() > 0.05
-    # With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control).
+    # With w fed forward d ≥ d_m at w = 2 v, as line (R) with v + w; the plain law fails (control).
     u, w = 0.1, 0.6
     fed, plain = (contact_at(rig, 0.16, n, fed=fed).run(300, 0.0005, u, w) for fed in (True, False))
     assert fed.min() >= DM > plain.min()
@@ -240,8 +236,8 @@ def test_motion_aside_and_fed_forward(rig: RigName) -> None:
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("u", "w"), [(0.2, 0.28), (0.2, 0.30), (0.2, 0.32), (-0.1, 0.45), (1.0, 0.45)])
-def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float, w: float) -> None:
-    """d_m is kept if and only if w ≤ v; below d_m the distance falls at w − v whatever u, within 1 mm/s."""
+def test_the_distance_falls_by_the_excess_speed_of_the_obstacle(rig: RigName, u: float, w: float) -> None:
+    """d_m is kept if and only if w ≤ v; below d_m the distance falls at w − v for any u, within 1 mm/s."""
     assert bool(contact_at(rig, 0.16, 10.0).run(300, 0.001, u, w).min() >= DM - 1e-4) is (w <= V)
     if w > V:
         path = contact_at(rig, 0.14, 6.0).run(300, 0.0005, u, w)
@@ -251,7 +247,7 @@ def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("v", "pulls"), [(0.05, (0.2, 0.3)), (0.3, (0.2, 0.2)), (0.3, (0.4, -0.1))])
 def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
-    """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_1 + u_2)."""
+    """d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_1 + u_2)."""
     n, dt = 10.0, 0.001
     path = contact_at(rig, 0.17, n, v).run(500, dt, pulls[0], both=pulls[1])
     assert path.min() >= DM
@@ -262,13 +258,13 @@ def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
 N, U = 20.0, 0.4
 REST, TAU = budget.resting_distance(DM, N, V, U), budget.settling_time(DM, N, V, U)
 NEAR = 1e-4
-"""Start beside the rest [m]; near enough for the linear line."""
+"""Start offset from the rest [m], within the linear range."""
 
 
 def late_run(
     contact: Contact, steps: int, dt: float, hardware: HardwareSettings, approach: float = 0.0
 ) -> Array:
-    """Return d (steps + 1,) while the left arm avoids through dead time and lag, and the right one comes with w."""
+    """d (steps + 1,): the left arm avoids with dead time and lag, the right one approaches with w."""
     path, actuation = [contact.measure()], Actuation(len(contact.q))
     velocities = np.zeros_like(contact.q)
     for step in range(steps):
@@ -282,7 +278,7 @@ def late_run(
 
 
 def swings(path: Array) -> tuple[float, float]:
-    """Return the largest distance from the rest in the second and in the last fifth of a path [m]."""
+    """Largest deviations from the rest in the second and last fifth of a path [m]."""
     away, fifth = np.abs(path - REST), len(path) // 5
     return float(away[fifth : 2 * fifth].max()), float(away[-fifth:].max())
 
@@ -290,7 +286,7 @@ def swings(path: Array) -> tuple[float, float]:
 def test_limits_of_the_dead_time() -> None:
     assert budget.largest_dead_time(TAU) == pytest.approx(0.5 * math.pi * TAU)
     assert budget.largest_dead_time_without_overshoot(TAU) == pytest.approx(TAU / math.e)
-    # A lag of 1 µs is none, and a lag alone never makes it unstable.
+    # A lag of 1 µs has no effect, and a lag alone never makes it unstable.
     assert budget.largest_dead_time(TAU, 1e-6) == pytest.approx(budget.largest_dead_time(TAU), rel=1e-3)
     assert (
         0.0
@@ -304,10 +300,8 @@ def test_limits_of_the_dead_time() -> None:
 @pytest.mark.parametrize(
     ("rig", "lag"), [("torso", 0.0), ("table", 0.0), ("torso", 0.2 * TAU), ("torso", 2.0 * TAU)]
 )
-def test_a_dead_time_swings_where_the_closed_form_says_and_a_lag_takes_from_what_is_allowed(
-    rig: RigName, lag: float
-) -> None:
-    """In 40 steps a dead time, which is nearly continuous time. Without a lag it overshoots where its closed form says, too."""
+def test_a_dead_time_oscillates_beyond_the_closed_form_also_with_a_lag(rig: RigName, lag: float) -> None:
+    """40 steps per dead time are nearly continuous. Without a lag the overshoot matches its closed form."""
     allowed, calm, late = (
         budget.largest_dead_time(TAU, lag),
         budget.largest_dead_time_without_overshoot(TAU),
@@ -334,7 +328,7 @@ def test_a_sudden_start_costs_the_speed_times_the_dead_time(rig: RigName) -> Non
     )
     lost = REST - path[round(T / dt)]
     assert lost == pytest.approx(w * T, rel=0.01)
-    # The ideal robot answers at once.
+    # The ideal robot reacts at once.
     ideal = late_run(contact_at(rig, REST, N), round(T / dt), dt, HardwareSettings(), approach=w)
     assert REST - ideal[-1] < 0.5 * lost
     assert ideal.min() > DM > path.min()
@@ -357,5 +351,5 @@ def test_a_stop_holds_a_lagging_joint() -> None:
     q = np.array([0.999, 0.0, -1.001])
     held = before_stops(np.array([0.5, 0.5, -0.5]), q, lower, upper, 0.01)
     assert held == pytest.approx([0.1, 0.5, 0.0])
-    # A joint that is beyond its stop may come back.
+    # A joint beyond its stop may return.
     assert before_stops(np.array([0.5, 0.5, 0.5]), q, lower, upper, 0.01)[2] == 0.5

@@ -1,4 +1,4 @@
-"""Files of inputs and outcomes: faults are named with their line, what is written is complete, and what is no file does no harm."""
+"""Files of inputs and results: faults are named with their line, writing is complete or has no effect."""
 
 import csv
 import errno
@@ -42,7 +42,7 @@ CLOTHES = {
 
 
 @pytest.mark.parametrize("clothes", CLOTHES)
-def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
+def test_the_same_file_in_other_formats(tmp_path: Path, clothes: str) -> None:
     recording = reading(tmp_path, CLOTHES[clothes])
     assert_allclose(recording.times, [0.0, 1.0, 2.5])
     assert_allclose(recording.positions, [[0.1, 0.2, 0.3], [0.2, 0.2, 0.3], [0.2, -0.4, 0.3]])
@@ -62,7 +62,7 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         ("t,x,y,z\n0,0,0,-10.001\n", ("line 2", "z", "metres")),
         ("t,x,y,z\n0,0,0,0\n#\n\n0,0,0,0\n", ("line 5", "t = 0", "increase")),
         ("t,x,y,z\n1,0,0,0\n0.5,0,0,0\n", ("line 3", "t = 0.5", "after 1")),
-        ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0,0\n", ("line 2", "no orientation")),
+        ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0,0\n", ("line 2", "not an orientation")),
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0\n", ("line 2", "7 values", "8")),
         *((text, ("no samples",)) for text in ("t,x,y,z\n", "", "# only words\n\n")),
         *((f"t,x,y,z\n0,0,0,{letter * 200_000}\n", ("line 2",)) for letter in "1x"),
@@ -70,7 +70,7 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         (None, ("cannot be read",)), ("a folder", ("cannot be read",)),
     ],
 )  # fmt: skip
-def test_a_fault_is_named_in_one_line_with_its_place(
+def test_a_fault_is_reported_in_one_line_with_its_place(
     tmp_path: Path, text: str | bytes | None, words: tuple[str, ...]
 ) -> None:
     path = tmp_path / "hand.csv"
@@ -88,7 +88,7 @@ def test_a_fault_is_named_in_one_line_with_its_place(
     | st.text(max_size=200).map(str.encode)
     | st.text("0123456789.,-e\nnaift#\"' ", max_size=80).map(str.encode)
 )
-def test_any_bytes_are_a_recording_or_refused(
+def test_any_bytes_are_read_as_a_recording_or_refused(
     tmp_path_factory: pytest.TempPathFactory, content: bytes
 ) -> None:
     path = tmp_path_factory.getbasetemp() / "any.csv"
@@ -102,8 +102,8 @@ def test_any_bytes_are_a_recording_or_refused(
             assert np.isfinite(recording.positions).all() and (np.diff(recording.times) > 0.0).all()
 
 
-def test_rotations_turn_evenly_and_the_short_way(tmp_path: Path) -> None:
-    # Half a turn about z in 2 s, given with a quaternion twice too long; then 90°, also by the negative quaternion.
+def test_rotations_are_interpolated_evenly_the_short_way(tmp_path: Path) -> None:
+    # Half a turn about z in 2 s, with an unnormalised quaternion; then 90°, also with −q.
     h, poses = 0.70710678, "t,x,y,z,qw,qx,qy,qz\n0,0,0,1,1,0,0,0\n"
     half = (
         f"{poses}2,0,0,1,0,0,0,2\n",
@@ -137,7 +137,7 @@ JOINTS = [f"{side}_{kind}{i}" for kind in ("q", "dq") for side in ("left", "righ
 HEADER = ["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS]
 
 
-def test_a_second_arm_that_kept_clear_has_its_columns_after_it_has_ceased_to() -> None:
+def test_a_second_avoiding_arm_keeps_its_columns_after_it_stops_avoiding() -> None:
     simulation = Simulation(given_settings(scene="master_slave", avoid="both"))
     source = simulation.source()
     for avoid in ("both", "free"):
@@ -160,7 +160,7 @@ def exported(seed: int) -> tuple[str, Simulation]:
 
 
 def test_tables_of_a_run() -> None:
-    # Settings as # lines, the header to the letter, one row a step, and every number so that it reads back as the same bits.
+    # Settings as # lines, the exact header, one row per step, and numbers that read back to the same bits.
     text, simulation = exported(1)
     lines = text.split("\n")
     count = len(values(simulation.settings))
@@ -195,7 +195,7 @@ posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with name
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, UnicodeError])
-def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
+def test_an_interrupted_write_keeps_the_old_file(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "file"
     for before in (None, "old"):
         if before is not None:
@@ -214,7 +214,7 @@ def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[B
 
 
 @posix
-def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
+def test_links_devices_and_pipes_are_written_through(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("folder/file")
     (tmp_path / "folder").mkdir()
     with replacing(tmp_path / "link") as draft:
@@ -238,7 +238,7 @@ def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
                 draft.write_text("words", encoding="utf-8")
             break
         except OSError:
-            # The reader has not come yet.
+            # The reader is not ready yet.
             continue
     reader.join()
     assert read == ["words"] and pipe.is_fifo()

@@ -1,4 +1,4 @@
-"""A run made again from its inputs: to the last bit, as it would have been, in finer steps, and whether it is smooth."""
+"""Reruns from recorded inputs: to the bit, with other settings, in finer steps; test of smoothness."""
 
 import math
 import pickle
@@ -48,7 +48,7 @@ def session(scene: str, law: str, seconds: float, window: float) -> tuple[Simula
         ),
     ],
 )
-def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: str, law: str) -> None:
+def test_a_rerun_from_the_middle_of_a_run_has_the_same_bits(scene: str, law: str) -> None:
     simulation, recorded = session(scene, law, 2.6, 1.6)
     assert recorded.begin >= 0.9 and len(recorded.stretches) == 3
     sent = pickle.loads(pickle.dumps(recorded))
@@ -56,8 +56,8 @@ def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: str, law: str) ->
 
 
 @pytest.mark.parametrize(("key", "value"), [("dead", 0.05), ("fps", 20.0)])
-def test_what_is_set_and_taken_back_between_two_steps_changes_nothing(key: str, value: float) -> None:
-    """The inputs hold only what was in force in a step."""
+def test_a_setting_changed_and_restored_between_steps_has_no_effect(key: str, value: float) -> None:
+    """The log contains only settings in force at a step."""
     tables: list[bytes] = []
     for between in (0.0, value):
         simulation = Simulation(given_settings(**{key: value}))
@@ -72,13 +72,13 @@ def test_what_is_set_and_taken_back_between_two_steps_changes_nothing(key: str, 
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_last_seconds_are_a_piece_of_their_own(scene: str) -> None:
+def test_the_last_seconds_can_be_rerun_alone(scene: str) -> None:
     simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
     table = simulation.history.table(recorded.steps)
     for seconds in (0.004, 1.0, recorded.seconds - recorded.settings.dt, recorded.seconds, math.inf):
         piece = newest_piece(recorded, seconds)
         assert piece.steps == newest_steps(recorded, seconds)
-        # Two time steps may not fill the time to the end.
+        # With two time steps the lengths may differ slightly.
         assert abs(piece.seconds - min(seconds, recorded.seconds)) < 0.005
         assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
     for one, other in zip(newest_piece(recorded, math.inf).stretches, recorded.stretches, strict=True):
@@ -125,7 +125,7 @@ def test_other_settings() -> None:
         *(({"substeps": count}, f"substeps = {count} is too small") for count in (0, -1)),
     ],
 )
-def test_what_is_impossible_is_refused(impossible: dict[str, Any], message: str) -> None:
+def test_impossible_reruns_are_refused(impossible: dict[str, Any], message: str) -> None:
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     with pytest.raises(BadSetting, match=message):
         rerun(recorded, **impossible)
@@ -145,7 +145,7 @@ def test_what_if_is_exact() -> None:
     assert exact.squared_error.tobytes() == column(again.table, "e2").tobytes()
 
 
-def test_finer_steps_come_nearer_and_nearer() -> None:
+def test_finer_steps_converge() -> None:
     _, recorded = recorded_run(RunSettings(), 5.5, 2.0)
     ends, times = {}, column(rerun(recorded).table, "t")
     for substeps in (1, 2, 4, 8):
@@ -154,12 +154,12 @@ def test_finer_steps_come_nearer_and_nearer() -> None:
         assert np.allclose(column(again.table, "t")[::substeps], times, atol=1e-9)
         ends[substeps] = again.table[-substeps, len(again.table[0]) - 42 :][:14]
     differences = [float(np.abs(ends[2 * k] - ends[k]).max()) for k in (1, 2, 4)]
-    # Euler's steps: an error of first order, so that each halving of dt halves what is still missing.
+    # Euler's method has an error of first order: half the dt, half the remaining error.
     assert 0.0 < differences[2] < differences[1] < differences[0] < 0.02
     assert 0.35 < differences[1] / differences[0] < 0.65 and 0.35 < differences[2] / differences[1] < 0.65
 
 
-def test_what_is_not_wanted_any_more_stops_soon() -> None:
+def test_a_cancelled_rerun_stops_soon() -> None:
     _, recorded = session("hold", "smooth_priority", 2.6, 1.6)
     asked: list[bool] = []
 
@@ -175,7 +175,7 @@ def test_what_is_not_wanted_any_more_stops_soon() -> None:
 
 
 def test_seams_and_kinds() -> None:
-    # Seams tell where settings or the kind of target changed.
+    # Seams are changes of settings or of the kind of target.
     simulation, log = Simulation(RunSettings()), InputsLog()
     here = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     hand, pulled = HandTarget(here), HandTarget(here, elbow=np.array([0.2, -0.4, 1.0]))
@@ -189,7 +189,7 @@ def test_seams_and_kinds() -> None:
     assert rerun(recorded).seams == (10, 20, 30, 33)
     assert rerun(recorded, substeps=3).seams == (30, 60, 90, 99)
     assert rerun(recorded, {"dm": 0.1}).seams == (10, 20, 30)
-    # Between two kinds the first one stays.
+    # Between two kinds the first one is kept.
     kinds: list[Target | None] = [
         *(
             None,
@@ -207,7 +207,7 @@ def test_seams_and_kinds() -> None:
     for first, second in permutations(kinds, 2):
         assert target_between(first, second, 0.5) is first
     assert target_between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
-    # A jump of the settings is not held against the law.
+    # A jump caused by settings does not count against the law.
     changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
     simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
     assert rerun(recorded).summary.dq_step_max > 20.0 * largest_velocity_step(
@@ -231,7 +231,7 @@ def test_between_two_poses(a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.nd
 
 
 @given(st.floats(0.0, 1.0))
-def test_between_two_of_the_other_kinds(share: float) -> None:
+def test_between_two_targets_of_other_kinds(share: float) -> None:
     for kind, shape in ((JointTarget, 3), (BallTarget, 3), (AnglesTarget, (2, 4))):
         target = target_between(kind(np.zeros(shape)), kind(np.ones(shape)), share)
         assert isinstance(target, kind) and np.allclose(np.array(target[0]), share)
@@ -239,13 +239,13 @@ def test_between_two_of_the_other_kinds(share: float) -> None:
     pulled = target_between(first, first._replace(position=np.ones(3)), share)
     assert isinstance(pulled, LinkTarget) and (pulled.joint, pulled.offset.tolist()) == (4, [1.0, 1.0, 1.0])
     assert np.allclose(pulled.position, share)
-    # Another point, or another link, is taken hold of at once.
+    # Another point or link is grasped at once.
     assert target_between(first, first._replace(joint=5), share) is first
     assert target_between(first, first._replace(offset=np.zeros(3)), share) is first
 
 
-def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never() -> None:
-    # Two seconds of the hold scene during which the hand comes near and the closest pair changes.
+def test_the_paper_s_law_is_smooth_only_over_all_pairs() -> None:
+    # Two seconds of the hold scene with a near hand and a change of the closest pair.
     _, recorded = recorded_run(RunSettings(), 6.0, 2.0)
     for changes, verdict in (
         ({"pairs": "soft"}, "smooth"),
@@ -267,7 +267,7 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never() -> No
         ((0.5, 0.5, 0.5, 0.5), "jump"), ((0.5, 0.52, 0.48, 0.51), "jump"),
         # A jump of 0.1 below the smooth motion of the longer steps.
         ((0.4, 0.2, 0.105, 0.1), "jump"),
-        # Seen in a window of the hold scene under `single`: small jumps that become rarer.
+        # Measured in a window of the hold scene under `single`: small jumps that become rarer.
         ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "between"),
         ((0.8, 0.4, 0.2, 0.15), "between"), ((0.0, 0.0, 0.0, 0.0), "still"),
         ((1e-14, 1e-15, 1e-14, 1e-13), "still"), ((0.0, 0.0, 0.0, 0.1), "jump"),

@@ -1,4 +1,4 @@
-"""Samples that do not fit the run are refused, or said in one sentence with column, size and likely unit; good ones raise no doubt."""
+"""Samples that do not fit the run are refused or cause one warning with column, size and likely unit."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ T: Array = 0.05 * np.arange(COUNT, dtype=np.float64)
 
 
 def near_the_hand(settings: RunSettings = TABLE) -> Array:
-    """Places (COUNT, 3) of a hand that moves by 0.2 m/s from where it is."""
+    """Places (COUNT, 3) of a hand that moves at 0.1 m/s from its start."""
     simulation = Simulation(settings, 1)
     place = simulation.kinematics.hand_pose(simulation.guided).translation
     return place - np.array([0.0, 0.0, 0.2]) * T[:, None] * 0.5
@@ -85,7 +85,7 @@ DOUBTED: dict[str, tuple[Array, Array, float, tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", DOUBTED)
-def test_unlikely_samples_are_said_in_one_sentence(case: str) -> None:
+def test_unlikely_samples_cause_one_warning(case: str) -> None:
     times, places, seconds, words = DOUBTED[case]
     (said,) = check_samples(Recording(times, places), TABLE, seconds, "a.csv")
     assert said.startswith("a.csv: ") and "\n" not in said
@@ -110,7 +110,7 @@ FINE: dict[str, tuple[Array, Array, float]] = {
 
 
 @pytest.mark.parametrize("case", FINE)
-def test_good_samples_raise_no_doubt(case: str) -> None:
+def test_good_samples_cause_no_warning(case: str) -> None:
     times, places, seconds = FINE[case]
     assert check_samples(Recording(times, places), TABLE, seconds, "a.csv") == ()
 
@@ -118,14 +118,16 @@ def test_good_samples_raise_no_doubt(case: str) -> None:
 @given(
     st.sampled_from((1.0, 1e3, 1e6, 1e9)), st.floats(1e9, 2e9), st.floats(0.001, 0.2), st.floats(0.1, 1000.0)
 )
-def test_no_clock_goes_by_without_a_word(per: float, begin: float, step: float, seconds: float) -> None:
+def test_clock_times_since_1970_are_always_refused(
+    per: float, begin: float, step: float, seconds: float
+) -> None:
     times: Array = np.unique((begin + step * np.arange(COUNT, dtype=np.float64)) * per)
     with pytest.raises(BadInputFile, match="since 1970"):
         check_samples(Recording(times, np.tile(PLACES[0], (len(times), 1))), TABLE, seconds, "a.csv")
 
 
 @given(st.sampled_from((1e3, 1e6, 1e9)), st.floats(0.001, 0.1), st.floats(0.1, 1.0), st.floats(0.5, 60.0))
-def test_no_other_unit_of_time_goes_by_without_a_word(
+def test_another_unit_of_time_is_always_reported(
     per: float, step: float, speed: float, seconds: float
 ) -> None:
     times: Array = step * np.arange(COUNT, dtype=np.float64)
@@ -145,13 +147,15 @@ def test_no_other_unit_of_time_goes_by_without_a_word(
         ({"scene": "solo", "path": "circle"}, ("path = circle", "leave out --path")),
     ],
 )
-def test_a_hand_that_nothing_follows_is_refused(given: dict[str, str], words: tuple[str, ...]) -> None:
+def test_hand_samples_for_an_experiment_without_a_guided_hand_are_refused(
+    given: dict[str, str], words: tuple[str, ...]
+) -> None:
     with pytest.raises(BadInputFile) as caught:
         check_samples(Recording(T, PLACES), given_settings(**given), 3.0, "a.csv")
     assert all(word in str(caught.value) for word in words)
 
 
-def test_every_scene_with_a_hand_takes_them() -> None:
+def test_every_scene_with_a_guided_hand_accepts_hand_samples() -> None:
     for scene in ("solo", "hold", "master_slave"):
         settings = given_settings(scene=scene)
         assert check_samples(Recording(T, near_the_hand(settings)), settings, 3.0, "a.csv") == ()
@@ -165,12 +169,14 @@ def written(path: Path, times: Array) -> Path:
     return path
 
 
-def test_a_run_says_it_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_reports_bad_samples_before_it_begins(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     command = ["run", "--rig", "table", "--seconds", "0.2", "--inputs"]
     assert main([*command, str(written(tmp_path / "ros.csv", T + EPOCH))]) == 2
     out, error = capsys.readouterr()
     assert out == "" and error.count("\n") == 1 and "t begins at 1764275000" in error
-    # What is only unlikely does not stop it, and the summary stays JSON.
+    # Unlikely samples do not stop it, and the summary stays JSON.
     assert main([*command, str(written(tmp_path / "ms.csv", T * 1e3))]) == 0
     out, error = capsys.readouterr()
     assert json.loads(out)["steps"] == 40 and [
@@ -180,7 +186,7 @@ def test_a_run_says_it_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFi
     assert "warning" not in capsys.readouterr().err
 
 
-def test_the_stamps_of_a_bag_keep_their_order() -> None:
+def test_the_time_stamps_of_a_bag_are_read_exactly() -> None:
     rows = "".join(
         f"{EPOCH + t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(T, PLACES, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Settings: every value from outside is taken over exactly, or refused with a message that says what would be right."""
+"""Settings: values from outside are accepted exactly, or refused with the valid values."""
 
 import math
 from dataclasses import fields, replace
@@ -43,8 +43,8 @@ def bounds(spec: Spec) -> tuple[str, str]:
     return f"{spec.low:g}", f"{spec.high:g}"
 
 
-def test_a_choice_has_one_label_a_value() -> None:
-    """With a label too few or too many no control could be built."""
+def test_a_choice_needs_one_label_per_value() -> None:
+    """With a missing or extra label no control could be built."""
     for labels in ((), ("Left",), ("Left", "Right", "Both")):
         with pytest.raises(ValueError, match="argument"):
             Tab("Arms").choice("left", ArmName, "guided", "your arm", "The arm that you move.", *labels)
@@ -67,7 +67,7 @@ def test_declared_fields() -> None:
         assert SPECS[key].low <= DEFAULTS[key] <= SPECS[key].high and SPECS[key].step > 0.0
     for key in CHOICES:
         assert DEFAULTS[key] in SPECS[key].choices
-    # Rigs, laws, treatments, tasks and arms, and which of them one starts with.
+    # All choices, and their defaults.
     expected = {
         "scene": "solo ball hold master_slave imitation first_task", "rig": "torso table", "guided": "left right",
             "robot": "lwr panda ur5 lwr_panda lwr_ur5 panda_lwr panda_ur5 ur5_lwr ur5_panda",
@@ -83,7 +83,7 @@ def test_declared_fields() -> None:
     first |= {"scene": "hold", "guided": "right", "following": "mirrored", "pairs": "smooth"}
     assert {key: DEFAULTS[key] for key in CHOICES} == first
     assert not any(DEFAULTS[key] for key in FLAGS)
-    # g dt ≤ 1 and K dt < 1 at every corner of the ranges: no setting can make the joints pass their stops.
+    # g dt ≤ 1 and K dt < 1 for the largest values: no setting moves joints past their stops.
     assert SPECS["g"].high * SPECS["dt"].high <= 1.0 and SPECS["k"].high * SPECS["dt"].high < 1.0
 
 
@@ -101,7 +101,7 @@ def taken(key: str, value: object, expected: object) -> None:
 
 
 @given(st.sampled_from(NUMBERS), st.floats(0.0, 1.0))
-def test_numbers_in_range_are_taken_over_bit_for_bit_also_as_text(key: str, part: float) -> None:
+def test_numbers_in_range_are_accepted_to_the_bit_also_as_text(key: str, part: float) -> None:
     spec = SPECS[key]
     value: float = min(max(spec.low + part * (spec.high - spec.low), spec.low), spec.high)
     if isinstance(DEFAULTS[key], int):
@@ -110,7 +110,7 @@ def test_numbers_in_range_are_taken_over_bit_for_bit_also_as_text(key: str, part
     taken(key, str(value), value)
 
 
-def test_choices_and_flags_are_taken_over_in_the_ways_people_write_them() -> None:
+def test_choices_and_flags_are_accepted_in_the_usual_spellings() -> None:
     for key in CHOICES:
         for choice in SPECS[key].choices:
             taken(key, choice, choice)
@@ -122,7 +122,7 @@ def test_choices_and_flags_are_taken_over_in_the_ways_people_write_them() -> Non
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-def test_range_ends_through_the_pages_unit_are_still_the_ends(key: str) -> None:
+def test_range_ends_survive_the_conversion_to_the_page_s_unit(key: str) -> None:
     spec = SPECS[key]
     for end in (spec.low, spec.high):
         back = end * spec.page_scale / spec.page_scale
@@ -133,7 +133,7 @@ def test_range_ends_through_the_pages_unit_are_still_the_ends(key: str) -> None:
             assert spec.low <= values(changed(RunSettings(), key, value))[key] <= spec.high
 
 
-def test_a_tree_built_past_the_check_is_found_out() -> None:
+def test_validate_finds_bad_values_in_a_whole_tree() -> None:
     good = RunSettings()
     for key, bad in (
         ("dt", replace(good, dt=math.inf)),
@@ -159,7 +159,7 @@ NOT_NUMBERS += ("", " ", "fast", "0.1 m", "0,15", "1;2", "\x00", "é" * 5000)
 
 
 @pytest.mark.parametrize("key", TEXTS)
-def test_a_text_is_taken_over_in_its_one_form_or_refused(key: str) -> None:
+def test_a_text_is_normalised_or_refused(key: str) -> None:
     spec, default = SPECS[key], DEFAULTS[key]
     assert spec.read is not None and spec.read(default) == default
     assert values(changed(RunSettings(), key, " 0.1 : 1.000 , 0.2:0 "))[key] == "0.1:1,0.2:0"
@@ -168,7 +168,7 @@ def test_a_text_is_taken_over_in_its_one_form_or_refused(key: str) -> None:
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-def test_what_is_no_finite_number_is_refused_with_the_range(key: str) -> None:
+def test_a_value_that_is_not_a_finite_number_is_refused_with_the_range(key: str) -> None:
     for value in (*NOT_FINITE, *NOT_NUMBERS):
         refused(key, value, *bounds(SPECS[key]))
 
@@ -183,7 +183,7 @@ ANYTHING = st.text(max_size=60) | st.none() | st.integers() | st.floats()
 
 
 @given(st.sampled_from(CHOICES), ANYTHING | st.booleans(), st.sampled_from(FLAGS), ANYTHING)
-def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(
+def test_an_invalid_choice_or_flag_is_refused_with_the_valid_values(
     key: str, choice: object, flag: str, on: object
 ) -> None:
     if choice not in SPECS[key].choices:
@@ -193,7 +193,7 @@ def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(
 
 
 @given(st.text(max_size=40))
-def test_an_unknown_key_is_answered_with_where_all_are_listed(key: str) -> None:
+def test_an_unknown_key_is_refused_with_the_command_that_lists_all(key: str) -> None:
     assume(key not in SPECS)
     with pytest.raises(BadSetting) as caught:
         changed(RunSettings(), key, 1.0)

@@ -1,4 +1,4 @@
-"""The visual shells: lit correctly, small, and cached without harm; that they are inside the capsules is in `robots/test_looks.py`."""
+"""Normals, size and cache of the visual shells; `robots/test_looks.py` compares them with the capsules."""
 
 import io
 import shutil
@@ -30,7 +30,7 @@ def test_the_tool_ends_inside_the_hand() -> None:
     assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
 
 
-def test_normals_are_right_also_in_the_viewer() -> None:
+def test_normals_are_correct_also_in_the_viewer() -> None:
     groups = [
         *shells.link_meshes(False),
         room_shells.torso_meshes(False),
@@ -46,7 +46,7 @@ def test_normals_are_right_also_in_the_viewer() -> None:
         size = np.linalg.norm(cross, axis=1)
         agree = np.einsum("ij,ij->i", cross, normals[part.faces].mean(1)) / np.maximum(size, 1e-15)
         assert (agree[size > 1e-8] > 0).all(), name
-        # viser 1.1.1 discards the normals of a GLB and takes the mean of the faces around a vertex, weighted by their areas.
+        # viser 1.1.1 ignores a GLB's normals and uses the area-weighted mean of the faces around a vertex.
         seen = np.zeros_like(part.vertices)
         for corner in range(3):
             np.add.at(seen, part.faces[:, corner], cross)
@@ -54,7 +54,7 @@ def test_normals_are_right_also_in_the_viewer() -> None:
         off = np.degrees(np.arccos(np.clip(np.sum(seen * normals, 1), -1, 1)))
         assert np.mean(off) < 8 and np.percentile(off, 99) < 20, (name, np.mean(off), np.percentile(off, 99))
         places = np.round(np.hstack([part.vertices * 1e6, normals * 1e2]))
-        # The lids of slabs touch flat faces with copies of their corners, which are hidden; links have none at all.
+        # Lids of slabs touch flat faces with hidden copies of their corners; links have no copies.
         assert len(np.unique(places, axis=0)) > 0.95 * len(places), name
 
 
@@ -88,7 +88,7 @@ def test_surfaces_by_closed_forms() -> None:
     assert_allclose(np.linalg.norm(ball.vertices, axis=1), 0.3, atol=1e-6)
     assert_allclose(ball.vertex_normals, ball.vertices / 0.3, atol=1e-4)
     assert ball.volume == pytest.approx(4 / 3 * np.pi * 0.3**3, rel=0.03)
-    # Smooth edges only take away and smooth corners only add.
+    # Smooth edges only remove material, smooth corners only add it.
     a, b = np.random.default_rng(3).normal(size=(2, 500))
     assert (smooth_max(a, b, 0.3) >= np.maximum(a, b)).all()
     assert (smooth_min(a, b, 0.3) <= np.minimum(a, b)).all()
@@ -134,7 +134,7 @@ def test_sizes_and_colours_of_files() -> None:
 
 
 @pytest.mark.parametrize("link", range(8))
-def test_glbs_load_back(link: int) -> None:
+def test_glbs_can_be_loaded(link: int) -> None:
     scene = trimesh.load_scene(io.BytesIO(robot_glbs("lwr", "orange")[link]), file_type="glb")
     parts = shells.link_meshes(False)[link]
     assert set(scene.geometry) == set(parts)
@@ -150,7 +150,7 @@ def test_glbs_load_back(link: int) -> None:
 
 
 @pytest.mark.parametrize("link", range(8))
-def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours(link: int) -> None:
+def test_coarse_links_are_one_mesh_with_painted_light(link: int) -> None:
     (loaded,) = trimesh.load_scene(
         io.BytesIO(robot_glbs("lwr", "orange", coarse=True)[link]), file_type="glb"
     ).geometry.values()
@@ -175,7 +175,7 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
 THING = (b"one", b"", b"three\n")
 
 
-def test_what_has_a_key_is_built_once_and_a_damaged_file_again(
+def test_a_cached_thing_is_built_once_and_a_damaged_file_again(
     cache_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     built: list[str] = []
@@ -202,7 +202,7 @@ def test_what_has_a_key_is_built_once_and_a_damaged_file_again(
         built.clear()
         assert thing() == THING and built == ["key"] and file.read_bytes() == data
     assert thing("other key") == THING and built == ["key", "other key"]
-    # A folder that cannot be used or written does no harm.
+    # An unusable or unwritable folder does no harm.
     shutil.rmtree(cache_folder)
     cache_folder.write_text("a file where the folder should be", encoding="utf-8")
     assert thing() == thing() == THING and len(built) == 4

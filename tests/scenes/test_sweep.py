@@ -1,4 +1,4 @@
-"""Grids of settings, and running them: every value checked first, every figure the same whatever the number of workers."""
+"""Grids of settings: values are checked first, and figures do not depend on the number of workers."""
 
 import itertools
 import math
@@ -89,11 +89,11 @@ def test_every_setting_can_be_swept() -> None:
         *((f"n=1:5:{count}", ["count", shown]) for count, shown in (("1", "from 2"), ("2.5", "2.5"), ("-3", "-3"))),
         ("v=0:1:1e9", ["1e+09", str(MOST_POINTS)]), ("seed=1:1e12", ["at most"]), ("n=0:3", ["n = 0.0", "1 to 20"]),
         ("n=1,,3", ["n = ''", "1 to 20"]), ("n=2,2.0", ["twice"]), ("seed=1:2:3", ["whole number"]),
-        ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]), ("law=1:2", ["no number", "smooth_priority"]),
-        ("ff=0:1", ["no number", "ff=0,1"]), ("ff=maybe", ["neither on nor off"]),
+        ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]), ("law=1:2", ["not a number", "smooth_priority"]),
+        ("ff=0:1", ["not a number", "ff=0,1"]), ("ff=maybe", ["neither on nor off"]),
     ],
 )  # fmt: skip
-def test_one_line_says_what_is_wrong_with_an_axis(text: str, named: list[str]) -> None:
+def test_a_bad_axis_is_refused_in_one_line(text: str, named: list[str]) -> None:
     with pytest.raises(BadSetting) as error:
         read_axis(text, USUAL)
     assert all(part in str(error.value) for part in named) and "\n" not in str(error.value), error.value
@@ -131,17 +131,17 @@ def test_grids_and_their_figures() -> None:
         (["seed=0:200", "n=1:20", "v=0:1:11"], 1.0, ["44220 points", "20000"]),
         (["n=1:2"], 0.0, ["seconds = 0", "5000"]),
         (["n=1:2"], math.nan, ["seconds = nan"]),
-        # 2000 s are possible with the larger of the two time steps only.
+        # 2000 s are only possible with the larger time step.
         (["dt=0.00125,0.02"], 2000.0, ["seconds = 2000", "1250"]),
     ],
 )
-def test_a_grid_that_cannot_be_run_is_named(over: list[str], seconds: float, named: list[str]) -> None:
+def test_an_impossible_grid_is_refused(over: list[str], seconds: float, named: list[str]) -> None:
     with pytest.raises(BadSetting) as error:
         read_grid(USUAL, over, seconds)
     assert all(part in str(error.value) for part in named), error.value
 
 
-def test_two_workers_and_one_find_the_same() -> None:
+def test_two_workers_and_one_give_the_same_figures() -> None:
     grid = read_grid(USUAL, ["n=1,4,16", "pairs=single,soft"], 6.0)
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     handler = signal.getsignal(signal.SIGINT)
@@ -152,13 +152,13 @@ def test_two_workers_and_one_find_the_same() -> None:
         assert 1 <= len(multiprocessing.active_children()) <= 2
         together[index] = found
     assert together == dict(alone) and len(set(together.values())) == grid.size
-    # Nothing of the way they were started is left.
+    # Workers, environment and signal handler are restored.
     assert multiprocessing.active_children() == []
     assert {name: os.environ.get(name) for name in ONE_THREAD} == before
     assert signal.getsignal(signal.SIGINT) is handler
 
 
-def test_calls_are_drawn_up_shortly_before_they_are_made_and_workers_stop() -> None:
+def test_calls_are_drawn_shortly_before_use_and_workers_stop() -> None:
     count = itertools.count()
     found = computed(abs, ((next(count),) for _ in range(10**6)), 2)
     first = dict(next(found) for _ in range(5))
@@ -167,7 +167,7 @@ def test_calls_are_drawn_up_shortly_before_they_are_made_and_workers_stop() -> N
     found.close()  # pyright: ignore[reportAttributeAccessIssue]
     assert multiprocessing.active_children() == []
     assert all(index == value for index, value in first.items())
-    # At most as many as are under way, were done at once before, and have been taken.
+    # At most the running calls, those finished before, and those already taken.
     assert drawn <= 2 * (2 * AHEAD) + 5
 
 
@@ -230,18 +230,16 @@ def test_trade_off_maps() -> None:
     for point in found[::3]:
         summary = run(changed(changed(chosen, "n", point.order), "v", point.nominal_velocity), 8.0).summary
         assert (point.d_min, point.e2_max) == (summary.d_min, summary.e2_max)
-    # There is something to trade: more distance costs more error.
+    # There is a trade-off: more distance costs more error.
     by_distance = sorted(found, key=lambda point: point.d_min)
     assert by_distance[0].e2_max < by_distance[-1].e2_max
 
 
-def test_a_script_whose_workers_would_run_it_again_is_told_so(tmp_path: Path) -> None:
+def test_a_script_without_a_main_guard_gets_an_explanation(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(
         "from scenes.children import computed\nprint(list(computed(abs, [(1,), (2,)], 2)))\n",
         encoding="utf-8",
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=False)
-    assert (
-        'could not begin; in a script, what computes stands below if __name__ == "__main__":' in done.stderr
-    )
+    assert 'could not start; in a script, compute below if __name__ == "__main__":' in done.stderr

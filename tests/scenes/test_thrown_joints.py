@@ -1,4 +1,4 @@
-"""Joints that hardly move the closest point are not thrown to and fro where the others are at their bounds."""
+"""Joints that hardly move the closest point do not oscillate while the others are at their bounds."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ CROSSED = (
 
 
 def largest_steps(settings: RunSettings, seconds: float, start: Array | None, first: int = 0) -> list[float]:
-    """Largest steps of q̇ of the arms that keep clear, from a step on, at dt and dt/4 [rad/s]."""
+    """Largest steps of q̇ of the avoiding arms, from step `first`, at dt and dt/4 [rad/s]."""
     largest = []
     for substeps in (1, 4):
         done = run(replace(settings, dt=settings.dt / substeps), seconds, start=start)
@@ -30,8 +30,8 @@ def largest_steps(settings: RunSettings, seconds: float, start: Array | None, fi
     return largest
 
 
-def test_strict_priority_begins_without_a_throw() -> None:
-    """Its whole distance rate is asked for at once, far from the other arm, and joint 4 has a lever of 1.2e-6 m/rad."""
+def test_strict_priority_begins_without_a_jump() -> None:
+    """It wants the full rate at once, far from the other arm; joint 4 has a lever of 1.2e-6 m/rad."""
     settings = changed(RunSettings(), "law", "strict_priority")
     done = run(settings, 0.02)
     assert abs(done.simulation.history.velocities(done.table)[0, 3]) < 1e-3
@@ -48,10 +48,10 @@ def test_strict_priority_begins_without_a_throw() -> None:
         ),
     ],
 )
-def test_no_step_at_the_edges_stays_with_smaller_time_steps(
+def test_velocity_steps_shrink_with_the_time_step(
     changes: dict[str, object], start: tuple[float, ...]
 ) -> None:
-    """Two of the runs that jumped by more than 1 rad/s, at every dt."""
+    """Two runs that once jumped by over 1 rad/s at every dt."""
     settings = RunSettings(scene="imitation")
     for key, value in changes.items():
         settings = changed(settings, key, value)

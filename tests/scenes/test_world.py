@@ -1,4 +1,4 @@
-"""Arms that glide along table, stand, floor and their own links: the setting `world`."""
+"""The setting `world`: arms glide along table, stand, floor and their own links."""
 
 from functools import cache
 
@@ -34,7 +34,7 @@ from scenes.world_stages import ORDER, WorldStage
 from tests.scenes.helpers import given_settings, inside_limits, moved
 
 FAR = {"table": np.array([0.3, 0.25, 0.3]), "torso": np.array([-0.05, 0.0, 0.75])}
-"""Places below the bench, and inside the torso."""
+"""Targets below the bench, and inside the torso (3,) [m]."""
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -50,7 +50,7 @@ def task_of(simulation: Simulation, side: int) -> Surroundings:
 
 @cache
 def dragged(scene: str, rig: RigName, world: bool, link: bool = False) -> tuple[Simulation, float, float]:
-    """A run in which the guided arm is dragged into things; least distance of either arm from them, guided first [m]."""
+    """A run with the guided arm dragged into obstacles; least distances of both arms, guided first [m]."""
     simulation = Simulation(given_settings(scene=scene, rig=rig, world=world, wmax=0.5))
     tasks = [task_of(simulation, side) for side in (1, 0)]
     target = LinkTarget(5, np.zeros(3), FAR[rig]) if link else HandTarget(FAR[rig])
@@ -65,7 +65,7 @@ def dragged(scene: str, rig: RigName, world: bool, link: bool = False) -> tuple[
 
 @pytest.mark.parametrize("rig", ["table", "torso"])
 @pytest.mark.parametrize("link", [False, True])
-def test_the_arm_that_a_person_drags_stops_at_things(rig: RigName, link: bool) -> None:
+def test_a_dragged_arm_stops_at_obstacles(rig: RigName, link: bool) -> None:
     assert dragged("hold", rig, False, link)[1] < -0.02
     assert dragged("hold", rig, True, link)[1] > 0.95 * MARGIN
 
@@ -76,7 +76,7 @@ def test_master_and_slave_stop_at_the_table_together() -> None:
     assert min(with_world[1:]) > 0.95 * MARGIN
 
 
-def test_an_arm_that_is_pressed_against_things_says_so_and_no_promise_is_broken() -> None:
+def test_an_arm_pressed_against_obstacles_reports_it_and_keeps_the_promise() -> None:
     simulation, *_ = dragged("master_slave", "table", True)
     settings, table = simulation.settings, simulation.history.table()
     pressed = missing(settings, table)[Condition.WORLD]
@@ -89,7 +89,7 @@ def test_an_arm_that_is_pressed_against_things_says_so_and_no_promise_is_broken(
 
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave", "imitation"])
 @pytest.mark.parametrize("rig", ["torso", "table"])
-def test_the_autopilots_runs_keep_q_to_1e_4_rad(scene: str, rig: RigName) -> None:
+def test_world_changes_q_of_autopilot_runs_by_less_than_1e_4_rad(scene: str, rig: RigName) -> None:
     ways: list[Array] = []
     for world in (False, True):
         simulation = moved(given_settings(scene=scene, rig=rig, world=world), lambda run: run.time > 6.0)
@@ -97,14 +97,14 @@ def test_the_autopilots_runs_keep_q_to_1e_4_rad(scene: str, rig: RigName) -> Non
     assert np.abs(ways[1] - ways[0]).max() < 1e-4
 
 
-def test_it_is_off_by_default_and_then_no_table_names_it() -> None:
+def test_world_is_off_by_default_and_then_not_in_tables() -> None:
     settings = RunSettings()
     assert not settings.world and LATER["world"] is settings.world
     assert "world" in values(settings) and "world" not in named_values(settings)
     assert named_values(changed(settings, "world", "on"))["world"] is True
 
 
-def test_a_run_goes_on_from_a_snapshot_to_the_same_bits() -> None:
+def test_a_run_resumed_from_a_snapshot_has_the_same_bits() -> None:
     whole = Simulation(given_settings(rig="table", world=True, wmax=0.5))
     for _ in range(250):
         whole.step(HandTarget(FAR["table"]))
@@ -118,7 +118,7 @@ def test_a_run_goes_on_from_a_snapshot_to_the_same_bits() -> None:
     assert again.positions.tobytes() == whole.positions.tobytes()
 
 
-def test_it_can_be_chosen_while_the_arm_is_inside_the_table_and_takes_it_out() -> None:
+def test_world_chosen_inside_the_table_moves_the_arm_out() -> None:
     simulation = Simulation(given_settings(rig="table", wmax=0.5))
     task = task_of(simulation, 1)
     while simulation.kinematics.update(simulation.positions) or task.margin().value > -0.03:
@@ -136,7 +136,7 @@ def test_it_can_be_chosen_while_the_arm_is_inside_the_table_and_takes_it_out() -
     assert task.margin().value < 0.0
 
 
-def test_with_sensors_that_see_wrong_the_arm_of_a_person_goes_by_what_is() -> None:
+def test_the_guided_arm_uses_true_positions_despite_bad_sensors() -> None:
     simulation = Simulation(given_settings(rig="table", world=True, wmax=0.5, fps=20.0, dead=0.02))
     task, least = task_of(simulation, 1), np.inf
     for _ in range(600):
@@ -146,7 +146,7 @@ def test_with_sensors_that_see_wrong_the_arm_of_a_person_goes_by_what_is() -> No
     assert least > 0.95 * MARGIN
 
 
-def test_the_furniture_is_as_it_is_drawn() -> None:
+def test_the_furniture_matches_the_drawn_one() -> None:
     bench = table_meshes(TABLE_SEPARATION, 2, False)["light"].bounds
     half = bench_half_length(TABLE_SEPARATION)
     np.testing.assert_allclose(bench[1], [half, BENCH_HALF_DEPTH, BENCH_TOP], atol=1e-9)
@@ -202,7 +202,7 @@ def test_one_loop_is_the_smooth_minimum_of_own_links_and_boxes(rig: RigName) -> 
         np.testing.assert_allclose(one.row, other.row, atol=1e-7)
 
 
-def test_a_stage_is_the_paper_law_one_sided_with_the_joints_bounds() -> None:
+def test_a_stage_is_the_one_sided_law_of_the_paper_with_joint_bounds() -> None:
     simulation = Simulation(given_settings(rig="table"))
     arm, random = simulation.room.arms[1], np.random.default_rng(4)
     task, box = task_of(simulation, 1), simulation.world.bounds.part(arm.joints)

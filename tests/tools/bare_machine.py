@@ -1,16 +1,17 @@
-"""Runs the README's commands on a bare machine: a minimal Debian in a folder of its own, entered by chroot.
+"""Runs the README's commands on a bare machine: a minimal Debian in its own folder, entered by chroot.
 
-It has Python, git and libgomp1, and nothing else of what developers' machines have: no font, no browser, no compiler, no cache. It needs
-root on Debian, and installs mmdebstrap if that is missing. Python's standard library is enough to run it:
+It has Python, git and libgomp1, but no font, browser, compiler or cache. It needs root on Debian, and
+installs mmdebstrap if that is missing. Python's standard library is enough to run it:
 
     python3 tests/tools/bare_machine.py                         the README's second command (the tests) on the last commit
     python3 tests/tools/bare_machine.py 'COMMAND'               another command there, after the README's installation
-    python3 tests/tools/bare_machine.py --suite trixie          on Debian 13 instead of Debian 12
-    python3 tests/tools/bare_machine.py --with 'fonts-noto-core fonts-liberation'     with these packages, too
-    python3 tests/tools/bare_machine.py --then 'COMMAND'        the tests, and after them a command
-    python3 tests/tools/bare_machine.py --or-here …             run in this checkout, and say so, if no bare machine can be had
+    python3 tests/tools/bare_machine.py --suite trixie          Debian 13 instead of Debian 12
+    python3 tests/tools/bare_machine.py --with 'fonts-noto-core fonts-liberation'     with more packages
+    python3 tests/tools/bare_machine.py --then 'COMMAND'        the tests, then a command
+    python3 tests/tools/bare_machine.py --or-here …             without a bare machine, run in this checkout
 
-The first use downloads the system, about two minutes, and keeps it in the temporary folder; each use begins with a fresh copy.
+The first use downloads the system (about two minutes) and keeps it in the temporary folder; each use begins
+with a fresh copy.
 """
 
 import argparse
@@ -27,14 +28,14 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 PACKAGES = ("python3", "python3-venv", "git", "ca-certificates", "procps", "libgomp1")
-"""On top of Debian's essential packages; pinocchio needs libgomp1, as the README says."""
+"""Packages in addition to Debian's essential ones; pinocchio needs libgomp1, see the README."""
 UNABLE = 3
-"""Exit code if no such system can be made or entered."""
+"""Exit code if no bare machine can be made or entered."""
 
 _HOSTS = "127.0.0.1 localhost\n::1 localhost\n"
 _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 _HANDED_ON = re.compile(r"PIP_(?!FIND_LINKS).*|(http|https|no)_proxy|(HTTP|HTTPS|NO)_PROXY")
-"""Names of the variables that pip needs to reach its index from here."""
+"""Names of environment variables that pip needs to reach its index."""
 _ENTER = """
 set -euo pipefail
 mount -t proc proc "$0/proc"
@@ -44,19 +45,19 @@ exec chroot "$0" bash -euo pipefail -c "$1"
 
 
 def readme_commands(readme: str) -> list[str]:
-    """The shell commands of the README, without their line breaks: to start the page, to run the tests, …"""
+    """Shell commands of the README, without their outer line breaks: start the page, run the tests, …"""
     return [
         block.strip() for block in re.findall(r"^```sh\n(.*?)^```$", readme, flags=re.MULTILINE | re.DOTALL)
     ]
 
 
 def installation(command: str) -> str:
-    """The part of a README command that installs the package, without the program that it starts at the end."""
+    """The installing part of a README command, without the program started at its end."""
     return command.rpartition(" && ")[0]
 
 
 def reason_against() -> str:
-    """Why this computer cannot make a bare machine; empty if it can."""
+    """Reason why this computer cannot make a bare machine; empty if it can."""
     if sys.platform != "linux" or not hasattr(os, "geteuid") or os.geteuid() != 0:
         return "it takes root on Linux"
     if shutil.which("mmdebstrap") is None and shutil.which("apt-get") is None:
@@ -80,13 +81,13 @@ def reason_against() -> str:
 
 
 def system_archive(suite: str) -> Path:
-    """An archive of the minimal system, downloaded at the first use.
+    """Archive of the minimal system, downloaded at the first use.
 
     Args:
-        suite: a Debian release by its code name.
+        suite: code name of a Debian release.
 
     Raises:
-        subprocess.CalledProcessError: the archive of packages cannot be reached, or does not have the release.
+        subprocess.CalledProcessError: the package archive cannot be reached, or lacks the release.
     """
     archive = Path(tempfile.gettempdir()) / f"duet-bare-machine-{suite}.tar"
     if not archive.exists():
@@ -106,27 +107,24 @@ def system_archive(suite: str) -> Path:
 
 
 def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path) -> int:
-    """Run a command in a clone of a checkout's last commit on a fresh bare machine.
+    """Run a command in a clone of the last commit on a fresh bare machine; return its exit code.
 
-    Its processes and mounts are in namespaces of their own: all of them end with the command.
+    Its processes and mounts have their own namespaces and end with the command.
 
     Args:
         command: for bash, in the clone's folder.
-        packages: Debian packages that the machine has on top of `PACKAGES`.
-
-    Returns:
-        The command's exit code.
+        packages: Debian packages in addition to `PACKAGES`.
     """
     if packages:
         command = f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
     root = Path(tempfile.mkdtemp(prefix="duet-bare-"))
-    # An ending from outside removes it, too.
+    # SIGTERM removes it, too.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         subprocess.run(["tar", "-C", root, "-xf", system_archive(suite)], check=True)
         shutil.copy("/etc/resolv.conf", root / "etc")
         (root / "etc" / "hosts").write_text(_HOSTS, encoding="ascii")
-        # The certificates and pip's settings with which this computer reaches the package index.
+        # Certificates and pip settings of this computer, to reach the package index.
         subprocess.run(
             ["cp", "-rT", "--remove-destination", "/etc/ssl/certs", root / "etc" / "ssl" / "certs"],
             check=True,
@@ -151,12 +149,11 @@ def _unshare() -> list[str]:
 
 
 def handed_on(environment: Mapping[str, str]) -> dict[str, str]:
-    """The variables with which pip reaches its index from this computer."""
+    """This computer's variables for pip's access to its index."""
     return {name: value for name, value in environment.items() if _HANDED_ON.fullmatch(name)}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run as a command; see the module's text."""
     parser = argparse.ArgumentParser(description="Run the README's commands on a bare machine.")
     parser.add_argument(
         "command", nargs="?", help="what to run after the README's installation; default: its tests"
@@ -172,7 +169,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.command is not None:
         command = f"{installation(command)} && {chosen.command}"
     if chosen.then:
-        # The last part of a list of commands is the one in which bash stops at the first failure.
+        # In a && list bash only stops at a failure of the last part.
         command += f" && {{\n{chosen.then}\n}}"
     reason = reason_against()
     if not reason:

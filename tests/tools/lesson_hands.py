@@ -1,4 +1,4 @@
-"""What a student does in the lessons, by the mouse alone or by the keyboard alone."""
+"""A student's actions in the lessons, by mouse only or by keyboard only."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ BUTTONS = {
     "again": (r"Reset\s*$", "r"),
     "leave": ("Leave the lessons", "x"),
 }
-"""What there is to do: the beginning of the button's label, and its key; what has no key of its own is reached by Tab."""
+"""Action → (beginning of the button's label, key); a button without a key is reached by Tab."""
 
 
 def press(page: Page, label: str) -> None:
-    """Press a button of the panel by the beginning of its label, a regular expression."""
+    """Press a button of the panel by a regular expression for the beginning of its label."""
     page.get_by_role("button", name=re.compile(rf"^\s*(?:{label})")).first.click()
 
 
 def control_of(key: str, value: Any) -> tuple[str, str, str]:
-    """Return of a setting the tab on which it stands, its label, and what a person enters for a value."""
+    """A setting's tab, its label, and the text that a person enters for a value."""
     spec = SPECS[key]
     entered = (
         spec.options()[value]
@@ -44,7 +44,7 @@ def control_of(key: str, value: Any) -> tuple[str, str, str]:
 
 
 class Clicks:
-    """What a student does by the mouse alone."""
+    """A student with a mouse only."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -65,7 +65,7 @@ class Clicks:
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
-        # While the panel with the tabs is folded, the step's own controls stand in the lesson.
+        # While the panel with the tabs is folded, the step's own controls are in the lesson.
         tabs = self.page.get_by_role("tab", name=tab, exact=True)
         elsewhere = tabs if tabs.is_visible() else self.page.locator(".duet-l-head")
         elsewhere.click()
@@ -75,12 +75,12 @@ class Clicks:
             self.page.get_by_role("option", name=entered, exact=True).click()
         else:
             row.locator("input:visible").last.fill(entered)
-            # A click elsewhere leaves the box.
+            # A click elsewhere moves the focus out of the box.
             elsewhere.click()
 
 
 class Keys:
-    """What a student does by the keyboard alone."""
+    """A student with a keyboard only."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
@@ -145,7 +145,7 @@ class Keys:
         return str(self.page.evaluate(f"document.activeElement?.{what} ?? ''")).strip()
 
     def _enter(self, text: str | None) -> None:
-        """Write over what has the focus, and press Enter; then let go of it, so that keys are the lesson's again."""
+        """Replace the focused text and press Enter; then remove the focus, so that keys reach the lesson."""
         if text is not None:
             self.page.keyboard.press("Control+a")
             self.page.keyboard.type(text)

@@ -1,4 +1,4 @@
-"""What a student sets and moves in a challenge: settings with the page's controls, hand, ball and elbow with the keys of every page."""
+"""A student's settings and moves in a challenge: the page's controls; hand, ball and elbow by keys."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from tests.app.page.by_hand import hands_of
 from tests.browser import until
 from tests.tools.lesson_hands import Hands
 
-LONG = 180.0  # a run on a busy machine [s]
-SETTLING = 4.0  # until an arm has given way to a ball that stays where it is [s]
-FAST = 0.8  # speed limit for a push by arrows, which do not meet the other hand as squarely as a script does [m/s]
-AHEAD = 0.25  # how far ahead of the hand the target of a straight push is [m]
-STEP = 0.02  # how far an arrow moves hand or ball [m]
-BURST = 8  # presses of keys between two frames, as of a key that is held down
+LONG = 180.0  # longest run on a busy machine [s]
+SETTLING = 4.0  # until an arm rests after avoiding a resting ball [s]
+FAST = 0.8  # speed limit for a push by arrows, which meets the other hand less squarely than a script's [m/s]
+AHEAD = 0.25  # distance of a straight push's target ahead of the hand [m]
+STEP = 0.02  # motion of hand or ball per arrow key [m]
+BURST = 8  # key presses between two frames, like a held key
 
 
 class LessonMoves:
-    """Does what a trial of a challenge does. See `Walker`."""
+    """Does the actions of a challenge's trial. See `Walker`."""
 
     def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands
 
     def settings(self, trial: Trial, **further: float) -> None:
-        """Set what a trial sets, with the page's own controls, and further settings."""
+        """Enter a trial's settings, and further ones, with the page's own controls."""
         for key, value in (values(trial.setup.settings(self.session.settings).run) | further).items():
             if values(self.session.settings)[key] != value:
                 self.hands.set(key, value)
@@ -46,7 +46,7 @@ class LessonMoves:
                 )
 
     def move(self, trial: Trial) -> None:
-        """Move what a trial's person moves, as far, in a fresh run with the trial's settings."""
+        """Repeat the motion of a trial's person in a fresh run with the trial's settings."""
         session, page = self.session, self.page
         if trial.setup.input.kind == "none":
             self.settings(trial)
@@ -74,7 +74,7 @@ class LessonMoves:
                     def begun(still: Array = still) -> bool:
                         return bool(np.abs(session.simulation.positions - still).max() > 0.01)
 
-                    # One motion after the other: together they may leave the elbow where it was.
+                    # One motion after the other: together they may not move the elbow.
                     until(page, begun, "a motion")
                     until(
                         page,
@@ -83,7 +83,7 @@ class LessonMoves:
                         LONG,
                     )
         else:
-            # In slow motion, at the other hand, until it is 10 mm nearer than d_m.
+            # In slow motion, towards the other hand, until it is 10 mm nearer than d_m.
             self.settings(trial, wmax=FAST)
             ask(session, lambda s: s.change("speed", 0.25))
             start, other = ask(session, hands_of)
@@ -95,7 +95,7 @@ class LessonMoves:
             )
 
     def _fresh_run(self) -> None:
-        """Begin the run again, with the focus where keys are the page's."""
+        """Restart the run, and remove the focus so that keys reach the page."""
         turn, before = self.run.walk.run_id, max(self.session.simulation.time, 2.0)
         self.hands.do("again")
         until(
@@ -106,7 +106,7 @@ class LessonMoves:
         self.page.evaluate("document.activeElement?.blur()")
 
     def _swing(self) -> None:
-        """Swing the elbow to both marks with J and K."""
+        """Swing the elbow to both marks by J and K."""
         low, high = mark_places(self.session.simulation.room, self.run.walk.step.marks)
         for mark in (high, low):
 
@@ -122,7 +122,7 @@ class LessonMoves:
             until(self.page, there, "the mark", LONG)
 
     def _steer(self, goal: Callable[[Session], Array], done: Callable[[Session], bool]) -> None:
-        """Move hand or ball with the arrows to a goal that may move, in a fresh run, once it is known how far each key moves it."""
+        """Move hand or ball by arrows to a goal, which may move, after a measurement of each key's motion."""
         session, page, ways = self.session, self.page, dict[str, Array]()
         self._fresh_run()
         page.keyboard.press("ArrowUp")
@@ -148,7 +148,7 @@ class LessonMoves:
 
 
 def held_at(session: Session) -> Array:
-    """Where the student wants what is theirs to be, or where it is while nothing is wanted (3,) [m]."""
+    """Wanted place of the student's hand or ball, or its present one if nothing is held (3,) [m]."""
     if isinstance(session.held, (BallTarget, HandTarget)):
         return session.held.position.copy()
     ball = session.simulation.room.ball

@@ -1,4 +1,4 @@
-"""How lessons are walked in a real browser, by clicks or by keys: every answer, every verdict, every challenge."""
+"""Lessons walked in a real browser by clicks or keys: every answer, verdict and challenge."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CONTROLS = {
     "tab",
     "textbox",
 }
-"""Roles of what can be operated."""
+"""Roles of controls."""
 
 FLAWS = """() => { const bad = [];
   for (const block of document.querySelectorAll('.duet-lesson')) {
@@ -52,7 +52,7 @@ FLAWS = """() => { const bad = [];
 
 
 def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
-    """Open a lesson by its link; return the session and its lessons."""
+    """Open a lesson by its link. Returns the session and its lessons."""
     session = visit(page, opened, query)
     page.locator(".duet-l-head").wait_for()
     return session, next(
@@ -61,7 +61,7 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:
-    """Go to a step, from 0 as the lesson, of which the test before lesson 1 is −1; wait until it is on the page."""
+    """Go to a step (0-based; lesson −1 is the test before lesson 1), and wait until it is shown."""
     place = next(i for i, one in enumerate(run.book.lessons) if one.number == lesson + 1)
     ask(session, lambda _: run.act(GoTo(place, step)))
     crumb = re.compile(rf"^\D*{lesson + 1}\D+{step + 1}\D")
@@ -73,7 +73,7 @@ def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, st
 
 
 def named(page: Page) -> None:
-    """Wait until every control has a name in the accessibility tree; a new one gets its own a moment after it was drawn."""
+    """Wait until every control has a name in the accessibility tree; new ones get it a moment later."""
     chrome = page.context.new_cdp_session(page)
 
     def unnamed() -> list[int]:
@@ -97,7 +97,7 @@ def named(page: Page) -> None:
 
 @dataclass
 class Walked:
-    """A walked step: headlines of the verdicts, runs that show why, "passed" for a challenge, wall time."""
+    """A walked step: headlines of verdicts, explaining runs, "passed" for a challenge, wall time."""
 
     lesson: str
     step: str
@@ -108,13 +108,13 @@ class Walked:
 
 
 class Walker:
-    """Walks lessons that are open on a page; session and run of the tab are only asked, but for the speed of the page."""
+    """Walks lessons on a page; session and lessons of the tab are only read, except for the page's speed."""
 
     def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands
         self.moves = LessonMoves(page, session, run, hands)
         self.check: Callable[[Page], None] = lambda _: None
-        """Asked of the page once in every phase of a step."""
+        """Called with the page once per phase of a step."""
         self._checked = set[Phase]()
 
     def step(self) -> Walked:
@@ -152,7 +152,7 @@ class Walker:
         until(self.page, lambda: self.run.walk.step is not here, "the next step")
 
     def _at(self, phase: Phase) -> None:
-        """Wait for a part of the present step, in the session and on the page."""
+        """Wait for a phase of the present step, in the session and on the page."""
         until(self.page, lambda: self.run.walk.phase is phase, f"{phase} of {self.run.walk.step.id}", LONG)
         self.page.locator(f".duet-l-head .phases .now:text-is('{phase.value.capitalize()}')").wait_for()
         if phase not in self._checked:
@@ -160,16 +160,16 @@ class Walker:
             self.check(self.page)
 
     def _on(self, label: str) -> None:
-        """Wait until a button with this beginning is on the page: what is asked for can be seen to be possible."""
+        """Wait for a button by the beginning of its label: the user must see that the action is possible."""
         self.page.get_by_role("button", name=re.compile(rf"^\s*(?:{label})")).first.wait_for()
 
     def _look(self) -> None:
-        """No formula is missing, no text is wider than the panel, and one button stands out."""
+        """Check formulas, widths of texts, and that at most one button is highlighted."""
         wait_frames(self.page, 2)
         assert lasting(self.page, lambda: self.page.evaluate(FLAWS)) == []
 
     def _answer(self, question: Question, answer: int, walked: Walked) -> None:
-        """Give an answer, read the verdict and see why; before the right one, which comes last, skip the run and begin again."""
+        """Answer, check verdict and explanation; before the right answer (last) skip and reset the run."""
         page, run, right = self.page, self.run, answer == question.right
         self._at(Phase.PREDICT)
         assert page.get_by_role("button", name="Run (predict first)").is_disabled()
@@ -209,25 +209,25 @@ class Walker:
             self.hands.do("next")
             until(page, lambda: not run.walk.view().showing, "the outcome")
             self._at(Phase.OBSERVE)
-            # Buttons come back under the outcome; a click between two layouts would be lost.
+            # Buttons reappear under the outcome; a click between two layouts would be lost.
             self._look()
             walked.whys += 1
         if not right:
             self.hands.do("reset")
 
     def _go(self) -> None:
-        """Start the run, twice as fast."""
+        """Start the run at double speed."""
         ask(self.session, lambda s: s.change("speed", 2.0))
         self._on(r"Run( again)?\s*$")
         self.hands.do("run")
         until(self.page, lambda: not self.session.paused or self.session.simulation.steps > 0, "the run")
 
     def _challenge(self, step: Step) -> None:
-        """Fail once, read why, open the hints, then pass as the lesson's own attempt does; a law of one's own passes at once."""
+        """Fail once, open the hints, then pass like the lesson's own attempt; a custom law passes at once."""
         page, run, challenge = self.page, self.run, step.challenge
         assert challenge is not None
         self._on("(Check|Test) my|Count this push")
-        # A hand that has not moved has not pushed.
+        # A hand without motion makes no push.
         if not challenge.best_of:
             self._check()
         if not (challenge.custom_law or challenge.best_of):
@@ -264,7 +264,7 @@ class Walker:
             page.locator(".duet-l-attempt .card.right").wait_for()
 
     def _check(self) -> None:
-        """Have the run, or the law, judged."""
+        """Test the run or the law by the page."""
         before = self.run.walk.done.last
         self.hands.do("check")
         until(self.page, lambda: self.run.walk.done.last is not before, "the attempt", LONG)

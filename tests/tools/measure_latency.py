@@ -1,10 +1,11 @@
-"""How long a movement of the mouse takes to become a picture: `python -m tests.tools.measure_latency`.
+"""Time from a mouse movement to its picture: `python -m tests.tools.measure_latency`.
 
-A figure for a person to read, not a test: it says what this machine does at this moment. In a small window, the hand's handle is
-pulled by single moves of the mouse while everything else stands still; each is timed from the pointer's event to the first drawn
-frame in which a link of the guided arm has turned. Beside it stand two floors, measured in turns with it: a plain viser server on
-which a handle turns one frame, and one that draws the same room and arms and turns one of them; neither computes anything. Of Duet's
-own time, the server's part is given: from the handle's message to the end of the frame that answers it.
+A figure of this machine at this moment, not a test. In a small window single mouse moves pull the hand's
+handle while everything else is at rest; each is timed from the pointer's event to the first drawn frame with
+a turned link of the guided arm. Two lower limits are measured alternately with it: a plain viser server with
+a handle that turns one frame, and one that draws the same room and arms and turns one arm; neither computes
+anything. Of Duet's time the server's part is given, too: from the handle's message to the end of the
+answering frame.
 """
 
 import multiprocessing
@@ -51,11 +52,11 @@ from tests.browser import (
 
 MOVES = 60
 TURNS = 3
-"""How often each is measured, one after the other."""
+"""Number of measurements of each, in turns."""
 
 HANDLE = 0.22
 GRIP = 0.9 * HANDLE
-"""Length of the handle's arrows, and how far out on one it is taken [m]."""
+"""Length of the handle's arrows, and grip distance along one [m]."""
 
 LINKS = ["/arms/right/base" + "".join(f"/j{j}" for j in range(1, i + 1)) for i in range(1, 8)]
 FLOOR = "/turned"
@@ -84,17 +85,17 @@ _WATCH = """links => {
 def measure(
     page: Page, place: Array, arrows: Array, held: Callable[[], object], links: list[str]
 ) -> list[float]:
-    """Return the delays of single mouse moves [ms].
+    """Delays of single mouse moves [ms].
 
     Args:
         place: of the handle (3,) [m].
-        arrows: its directions (3, 3), one a row.
-        held: whether it is dragged.
-        links: the nodes of which one turns.
+        arrows: its directions (3, 3), one per row.
+        held: gives True while it is dragged.
+        links: nodes, one of which turns.
     """
     close_software_note(page)
     settled_view(page)
-    # The arrow that is seen best.
+    # The most visible arrow.
     middle = np.array(world_to_px(page, place))
     arrow = max(
         arrows, key=lambda along: float(np.linalg.norm(world_to_px(page, place + GRIP * along) - middle))
@@ -108,17 +109,17 @@ def measure(
         page.wait_for_function("() => latency.still > 3")
         shift = ahead * (1.0 if i % 2 == 0 else 0.4)
         page.mouse.move(x + shift[0], y + shift[1])
-        # A move that the handle does not feel (a pixel beside it) is left out.
+        # A move that does not reach the handle (a pixel off) is omitted.
         wait_frames(page, 8)
     page.mouse.up()
     return page.evaluate("latency.seen")
 
 
 def of_duet(browser: Browser) -> dict[str, list[float]]:
-    """Return the delays in Duet, and the server's part of them [ms]."""
+    """Delays in Duet, and the server's part [ms]."""
     with watched_server() as served, closing(start_app(ServeOptions(), features=FEATURES)) as house:
         page = browser.new_page(viewport={"width": 700, "height": 500})
-        # The welcome would lie over the handle.
+        # The welcome would cover the handle.
         page.add_init_script(WELCOMED)
         session = visit(page, house, "autopilot=0&gizmo=1")
         pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
@@ -135,7 +136,7 @@ def of_duet(browser: Browser) -> dict[str, list[float]]:
 
 @contextmanager
 def watched_server() -> Iterator[list[float]]:
-    """Gives a list that grows by the time from each move of a handle to the end of the frame that answers it [ms]."""
+    """Gives a growing list of times from a handle's message to the end of the answering frame [ms]."""
     times: list[float] = []
     came: list[float] = []
     answered: list[float] = []
@@ -166,12 +167,12 @@ def watched_server() -> Iterator[list[float]]:
 
 
 def of_viser(browser: Browser) -> dict[str, list[float]]:
-    """Return the delays of a plain viser server that turns one frame [ms]."""
+    """Delays of a plain viser server that turns one frame [ms]."""
     return {"viser's own floor": _of_plain(browser, arms=False, links=[FLOOR])}
 
 
 def of_room(browser: Browser) -> dict[str, list[float]]:
-    """Return the delays of a plain viser server with the room and arms of Duet [ms]."""
+    """Delays of a plain viser server with Duet's room and arms [ms]."""
     return {ROOM: _of_plain(browser, arms=True, links=LINKS)}
 
 
@@ -187,7 +188,7 @@ def _of_plain(browser: Browser, arms: bool, links: list[str]) -> list[float]:
 
 @contextmanager
 def plain_viser(arms: bool) -> Iterator[tuple[str, Event]]:
-    """A plain viser server in a process of its own, as Duet adapts viser in this one; gives its address, and whether its handle is held."""
+    """A plain viser server in its own process, without Duet's changes; gives address and "held" event."""
     context = multiprocessing.get_context("spawn")
     held, (ours, theirs) = context.Event(), context.Pipe()
     process = context.Process(target=_serve_plain, args=(theirs, held, arms), daemon=True)
@@ -226,11 +227,11 @@ def _add_frame(server: viser.ViserServer) -> Callable[[float], None]:
 
 
 def _add_room(server: viser.ViserServer) -> Callable[[float], None]:
-    """Draw the room and both arms as Duet does for a browser without a graphics card, and return what turns one arm."""
+    """Draw room and arms as Duet does without a graphics card. Returns the function that turns one arm."""
     simulation = Simulation(RunSettings())
     room, views = simulation.room, dict[str, ArmView]()
     light_room(server.scene, changed(PageSettings(), "picture", "fast"))
-    # The handle stands at the origin, and the arms before it.
+    # The handle is at the origin, in front of the arms.
     server.scene.add_glb("/room", furniture_glb(room.rig, coarse=True), position=(0.0, 0.0, -1.0))
     for arm, base, made in zip(room.arms, room.rig.bases, room.robots, strict=True):
         lower = pin.SE3(base.rotation, base.translation - np.array([0.0, 0.0, 1.0]))
@@ -242,7 +243,6 @@ def _add_room(server: viser.ViserServer) -> Callable[[float], None]:
 
 
 def figure(delays: list[float]) -> str:
-    """Text of some delays [ms]."""
     if not delays:
         raise SystemExit(
             "no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this"
@@ -251,7 +251,6 @@ def figure(delays: list[float]) -> str:
 
 
 def main() -> None:
-    """Measure in turns, and print."""
     delays: defaultdict[str, list[float]] = defaultdict(list)
     with started_playwright() as playwright:
         browser = launch(playwright)

@@ -1,4 +1,4 @@
-"""Finds text on a page that is cut off, covered, or written over another text."""
+"""Finds cut-off, covered and overlapping text on a page."""
 
 from pathlib import Path
 from typing import Final
@@ -9,5 +9,5 @@ _FIND: Final = Path(__file__).with_suffix(".js").read_text(encoding="utf-8")
 
 
 def flaws(page: Page) -> list[str]:
-    """Faults of the texts that a page shows now."""
+    """Faults of the page's present texts."""
     return page.evaluate(_FIND)

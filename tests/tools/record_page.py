@@ -1,6 +1,7 @@
-"""Take the README's pictures from the real page: `python -m tests.tools.record_page [--out FOLDER]`. `duet.webp` moves:
-a mouse pulls the orange arm towards the silver one and back. The run's clock goes on by the same time from one picture to the next, in
-which they are played, so that a slow machine records the same: a run at real time.
+"""Take the README's pictures from the real page: `python -m tests.tools.record_page [--out FOLDER]`.
+
+`duet.webp` is animated: a mouse pulls the orange arm towards the silver one and back. The run's clock
+advances by a constant time per picture, at which they are played: a slow machine records the same.
 """
 
 from __future__ import annotations
@@ -31,23 +32,23 @@ WIDTH: Final = 885
 """Width of the picture [px]."""
 
 LARGEST: Final = 3_000_000
-"""[B]"""
+"""Largest file [B]."""
 
 FRAME: Final = 0.025
-"""Wall time that the page takes to have gone by from one of its frames to the next [s]."""
+"""Wall time per frame, as given to the run [s]."""
 
 FRAMES: Final = 4
-"""Number of frames from one picture to the next."""
+"""Frames per picture."""
 
 PATIENT: Final = 60.0
-"""Wall time that a frame may really take [s]."""
+"""Largest real wall time of a frame [s]."""
 
 LINK: Final = "picture=fine&autopilot=0&theme=light"
 WRIST: Final = "/arms/right/base/j1/j2/j3/j4/j5/j6"
 GOAL: Final = "/arms/left/base/j1/j2/j3/j4/j5/j6"
 
 WAY: Final = (0.0, 0.2, 0.4, 0.6, 0.75, 0.88, 1.0, 1.0, 1.0, 0.8, 0.5, 0.2, 0.0, 0.0)
-"""Where the mouse is, as shares of the way from one wrist to the other, after every half second of simulated time."""
+"""Places of the mouse, as shares of the way between the wrists, every half second of simulated time."""
 
 STILLS: Final = {
     "solo": ("scene=solo", 6.0),
@@ -58,7 +59,7 @@ STILLS: Final = {
     "first_task": ("scene=first_task&first=wall", 4.0),
     "two_makes": ("scene=master_slave&robot=ur5_panda&rig=table", 6.0),
 }
-"""Name of a picture → link of the page, and the simulated time that it shows [s]."""
+"""Name of a picture → link of the page, and shown simulated time [s]."""
 
 STILL_SIZE: Final = (1440, 900)
 
@@ -67,7 +68,7 @@ Shot = tuple[float, Image.Image]
 
 
 def shot(page: Page, session: Session, x: float, y: float) -> Shot:
-    """Return a picture with the pointer of the mouse, which a browser without a window does not draw."""
+    """Picture with a mouse pointer, which a browser without a window does not draw."""
     time, picture = session.simulation.time, Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     pointer = [(0, 0), (0, 17), (4, 13), (7, 20), (10, 19), (7, 12), (12, 12)]
     ImageDraw.Draw(picture).polygon(
@@ -77,7 +78,7 @@ def shot(page: Page, session: Session, x: float, y: float) -> Shot:
 
 
 def by_hand(session: Session) -> Callable[[float, float], int]:
-    """Stop a run's clock without a pause, which the page would say; return what lets it go on."""
+    """Stop a run's clock without a visible pause. Returns the function that advances it."""
     step = session.control.step
     session.control.step = lambda elapsed, budget=0.0: 0
     return step
@@ -117,11 +118,11 @@ def take_still(page: Page, session: Session, time: float, out: Path) -> None:
 
 
 def save(shots: list[Shot], out: Path) -> None:
-    """Save an animated WebP that is no larger than `LARGEST`."""
+    """Save an animated WebP of at most `LARGEST`."""
     durations = [max(round(1000.0 * (later - earlier)), 20) for (earlier, _), (later, _) in pairwise(shots)]
     first, *others = [picture for _, picture in shots]
     for quality in (82, 70, 55, 40):
-        # The last picture stays for a moment before everything begins again.
+        # The last picture is shown longer before the loop restarts.
         every = [*durations, 900]
         first.save(
             out, save_all=True, append_images=others, duration=every, loop=0, quality=quality, method=4

@@ -1,6 +1,6 @@
 """Walk all lessons in a real browser, by clicks and by keys: `python -m tests.tools.walk_lessons` prints each step.
 
-Exit code 1 on a failure, of which a picture is saved to the artefact folder.
+Exit code 1 on a failure; its picture is saved to the artefact folder.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ HANDS = {"clicks": Clicks, "keys": Keys}
 
 @contextmanager
 def tab(browser: Browser, width: int, height: int) -> Iterator[Page]:
-    """An empty tab, whose errors end the walk."""
+    """An empty tab; its errors fail the walk."""
     context = browser.new_context(viewport={"width": width, "height": height})
     page = context.new_page()
     errors: list[str] = []
@@ -43,7 +43,7 @@ def tab(browser: Browser, width: int, height: int) -> Iterator[Page]:
 
 
 def walk(page: Page, house: App, by: str, numbers: list[int], pictures: bool) -> None:
-    """Walk lessons by clicks or by keys, and print every step. Raises AssertionError where a lesson fails."""
+    """Walk lessons by clicks or by keys, and print every step. Raises AssertionError if a lesson fails."""
 
     def picture(page: Page) -> None:
         save_picture(
@@ -76,10 +76,10 @@ def walk(page: Page, house: App, by: str, numbers: list[int], pictures: bool) ->
 
 
 def custom_law() -> Path:
-    """Write a law that passes the six tests, as a student would make it of the template; return where it is."""
+    """Path of a new law that passes the six tests, as a student would write it from the template."""
     path = Path(mkdtemp()) / "my_law.py"
     new_law(NewLaw(path))
-    # As it is printed in the paper it asks for any speed near a singular row; well damped, it passes.
+    # The template, as printed in the paper, demands any speed near a singular row; well damped, it passes.
     path.write_text(path.read_text(encoding="utf-8").replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
     return path
 

@@ -1,4 +1,4 @@
-"""The command line: what it prints, what it writes, and how it says no."""
+"""The command line: output, files and refusals."""
 
 import json
 import os
@@ -19,7 +19,7 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.cli.main import main as command_line
-from app.cli.options import PLACES, RunOptions, all_options, settings_of_options
+from app.cli.options import NO_WORLD, PLACES, RunOptions, all_options, glides_as_usual, settings_of_options
 from app.cli.serve import Serve
 from app.feature import Feature
 from app.features import FEATURES
@@ -57,7 +57,7 @@ def refused(
 
 
 def read(path: Path) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
-    """The # lines, the header and the rows of an output file."""
+    """Settings in # lines, header and rows of an output file."""
     lines = path.read_text(encoding="utf-8").splitlines()
     top = [line for line in lines if line.startswith("#")]
     assert lines[: len(top)] == top
@@ -71,7 +71,7 @@ def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     summary = run(capsys, "--seconds", "4", "--csv", str(out), "--dm", "0.2", "--pairs", "single")
     assert list(summary) == SUMMARY.split()
     assert summary["steps"] == 800 and summary["step_us_median"] > 0.0 and " / " in summary["d_min_pair"]
-    # It agrees with the rows.
+    # The summary agrees with the rows.
     settings, header, rows = read(out)
     assert header == HEADER and len(rows) == 800
     assert (
@@ -142,7 +142,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
 
 
 LONG = "0.1," * 100
-"""Longer than the name of a file may be."""
+"""Longer than a file name may be."""
 
 ERRORS = {
     "run --dm 9": "dm = |0.03|0.3",
@@ -192,7 +192,7 @@ def assert_said(
     parts: str,
     features: Sequence[Feature] = FEATURES,
 ) -> None:
-    """Run a command that is refused, and find the parts in its line; {} is a folder with some files."""
+    """Check that a command is refused with a line that contains `parts`. {}: a folder with some files."""
     for name, content in (
         ("short", b"t,x,y\n0,0,0\n"),
         ("zero", b"t,x,y,z\n0,0.3,zero,1\n"),
@@ -243,7 +243,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(
     assert "key=auto" not in link and status == "200"
     said = capsys.readouterr().out
     assert link in said and re.search(r"This machine carries about [1-9]\d* sessions at once\.", said)
-    # A key that was given is not in the log of a service.
+    # A given key must not appear in the log of a service.
     monkeypatch.setenv("DUET_KEY", "chalk-and-talk")
     for given in (["--key", "white-chalk-dust"], []):
         assert command_line(["serve", "--port", "0", *given], ()) == INTERRUPTED
@@ -262,7 +262,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(
 
 @pytest.fixture
 def ended_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Servers at a free port that end when they serve, and open no browser."""
+    """Servers use a free port, end at once, and open no browser."""
 
     def wait(app: App) -> None:
         raise KeyboardInterrupt
@@ -270,7 +270,7 @@ def ended_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(webbrowser, "open", lambda link: None)
     monkeypatch.setattr(App, "wait", wait)
     monkeypatch.setattr("app.cli.serve.USUAL_PORT", free_port())
-    # Also with --host 0.0.0.0 only this computer can reach a test.
+    # Also with --host 0.0.0.0, only this computer can reach a test's server.
     monkeypatch.setattr("app.cli.serve.listen_near", lambda host, port: listen_near("127.0.0.1", port))
 
 
@@ -278,7 +278,7 @@ TIP = EXPERIMENT_TEXTS[HOLD](RunSettings(), True).tip
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_without_options_it_prints_the_address_what_to_try_and_how_to_end(
+def test_without_options_it_prints_the_address_a_tip_and_how_to_end(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert command_line([], ()) == INTERRUPTED
@@ -290,7 +290,7 @@ def test_without_options_it_prints_the_address_what_to_try_and_how_to_end(
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_what_to_try_is_what_the_page_says_of_the_experiment(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_printed_tip_is_the_pages_tip_for_the_experiment(capsys: pytest.CaptureFixture[str]) -> None:
     assert command_line(["--scene", "ball", "--point", "elbow", "--no-autopilot"], ()) == INTERRUPTED
     expected = EXPERIMENT_TEXTS[BALL](changed(RunSettings(scene=BALL), "point", "elbow"), False).tip
     assert capsys.readouterr().out.splitlines()[1:] == [expected, "Ctrl+C ends it."]
@@ -321,7 +321,9 @@ FOR_OTHERS = [
 
 @pytest.mark.usefixtures("ended_at_once")
 @pytest.mark.parametrize("others", FOR_OTHERS)
-def test_a_start_that_lets_others_in_says_how_many(capsys: pytest.CaptureFixture[str], others: str) -> None:
+def test_a_start_open_to_others_prints_the_number_of_sessions(
+    capsys: pytest.CaptureFixture[str], others: str
+) -> None:
     assert command_line(others.split(), ()) == INTERRUPTED
     said = capsys.readouterr().out.splitlines()
     assert re.fullmatch(r"This machine carries about [1-9]\d* sessions at once\.", said[1])
@@ -331,7 +333,7 @@ def test_a_start_that_lets_others_in_says_how_many(capsys: pytest.CaptureFixture
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_what_a_feature_says_at_the_start_stands_below_the_address(
+def test_a_features_text_at_the_start_is_below_the_address(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     feature = Feature("made_up", options=lambda: MadeUpClass)
@@ -343,7 +345,7 @@ def test_what_a_feature_says_at_the_start_stands_below_the_address(
 
 
 @pytest.mark.usefixtures("ended_at_once")
-def test_a_taken_port_is_said_in_a_line_of_its_own(
+def test_a_taken_port_is_reported_in_a_separate_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
@@ -376,7 +378,7 @@ HELP = {
 }
 
 
-def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_app_gets_all_options_of_the_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     served: list[ServeOptions] = []
 
     def start(options: ServeOptions, *_: object, **__: object) -> App:
@@ -391,13 +393,37 @@ def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("DUET_PROOF", "of-the-tile")
     assert command_line(["serve"], ()) == INTERRUPTED
     assert served[1].proof == "of-the-tile"
-    # The processes that features start do not inherit it.
+    # Processes that features start must not inherit it.
     assert "DUET_PROOF" not in os.environ
 
 
+@pytest.mark.parametrize(
+    ("words", "world", "as_usual"),
+    [
+        ([], False, True),
+        (["--world"], True, True),
+        (["--no-world"], False, False),
+        (["--no-world", "--rig", "table"], False, False),
+    ],
+)
+def test_a_default_page_glides_unless_a_server_option_forbids_it(
+    words: list[str], world: bool, as_usual: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[Serve] = []
+    monkeypatch.setattr("app.cli.main.serve", lambda command, features: seen.append(command) or 0)
+    assert main(["serve", *words]) == 0
+    (command,) = seen
+    assert settings_of_options(command.settings, Settings()).run.world is world
+    assert glides_as_usual(command.settings) is as_usual
+
+
+def test_world_and_no_world_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "give one of them" in refused(capsys, "serve", "--no-open", "--world", "--no-world", features=())
+
+
 def every_option() -> list[str]:
-    """Every option of `serve` that may go with several processes."""
-    others = "--sessions 3 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
+    """Every option of `serve` that is valid with several processes."""
+    others = "--sessions 3 --dm 0.2 --no-world --key chalk-and-talk --host 127.0.0.2"
     here = ["--port", str(free_port()), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
     return [*others.split(), *here]
@@ -422,9 +448,9 @@ def test_the_command_line_loads_no_heavy_library() -> None:
     assert (done.stdout.strip(), done.stderr) == (b"", b"")
 
 
-def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
+def test_every_setting_is_an_option_and_a_link_key_with_the_same_values() -> None:
     options = all_options()
-    assert list(options.__dataclass_fields__) == [*specs(Settings), *PLACES]
+    assert list(options.__dataclass_fields__) == [*specs(Settings), *PLACES, NO_WORLD]
     assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
     assert (
         settings_of_options(options(), Settings()) == Settings()

@@ -1,4 +1,4 @@
-"""A library that the system lacks is one sentence of every command, also where only a worker process needs it."""
+"""Every command reports a missing system library in one sentence, also if only a worker needs it."""
 
 import os
 import subprocess
@@ -27,7 +27,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 
 @pytest.fixture
 def slim(tmp_path: Path) -> dict[str, str]:
-    """An environment in which pinocchio fails as it does on a system without libgomp1."""
+    """Environment in which pinocchio fails as on a system without libgomp1."""
     (tmp_path / "pinocchio").mkdir()
     (tmp_path / "pinocchio" / "__init__.py").write_text(
         "raise ImportError('libgomp.so.1: cannot open shared object file: No such file or directory', name=__name__)\n",
@@ -38,7 +38,9 @@ def slim(tmp_path: Path) -> dict[str, str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
-def test_a_command_says_what_is_missing_and_ends(arguments: tuple[str, ...], slim: dict[str, str]) -> None:
+def test_a_command_reports_the_missing_library_and_ends(
+    arguments: tuple[str, ...], slim: dict[str, str]
+) -> None:
     command = [sys.executable, "-m", "app", *arguments]
     done = subprocess.run(
         command, cwd=ROOT, env=slim, capture_output=True, text=True, timeout=120, check=False

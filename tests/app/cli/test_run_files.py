@@ -1,4 +1,4 @@
-"""Start postures for `lwr-duet run`, every way to write them, and how a wrong one is refused; and which robots it runs."""
+"""Options of `lwr-duet run`: start postures in all formats, refused files, and robots."""
 
 import json
 from pathlib import Path
@@ -31,14 +31,14 @@ COMMAS = ",".join(map(str, POSTURE))
         "\ufeff" + NAMES.replace(",", " ") + "\n" + COMMAS.replace(",", " "),
     ],
 )
-def test_every_way_to_write_it(tmp_path: Path, text: str) -> None:
+def test_every_format_of_a_posture_is_read(tmp_path: Path, text: str) -> None:
     file = tmp_path / "start.txt"
     file.write_text(text, encoding="utf-8")
     assert read_start(file, ROOM).tolist() == POSTURE
 
 
-def test_a_run_begins_there(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """A file with the built-in posture gives the built-in run, and says where it came from."""
+def test_a_run_begins_at_the_posture_of_its_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """A file with the built-in posture gives the same run, and its name is in the output."""
     file = tmp_path / "start.txt"
     file.write_text(COMMAS)
     tables = []
@@ -80,7 +80,7 @@ def test_the_ball_has_a_start_too(capsys: pytest.CaptureFixture[str], tmp_path: 
         (f"{NAMES[9:]}\n{COMMAS}", "has no column left_q1"),
     ],
 )
-def test_what_is_no_posture(
+def test_a_bad_posture_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, named: str
 ) -> None:
     file = tmp_path / "start.txt"
@@ -91,7 +91,7 @@ def test_what_is_no_posture(
     assert named in captured.err
 
 
-def test_files_that_are_none(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_unreadable_start_files_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "bytes").write_bytes(bytes(range(128, 256)))
     for path, named in (
         (tmp_path / "no", "no such file"),
@@ -131,7 +131,7 @@ def test_what_cannot_be_is_one_line_and_exit_code_2(
     assert said.count("\n") == 1 and line in said
 
 
-def test_a_link_keeps_a_pair_and_names_no_file(tmp_path: Path) -> None:
+def test_a_link_keeps_a_pair_of_robots_but_not_a_file(tmp_path: Path) -> None:
     start = Settings(settings_of_options(RunOptions(robot_left="panda", robot_right="ur5"), RunSettings()))  # type: ignore[call-arg]
     assert from_query(to_query(start), Settings()) == (start, ())
     settings, problems = from_query({"robot": str(tmp_path / "box.urdf")}, Settings())

@@ -1,4 +1,4 @@
-"""Every command and all its processes import our files and Python's own, whatever the names of the files in the current folder."""
+"""All commands and their processes import the project's and Python's files, not the current folder's."""
 
 import ast
 import os
@@ -41,7 +41,7 @@ PATIENCE = 240.0
 
 @pytest.fixture
 def strange(tmp_path: Path) -> Path:
-    """A folder with files of such names, each of which says that it was imported, and fails."""
+    """Folder with files of these names, each of which records its import and fails."""
     folder = tmp_path / "work"
     folder.mkdir()
     for name in (*OURS, *LIBRARY):
@@ -52,7 +52,7 @@ def strange(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def program(tmp_path: Path) -> list[str]:
-    """The installed command, which pip writes like this: Python finds what is in its folder, and not what is in the current one."""
+    """The installed command as pip writes it: Python searches its folder, not the current one."""
     script = tmp_path / "bin" / "lwr-duet"
     script.parent.mkdir()
     script.write_text(
@@ -63,7 +63,7 @@ def program(tmp_path: Path) -> list[str]:
 
 
 def imported(folder: Path) -> str:
-    """Names of the folder's files that were imported."""
+    """Names of the folder's imported files."""
     said = folder.parent / "imported"
     return said.read_text(encoding="utf-8") if said.exists() else ""
 
@@ -94,7 +94,7 @@ def served(command: list[str], folder: Path) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.thorough)])
-def test_serve_shows_the_arms_and_computes_beside_them(
+def test_serve_shows_the_arms_and_computes_in_the_background(
     strange: Path, program: list[str], workers: str
 ) -> None:
     options = ["serve", "--no-open", "--port", "0", "--store", "memory", "--workers", workers]
@@ -103,13 +103,13 @@ def test_serve_shows_the_arms_and_computes_beside_them(
         BlockingClient(url, query="whatif=1&seed=3") as visitor,
     ):
         visitor.wait_for(is_whole)
-        # "What if" is a job for the processes that compute.
+        # "What if" is a job of the worker processes.
         until(lambda: imported(strange) or computing(strange))
     assert imported(strange) == ""
 
 
 def computing(folder: Path) -> bool:
-    """Whether a worker of `multiprocessing` runs whose current folder this is, and has loaded the robots' library."""
+    """True if a `multiprocessing` worker in this folder has loaded the robots' library."""
     for process in Path("/proc").glob("[0-9]*"):
         try:
             if (
@@ -133,7 +133,9 @@ COMMANDS = {
 @pytest.mark.parametrize(
     "name", ["run", *(pytest.param(name, marks=pytest.mark.thorough) for name in COMMANDS if name != "run")]
 )
-def test_a_command_imports_none_of_them(strange: Path, program: list[str], name: str) -> None:
+def test_a_command_imports_no_file_of_the_current_folder(
+    strange: Path, program: list[str], name: str
+) -> None:
     if name == "law-test":
         subprocess.run(
             [*program, "new-law", "my_law.py"], cwd=strange, env=ENVIRONMENT, timeout=PATIENCE, check=True
@@ -149,14 +151,14 @@ def test_a_command_imports_none_of_them(strange: Path, program: list[str], name:
     )
     assert imported(strange) == ""
     if name == "law-test":
-        # On a busy machine it may fail a test, but it runs.
+        # On a busy machine the law may fail a test, but the command runs.
         assert "my_law.py: " in done.stdout and "keeps" in done.stdout, done.stderr[-3000:]
     else:
         assert done.returncode == 0 and done.stdout, done.stderr[-3000:]
 
 
-def test_a_process_finds_the_same_packages_as_this_one(strange: Path) -> None:
-    """Also where PYTHONPATH names another `app`, as a trailing colon of it does."""
+def test_a_child_process_finds_the_same_packages(strange: Path) -> None:
+    """Also if PYTHONPATH leads to another `app`, for example by a trailing colon."""
     shown = subprocess.run(
         own_command("app.__main__", "run", "--help"),
         cwd=strange,
@@ -167,7 +169,7 @@ def test_a_process_finds_the_same_packages_as_this_one(strange: Path) -> None:
         check=False,
     )
     assert Path(FOLDER) == ROOT
-    # Of the library's names Python itself has taken what PYTHONPATH says; ours are not among them.
+    # Python itself imports the library's names by PYTHONPATH, but the project's must not be among them.
     assert not set(imported(strange).split()) & set(OURS), shown.stderr
 
 
@@ -181,7 +183,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.thorough
-def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Path) -> None:
+def test_a_program_with_its_own_app_module_computes_on_several_cores(tmp_path: Path) -> None:
     (tmp_path / "app.py").write_text("def double(x):\n    return 2 * x\n", encoding="utf-8")
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     done = subprocess.run(
@@ -197,11 +199,11 @@ def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Pa
 
 
 STARTERS = ("controllers/own_packages.py", "app/features/jupyter/tile.py")
-"""Files that may say which program a process runs: the one way for all, and the tile, which imports nothing of ours."""
+"""Files that may choose a process's program: the common one, and the tile, without project imports."""
 
 
 def starts_python(source: str) -> bool:
-    """Whether a program starts Python by itself, past `own_command` and `scenes.children.SPAWN`."""
+    """True if a program starts Python without `own_command` or `scenes.children.SPAWN`."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             if (node.value.id, node.attr) == ("sys", "executable"):
@@ -223,5 +225,5 @@ def test_no_other_file_starts_python() -> None:
         path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")
     }
     found = {name for name, path in files.items() if starts_python(path.read_text(encoding="utf-8"))}
-    # It only asks which folders Python is in.
+    # `fence.py` only reads the folders of Python.
     assert found == {*STARTERS, "app/features/marks/fence.py"} & files.keys()

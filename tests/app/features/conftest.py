@@ -1,4 +1,4 @@
-"""Servers in processes of their own, for features that try what they do in several."""
+"""Servers in separate processes, for features that test several processes."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 @pytest.fixture
 def serve(request: pytest.FixtureRequest, tmp_path: Path) -> "Serve":
     """`serve("--workers", "2")` starts the command with the test's store."""
-    # With the feature `workers` its tests go, too.
+    # Imported here: without the feature `workers` its tests are deleted, too.
     from tests.app.features.workers.served import Served
 
     def make(*options: str) -> "Served":

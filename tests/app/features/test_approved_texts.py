@@ -1,6 +1,9 @@
-"""Texts that people read as a whole: the help of every command, and what is said of a bad setting in each language."""
+"""Texts read as a whole: the help of every command, and the messages about bad settings in each language."""
 
+import ast
 import re
+from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,6 +17,7 @@ from controllers.errors import BadSetting
 from scenes.settings import changed, specs
 from tests.approved import Approve, approved_files
 
+ROOT = Path(__file__).parents[2]
 NARROW = 90
 """Width of the terminal [columns]."""
 
@@ -36,7 +40,7 @@ def test_the_help_of_a_command(
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_what_is_said_of_a_bad_setting(language: str, approve: Approve) -> None:
+def test_messages_about_bad_settings(language: str, approve: Approve) -> None:
     said = []
     for key in specs(Settings):
         for value in BAD:
@@ -48,17 +52,28 @@ def test_what_is_said_of_a_bad_setting(language: str, approve: Approve) -> None:
     approve(f"bad settings {language}.txt", "\n".join(said) + "\n")
 
 
+def approved_names(test: Path) -> Iterator[str]:
+    """Patterns of the names that a test file gives to `approve`; inserted values match any text."""
+    for node in ast.walk(ast.parse(test.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Call(func=ast.Name("approve"), args=[ast.Constant(str(name)), *_]):
+                yield re.escape(name)
+            case ast.Call(func=ast.Name("approve"), args=[ast.JoinedStr(parts), *_]):
+                yield "".join(
+                    re.escape(str(part.value)) if isinstance(part, ast.Constant) else ".+" for part in parts
+                )
+
+
 def test_every_approved_text_belongs_to_a_test() -> None:
-    """The name of a file begins with a word that a test beside it uses."""
-    root = Path(__file__).parents[2]
-    left = [
-        str(path.relative_to(root))
-        for path in approved_files(root)
-        if not any(
-            re.search(
-                rf'approve\(\s*f?"{re.escape(path.name.split()[0])}\b', test.read_text(encoding="utf-8")
-            )
-            for test in path.parents[1].glob("test_*.py")
-        )
-    ]
+    files = defaultdict[Path, list[Path]](list)
+    for path in approved_files(ROOT):
+        files[path.parents[1]].append(path)
+    left: list[str] = []
+    for folder, texts in files.items():
+        names = [name for test in folder.glob("test_*.py") for name in approved_names(test)]
+        left += [
+            str(path.relative_to(ROOT))
+            for path in texts
+            if not any(re.fullmatch(name, path.name) for name in names)
+        ]
     assert left == []

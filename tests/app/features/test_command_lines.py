@@ -1,4 +1,4 @@
-"""The commands of features: what they refuse, in one line, and their help."""
+"""Commands of features: refusals in one line, and help texts."""
 
 from pathlib import Path
 

@@ -52,7 +52,7 @@ def test_pictures(scene: str, details: Details) -> None:
     } == {}
 
 
-def test_pictures_are_drawn_in_a_worker_in_the_language_that_it_is_given() -> None:
+def test_pictures_are_drawn_in_a_worker_in_the_requested_language() -> None:
     recorded, _ = piece("hold", 1.0)
     arguments = recorded, 1.0, "none", "svg"
     made = {language: make_picture(language, *arguments) for language in ("en", "de", "sl")}

@@ -1,4 +1,4 @@
-"""The features: a folder each, in one tuple; no file of the core imports any of them."""
+"""Features: one folder each, in one tuple; no file of the core imports them."""
 
 from pathlib import Path
 
@@ -10,10 +10,10 @@ from tests.test_rooms import arrows
 FOLDER = Path(features.__file__).parent
 
 COMPOSING = {"app/__main__.py", "app/lwr_duet/__init__.py"}
-"""Where a program begins: they import the tuple, or what a notebook asks for, and no room imports them."""
+"""Entry points of programs, which import the tuple or the notebook's functions; nothing else imports them."""
 
 
-def test_every_folder_is_a_place_in_the_tuple_and_says_what_it_is() -> None:
+def test_every_folder_is_in_the_tuple_and_has_a_readme() -> None:
     names = [feature.name for feature in FEATURES]
     assert sorted(names) == sorted(path.parent.name for path in FOLDER.glob("*/__init__.py"))
     assert [
@@ -32,7 +32,7 @@ def test_no_file_of_the_core_imports_a_feature() -> None:
 
 
 def test_no_test_of_the_core_imports_a_feature() -> None:
-    """The tuple of all features alone, which may be empty."""
+    """Except the tuple of all features, which may be empty."""
     tests = (path for path in (ROOT / "tests").rglob("*.py") if not {"features", "tools"} & set(path.parts))
     found = {
         path.relative_to(ROOT).as_posix(): [
@@ -45,8 +45,8 @@ def test_no_test_of_the_core_imports_a_feature() -> None:
     assert {file: names for file, names in found.items() if names} == {}
 
 
-def test_what_a_folder_holds_it_alone_holds() -> None:
-    """Scripts, style sheets and templates of a feature are not among those of the core."""
+def test_static_files_of_features_and_core_have_different_names() -> None:
+    """Scripts, style sheets and templates."""
     core = {
         path.name for kind in ("js", "css", "html") for path in (ROOT / "app" / "page").rglob(f"*.{kind}")
     }

@@ -1,4 +1,4 @@
-"""A further language is an entry and its files: one is added to a copy of the app, and asked for everywhere."""
+"""A further language needs one entry and its files: one is added to a copy of the app and used everywhere."""
 
 import json
 import os
@@ -34,7 +34,7 @@ CATALOGUE = r"""
 
 
 def answers(folder: Path) -> dict[str, object]:
-    """What the app says wherever a language is chosen."""
+    """The app's texts in the new language, from every place with a choice of language."""
     opened = start_app(ServeOptions(), features=FEATURES)
     visitor = BlockingClient(opened.url, headers={"Accept-Language": "eo-XX, de;q=0.9"})
     visitor.wait_for(lambda v: any(e.get("label") == "lingvo" for e in list(v.mirror.gui.values())), 60.0)
@@ -55,9 +55,9 @@ def answers(folder: Path) -> dict[str, object]:
 
 
 @pytest.mark.thorough
-def test_a_further_language_is_one_entry_its_catalogue_and_its_lessons(tmp_path: Path) -> None:
+def test_a_further_language_is_one_entry_a_catalogue_and_its_lessons(tmp_path: Path) -> None:
     app, out = tmp_path / "app", tmp_path / "out"
-    # With what Python has compiled, which holds as long as a file is the same.
+    # With Python's compiled files, which are valid while their sources are unchanged.
     shutil.copytree(ROOT / "app", app)
     settings = (app / "settings.py").read_text(encoding="utf-8")
     assert settings.count(LAST_LANGUAGE) == 1

@@ -1,4 +1,4 @@
-"""An experiment is declared once: one that the product has never heard of, put into the register, is right wherever they are seen."""
+"""An experiment is declared once: a made-up entry in the register works everywhere."""
 
 import html
 import re
@@ -51,7 +51,7 @@ TIP, WATCHED = "Push the ball at the hand that stays.", "The hand stays where it
 
 
 class MadeUp(BallInTheWay):
-    """A hand that keeps its place while the visitor carries the ball."""
+    """A hand that holds its place while the visitor moves the ball."""
 
     def roles(self, world: World, settings: RunSettings) -> Roles:
         arm = world.room.arms[0]
@@ -73,14 +73,14 @@ TEXTS = ExperimentTexts(TIP, WATCHED)
 
 @pytest.fixture(autouse=True)
 def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The made-up experiment in the register, as long as a test lasts. Nothing else of the product is touched."""
+    """The made-up experiment in the register during a test; the product is otherwise unchanged."""
     monkeypatch.setitem(sys.modules, f"scenes.{NAME}", sys.modules[__name__])
     monkeypatch.setitem(EXPERIMENTS, NAME, ENTRY)
     monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, lambda run, itself: TEXTS)
 
 
 def pushed() -> tuple[Simulation, Settings]:
-    """The experiment with the ball so near that the arm gives way, and its settings."""
+    """The experiment with the ball so close that the arm gives way, and its settings."""
     simulation = Simulation(RunSettings(scene=NAME))
     hand = simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
     while simulation.sample().activation <= 0.05:
@@ -113,7 +113,7 @@ def test_a_link_opens_it_with_its_settings() -> None:
     assert to_query(settings)["scene"] == NAME
 
 
-def test_the_settings_that_it_reads_matter_and_those_of_others_do_not() -> None:
+def test_only_the_settings_that_the_experiment_reads_matter() -> None:
     of = Settings(RunSettings(scene=NAME))
     usual = {
         key
@@ -124,7 +124,7 @@ def test_the_settings_that_it_reads_matter_and_those_of_others_do_not() -> None:
     assert not {"rig", "guided", "avoid", "path", "kx", "clip", "following", "start", "coupled"} & usual
 
 
-def test_card_readout_and_tip_are_those_of_a_ball() -> None:
+def test_card_readout_and_tip_are_as_for_a_ball() -> None:
     simulation, settings = pushed()
     session = Session(settings)
     frame = replace(freeze(session, 0.0), simulation=simulation, sample=simulation.sample())
@@ -139,7 +139,7 @@ def test_card_readout_and_tip_are_those_of_a_ball() -> None:
     assert f"<kbd>7</kbd></td><td>{SHORT}</td>" in table and "<kbd>1</kbd> … <kbd>7</kbd>" in table
 
 
-def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
+def test_its_plots_are_as_for_an_arm_with_an_obstacle() -> None:
     alike = RunSettings(scene="ball")
     assert possible_details(RunSettings(scene=NAME)) == possible_details(alike)
     assert possible_plots(RunSettings(scene=NAME)) == possible_plots(alike)
@@ -151,7 +151,7 @@ def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
     }
 
 
-def test_a_visitor_walks_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_visitor_opens_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "gizmo=1&autopilot=0&speed=2")
     chooser = one.visitor.mirror.labelled(page_label("scene"))
     assert chooser["options"][-1] == LABEL and len(chooser["options"]) == len(EXPERIMENTS)
@@ -242,11 +242,11 @@ def sources() -> Iterator[tuple[str, str]]:
                 yield path.relative_to(ROOT).as_posix(), path.read_text("utf-8")
 
 
-def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> None:
+def test_no_other_file_of_the_product_names_or_compares_experiments() -> None:
     names = [name for name in EXPERIMENTS if name not in (NAME, "ball")]
     quoted, ball = re.compile("|".join(f"[\"']{name}[\"']" for name in names)), re.compile("[\"']ball[\"']")
     compared = re.compile(r"\bif [^\n]*\bscene (?:==|!=|in|not in) |\bmatch [^:\n]*\.scene\b")
-    # Figures have names of their own, some of them the same.
+    # Figures have their own names, some of them equal to experiments.
     assert {file for file, text in sources() if quoted.search(text)} == {
         "scenes/experiments.py",
         "app/features/figures/figure_list.py",
@@ -254,7 +254,7 @@ def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> N
     assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {
         "scenes/experiments.py"
     }
-    # Two scenes with each other.
+    # These compare two scenes with each other.
     assert {file for file, text in sources() if compared.search(text)} == {
         "scenes/inputs_file.py",
         "app/features/bench/measurements.py",

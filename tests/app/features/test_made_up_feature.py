@@ -1,5 +1,4 @@
-"""A feature is a folder and its place in the tuple: one that the product has never heard of is added to a copy of the tree, found in each
-of its places, and taken out again."""
+"""A feature is a folder and a tuple entry: a made-up one is added to a copy, found there, and removed."""
 
 import sys
 import textwrap
@@ -125,7 +124,7 @@ print("it is there")
 """
 
 
-def test_a_made_up_feature_is_a_folder_and_a_place_in_the_tuple(tmp_path: Path) -> None:
+def test_a_made_up_feature_is_a_folder_and_an_entry_in_the_tuple(tmp_path: Path) -> None:
     left_without(tmp_path, set())
     listed = tmp_path / "app" / "features" / "__init__.py"
     before = listed.read_text(encoding="utf-8")
@@ -140,7 +139,7 @@ def test_a_made_up_feature_is_a_folder_and_a_place_in_the_tuple(tmp_path: Path) 
     assert " halved " in do(tmp_path, sys.executable, "-m", "app", "--help")
     assert do(tmp_path, sys.executable, "-m", "app", "halved", "--distance", "0.3") == "0.15\n"
     assert do(tmp_path, sys.executable, "-c", VISIT, str(tmp_path / "store")) == "it is there\n"
-    # Deleted again, all is as it was: also for the visitor whose record has its part.
+    # After its removal everything is unchanged, also for the visitor with its part in a record.
     left_without(tmp_path, {"made_up"})
     assert listed.read_text(encoding="utf-8") == before
     assert " halved " not in do(tmp_path, sys.executable, "-m", "app", "--help")

@@ -1,4 +1,4 @@
-"""A law is declared once: one that the product has never heard of, put into the register, is right wherever laws are seen."""
+"""A law is declared once: a made-up entry in the register works wherever laws appear."""
 
 import html
 import re
@@ -54,7 +54,7 @@ SAID = "as made up as its name"
 
 @dataclass(frozen=True)
 class MadeUp(RowLaw):
-    """Fades in below 2 d_m, the faster the larger k_r is."""
+    """λ rises below 2 d_m; a larger k_r makes it rise faster."""
 
     critical_distance: float
     nominal_velocity: float
@@ -90,7 +90,7 @@ TEXTS = LawTexts(
 
 @pytest.fixture(autouse=True)
 def made_up(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The made-up law in the register, as long as a test lasts. Nothing else of the product is touched."""
+    """The made-up law in the register during a test; the product is otherwise unchanged."""
     monkeypatch.setitem(sys.modules, f"controllers.laws.{NAME}", sys.modules[__name__])
     monkeypatch.setitem(LAWS, NAME, ENTRY)
     monkeypatch.setitem(LAW_TEXTS, NAME, TEXTS)
@@ -106,7 +106,7 @@ def of(**others: Any) -> RunSettings:
 
 
 def near(law: LawSettings | None = None) -> Simulation:
-    """An experiment in which the arm keeps clear, moved by its own person until λ > 0."""
+    """A simulation run until λ > 0.05, with the scripted person."""
     settings = RunSettings(law=law or LawSettings(law=NAME, critical_distance=0.3))
     return moved(
         settings, lambda simulation: simulation.sample().activation > 0.05 and simulation.time >= 1.0
@@ -131,7 +131,7 @@ def test_the_command_line_runs_it_and_writes_its_table(
     assert f"{NAME}." in capsys.readouterr().err
 
 
-def test_the_help_names_it_and_a_made_up_experiment() -> None:
+def test_the_help_names_the_law_and_a_made_up_experiment() -> None:
     code = (
         "from scenes.experiments import EXPERIMENTS; from scenes.laws import LAWS; from dataclasses import replace\n"
         f"LAWS['{NAME}'] = replace(LAWS['unprotected'], name='{NAME}')\n"
@@ -156,7 +156,7 @@ def test_a_link_opens_it_with_its_settings_and_its_ghost() -> None:
     assert to_query(settings)["law"] == NAME
 
 
-def test_the_settings_that_it_reads_matter_and_no_others() -> None:
+def test_only_the_settings_that_the_law_reads_matter() -> None:
     shown = {key for key in specs(LawSettings) if matters(key, Settings(of()))}
     assert shown == {"law", "dm", "v", "kr", "pairs", "eps", "beta"}
 
@@ -178,7 +178,7 @@ def test_the_page_shows_its_sliders_in_the_tab_of_the_law(house: OpenHouse, arri
     assert len({re.sub(r"\W", "", option) for option in ghost["options"]}) == len(LAWS) + 3
 
 
-def test_the_card_calls_its_activation_by_name_and_says_what_becomes_of_the_gap() -> None:
+def test_the_card_names_its_activation_and_explains_the_gap() -> None:
     simulation = near()
     session = Session(Settings(simulation.settings))
     frame = replace(freeze(session, 0.0), simulation=simulation, sample=simulation.sample())
@@ -200,7 +200,7 @@ def test_the_ghost_runs_it_beside_the_paper_s_law() -> None:
     assert session.ghost.law.nominal_velocity == session.settings.run.law.nominal_velocity
 
 
-def test_the_plots_of_all_laws_have_its_line_its_number_and_a_colour() -> None:
+def test_the_plots_of_all_laws_have_its_line_number_and_colour() -> None:
     simulation = near()
     now = freeze(Session(Settings(simulation.settings)), 0.0).contact
     chart = laws_html(simulation, near(LawSettings(critical_distance=0.3)), now, 150)
@@ -216,7 +216,7 @@ def test_the_plots_of_all_laws_have_its_line_its_number_and_a_colour() -> None:
     assert "Of this law it says nothing" in section_html(simulation, simulation.sample(), now)
 
 
-def test_the_knob_of_it_can_be_set() -> None:
+def test_its_knob_can_be_matched() -> None:
     _, recorded = recorded_run(RunSettings(), 1.0, 99.0, {})
     match = match_knob(
         recorded, {**values(LawSettings()), "k": 2.0}, {**values(LawSettings(law=NAME)), "k": 2.0}
@@ -248,7 +248,7 @@ def test_exports_and_the_player_name_it() -> None:
     assert LABEL in drawn and SHORT in drawn
 
 
-def test_a_file_s_own_law_runs_above_it_and_beside_it(tmp_path: Path) -> None:
+def test_a_custom_law_runs_instead_of_it_and_beside_it(tmp_path: Path) -> None:
     path = tmp_path / "my_law.py"
     with redirect_stdout(StringIO()):
         assert main(["new-law", str(path)]) == 0
@@ -262,12 +262,12 @@ def test_a_file_s_own_law_runs_above_it_and_beside_it(tmp_path: Path) -> None:
             session.close()
 
 
-def test_it_is_graded_as_the_built_in_laws_are() -> None:
+def test_it_is_graded_as_built_in_laws_are() -> None:
     assert verdict_on(StandIn(LawSettings(law=NAME).made()), "leaves the task alone").passed
 
 
 def test_no_other_file_of_the_product_names_a_law() -> None:
-    # One law has the name of its setting, which is also that of a column.
+    # One law has the name of its setting, which is also a column's name.
     quoted = re.compile("|".join(f"[\"']{name}[\"']" for name, law in LAWS.items() if name not in law.reads))
     files = (path for floor in ("app", "scenes", "controllers") for path in (ROOT / floor).rglob("*.py"))
     found = {path.relative_to(ROOT).as_posix() for path in files if quoted.search(path.read_text("utf-8"))}

@@ -1,4 +1,4 @@
-"""No file joins tags by hand: HTML is made by templates."""
+"""No file joins tags by hand: templates make HTML."""
 
 import ast
 import re
@@ -8,12 +8,12 @@ from tests.test_imports import ROOT
 TAG = re.compile(r"(?<!\?P)<[a-zA-Z][\w-]*(?=[\s>/{]|$)")
 
 BY_HAND = {"app/page/panels/distance_rate.py": 1, "app/web/pages.py": 1}
-"""File → texts in it with more than one tag: a symbol that is sent ten times a second; and what stands in viser's page, in a room below the
-templates."""
+"""File → number of texts with several tags: a symbol sent ten times a second; and a part of viser's page,
+in a folder below the templates."""
 
 
 def joined_by_hand(source: str) -> list[str]:
-    """Texts with more than one tag, and elements in elements, but for texts that are translated."""
+    """Texts with several tags, and elements in elements, except translated texts."""
     nodes, found = list(ast.walk(ast.parse(source))), list[str]()
     translated = {
         id(part)
@@ -44,7 +44,7 @@ def joined_by_hand(source: str) -> list[str]:
     return found
 
 
-def test_no_file_joins_tags_by_hand_but_in_a_short_list() -> None:
+def test_no_file_joins_tags_by_hand_except_in_a_short_list() -> None:
     found = {
         path.relative_to(ROOT).as_posix(): texts
         for floor in ("app", "scenes", "controllers")
@@ -54,7 +54,7 @@ def test_no_file_joins_tags_by_hand_but_in_a_short_list() -> None:
     assert {name: len(texts) for name, texts in found.items()} == BY_HAND, found
 
 
-def test_positive_control_tags_that_are_joined_by_hand_are_found() -> None:
+def test_positive_control_tags_joined_by_hand_are_found() -> None:
     for source in ('"<p><b>x</b></p>"', 'f"<p>{x}<b>{y}</b></p>"', 'element("p", "", element("b", "x"))'):
         assert joined_by_hand(f"y = {source}") != []
     for source in (

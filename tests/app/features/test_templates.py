@@ -1,4 +1,4 @@
-"""HTML is made by templates: nothing that a person wrote acts on a page."""
+"""Templates make HTML: a person's text never acts as markup on a page."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -54,7 +54,7 @@ from tests.test_imports import ROOT
 
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&{{7*7}}{% raw %}{#"
 PLAIN = NASTY.replace("{", "(").replace("}", ")")
-"""The same for the parts of a text with names in braces."""
+"""The same for parts of a text with names in braces."""
 
 ESCAPED = "&lt;script&gt;alert(1)&lt;/script&gt;&lt;img src=x onerror=alert(2)&gt;&quot;"
 
@@ -65,19 +65,19 @@ ALL_TEMPLATES = sorted(
     for path in (ROOT / "app").rglob(f"*.{kind}")
     if re.search(r"\{[%{]", path.read_text(encoding="utf-8"))
 )
-"""Below `app/`."""
+"""Templates, as paths below `app/`."""
 
 ELSEWHERE = tuple(
     f"features/{path.parent.name}/" for path in (ROOT / "tests/app/features").glob("*/test_*_templates.py")
 )
-"""Folders of features that try their templates themselves."""
+"""Folders of features that test their own templates."""
 
 TEMPLATES = [name for name in ALL_TEMPLATES if not name.startswith(ELSEWHERE)]
 
 
 @cache
 def nasty_lesson() -> Lesson:
-    """A lesson with a question, a drawing or a challenge, in which every text is as bad as can be."""
+    """A lesson with a question, a drawing or a challenge and with dangerous text everywhere."""
     lesson = next(one for one in BOOK.lessons if any(step.drawing for step in one.steps))
     return replace(
         lesson,
@@ -155,7 +155,7 @@ def report() -> str:
 def player() -> str:
     own: Any = SimpleNamespace(file=PLAIN, sha256="ab" * 32)
     page = assembled(Filmed(b"", (), (0.0, 0.05)), (), RunSettings(), False, own)
-    # viser's page around it has scripts of its own.
+    # viser's page around it has its own scripts.
     return re.sub(
         r"<(script|style).*?</\1>",
         "",
@@ -254,14 +254,14 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     ],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "features/custom_law/law_editor.html": [("place", (NASTY,))],
-    "features/formula_law/formula.html": [("place", ((NASTY, NASTY),))],
+    "features/formula_law/formula.html": [("place", ((NASTY, NASTY), NASTY, NASTY, NASTY))],
     "features/lessons/panel/notes.html": [
         ("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))
     ],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],
     "text/equation.html": [("of_file", (NASTY,))],
 }
-"""Template → its macros with the worst that a name, a file or a lesson may hold."""
+"""Template → its macros with the most dangerous text of a name, a file or a lesson."""
 
 
 Macros = dict[str, list[tuple[str, tuple[Any, ...]]]]
@@ -310,10 +310,10 @@ SURFACES: Surfaces = {
     **dict.fromkeys(("page/panels/drawing_board.html", "plots/curve_chart.html"), drawing),
     "text/document.html": lambda: document_html(NASTY),
 }
-"""Template → pages and pieces that are made with it, of the same."""
+"""Template → pages and parts made from it with such text."""
 
 
-def test_every_template_is_tried() -> None:
+def test_every_template_is_tested() -> None:
     assert sorted(SURFACES) == TEMPLATES
 
 
@@ -323,7 +323,7 @@ def test_nothing_that_a_person_wrote_acts_on_a_page(name: str) -> None:
 
 
 def assert_harmless(make: Callable[[], str | Iterator[str]]) -> None:
-    """Nothing in what is made acts on a page, and the worst text stands there as the text that it is."""
+    """Checks that nothing acts on a page and that the dangerous text appears as plain text."""
     made = make()
     pieces = [made] if isinstance(made, str) else list(made)
     page = re.sub(r"<style>.*?</style>|<!doctype html>", "", "".join(pieces), flags=re.S | re.I)
@@ -332,23 +332,23 @@ def assert_harmless(make: Callable[[], str | Iterator[str]]) -> None:
         r'"[^"]*"', "", "".join(re.findall("<[a-z][^>]*>", page))
     )
     assert "{{7*7}}{% raw %}{#" in page or "((7*7))(% raw %)(#" in page
-    # Positive control: it is there, as the text that it is.
+    # Positive control: the text is there, as plain text.
     shown = page.replace("&#34;", "&quot;").replace("&#39;", "'")
     assert ESCAPED in shown
 
 
-def test_no_template_lets_text_through_or_computes() -> None:
+def test_no_template_disables_escaping_or_computes() -> None:
     for name in ALL_TEMPLATES:
         source = (ROOT / "app" / name).read_text(encoding="utf-8")
         assert not re.search(r"\|\s*safe\b|autoescape|\{%-?\s*(do|include)\b|namespace\(", source), name
 
 
-def test_a_value_that_is_not_given_is_an_error() -> None:
+def test_a_missing_value_is_an_error() -> None:
     with pytest.raises(UndefinedError):
         page_of_template("text/document.html", name="model")
 
 
-def test_only_the_breaks_of_a_template_are_left_out() -> None:
+def test_only_line_breaks_of_a_template_are_removed() -> None:
     assert (
         macros("features/lessons/panel/lesson.html").mark("✓", "a\n b")
         == '<p class="mark"><span>✓</span> <b>a\n b</b></p>'
@@ -361,7 +361,7 @@ def test_only_the_breaks_of_a_template_are_left_out() -> None:
     assert element("i", "<", class_='"') == '<i class="&#34;">&lt;</i>'
 
 
-def test_the_pages_are_whole() -> None:
+def test_the_pages_are_complete() -> None:
     page = document_page("changes").decode()
     assert page.startswith("<!doctype html><html") and page.endswith("</html>")
     assert "<svg" in equation_html(RunSettings()) and titlebar()["image"]

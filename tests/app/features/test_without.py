@@ -1,4 +1,4 @@
-"""Without a feature, and without all of them, what is left works: it is imported, says its help, runs, and serves a page that moves."""
+"""Without one feature, and without all, the rest works: imports, help, a run, and a page that moves."""
 
 import os
 import re
@@ -58,16 +58,24 @@ def _has_tests(folder: Path) -> bool:
     return folder.is_dir() and folder.name != "features" and any(folder.rglob("test_*.py"))
 
 
+def _reaches_app(path: Path) -> bool:
+    return re.search(r"^(?:from|import) app\b", path.read_text(encoding="utf-8"), re.MULTILINE) is not None
+
+
 QUICK = (
-    "controllers",
-    "scenes",
     *sorted(f"app/{path.name}" for path in (ROOT / "tests" / "app").iterdir() if _has_tests(path)),
+    *sorted(
+        path.relative_to(ROOT / "tests").as_posix()
+        for floor in ("controllers", "scenes")
+        for path in (ROOT / "tests" / floor).rglob("*.py")
+        if _reaches_app(path)
+    ),
 )
-"""Folders with tests of the core, tried one by one."""
+"""Folders and files with tests of the core, run one by one; all others below `app` cannot reach a feature."""
 
 
 def users(of: str) -> set[str]:
-    """The features that use one, also by way of others; they go with it."""
+    """Features that use a feature, directly or through others; they are removed with it."""
     folder = re.compile(r"app/features/([a-z_]+)/")
     above: dict[str, set[str]] = {name: set() for name in NAMES}
     for file, targets in arrows().items():
@@ -77,16 +85,16 @@ def users(of: str) -> set[str]:
                     above[there[1]].add(here[1])
     found, todo = set[str](), [of]
     while todo:
-        todo += [name for name in above[todo.pop()] - found if name not in (found, of)]
+        todo += [name for name in above[todo.pop()] - found if name not in {*found, of}]
         found |= set(todo)
     return found
 
 
 def left_without(target: Path, gone: set[str]) -> None:
-    """Copy the tree, and take features out: folders, tests, and lines of the tuple.
+    """Copy the tree and remove features: folders, tests, and lines of the tuple.
 
     Args:
-        target: folder of the copy; one that is there already is left as it is but for the features that go.
+        target: folder of the copy; from an existing copy the features are only removed.
     """
     if not (target / "app").exists():
         copy_tree(target)
@@ -94,7 +102,7 @@ def left_without(target: Path, gone: set[str]) -> None:
 
 
 def copy_tree(target: Path) -> None:
-    """Copy all files that are under version control, or would be."""
+    """Copy all files that are under version control or would be."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
@@ -116,12 +124,12 @@ def take_out(target: Path, gone: set[str]) -> None:
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     of = [re.compile(rf"from app\.features\.{name} import|^    {name.upper()},$") for name in gone]
     kept = [line for line in lines if not any(one.search(line) for one in of)]
-    assert len(lines) - len(kept) == 2 * len(gone), "an import and an entry each"
+    assert len(lines) - len(kept) == 2 * len(gone), "expected an import and an entry for each feature"
     path.write_text("".join(kept), encoding="utf-8")
 
 
 def do(folder: Path, *command: str) -> str:
-    """Run a command in the copy, and return what it says; it must not fail, and nothing comes from this tree."""
+    """Output of a command in the copy. The command must succeed, and nothing comes from this tree."""
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {
         "PYTHONPATH": str(folder)
     }
@@ -134,7 +142,7 @@ def do(folder: Path, *command: str) -> str:
 
 @pytest.mark.timeout(PATIENCE)
 @pytest.mark.parametrize("name", [*NAMES, ALL])
-def test_what_is_left_works(name: str, tmp_path: Path) -> None:
+def test_the_rest_works_without_a_feature(name: str, tmp_path: Path) -> None:
     gone = set(NAMES) if name == ALL else {name, *users(name)}
     left_without(tmp_path, gone)
     assert do(tmp_path, sys.executable, "-c", "import app; print(app.__file__)").startswith(str(tmp_path))
@@ -152,7 +160,7 @@ def test_what_is_left_works(name: str, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the tree without any feature, and without their tests."""
+    """A copy of the tree without features and their tests."""
     folder = tmp_path_factory.mktemp("core")
     left_without(folder, set(NAMES))
     shutil.rmtree(folder / "tests" / "app" / "features")
@@ -176,7 +184,7 @@ def test_the_quick_tests_of_the_core_pass_without_any_feature(core: Path, tests:
     )
 
 
-def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path) -> None:
+def test_positive_control_a_feature_needed_by_the_core_is_found(tmp_path: Path) -> None:
     left_without(tmp_path, set(NAMES))
     path = tmp_path / "app" / "theme.py"
     path.write_text(
@@ -186,7 +194,7 @@ def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path)
         do(tmp_path, sys.executable, "-c", IMPORT_ALL)
 
 
-def test_the_features_stand_in_their_order() -> None:
-    """A feature uses those below it in the tuple, and none above."""
+def test_the_tuple_of_features_is_in_order() -> None:
+    """A feature uses only features below it in the tuple."""
     for place, name in enumerate(NAMES):
-        assert users(name) <= set(NAMES[:place]), f"{name} is used by features below it"
+        assert users(name) <= set(NAMES[:place]), f"{name} is used by a feature below it"

@@ -1,4 +1,4 @@
-"""New pages are built one at a time and piece by piece; what is slow the first time is ready before anybody asks."""
+"""New pages are built one at a time and in pieces; slow first-time work is done in advance."""
 
 import itertools
 from functools import partial
@@ -22,11 +22,12 @@ from scenes.room_shells import table_glb
 from scenes.settings import specs
 from tests.app.conftest import FRAME, Arrive, Made, OpenHouse, live_sessions, private_of, visitor_of
 from tests.app.inline import Inline
+from tests.app.viser_private import type_hints
 
 
 @pytest.fixture
 def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
-    """What is done in order, on a machine on which every piece takes as long as there is: (piece or frame, client id)."""
+    """Log of ("piece" or "frame", client id); every piece uses up its time slice."""
     monkeypatch.setattr(admission, "SLICE", 0.0)
     done: list[tuple[str, int]] = []
     build, frame = Visitor.build, Visitor.frame
@@ -45,7 +46,7 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     return done
 
 
-def test_other_visitors_have_a_frame_between_any_two_pieces(
+def test_other_visitors_get_a_frame_between_any_two_pieces(
     by_hand: Made, pieces: list[tuple[str, int]]
 ) -> None:
     opened = by_hand(sessions=8)
@@ -59,7 +60,7 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(
         opened.frame()
         assert len(host.visitors) <= before + 1
     built = [number for what, number in pieces if what == "piece"]
-    # One after the other, each in several pieces.
+    # The pages are built one after the other, each in several pieces.
     assert (
         sorted(built) == built
         and all(built.count(number) >= 3 for number in set(built))
@@ -68,7 +69,7 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(
     places = [place for place, (what, _) in enumerate(pieces) if what == "piece"]
     assert all(("frame", neighbour) in pieces[a:b] for a, b in itertools.pairwise(places))
     for visitor in newcomers:
-        # A page is sent as a whole.
+        # A page is sent complete.
         visitor.wait_for(
             lambda v: (
                 v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes
@@ -77,7 +78,7 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(
 
 
 @pytest.mark.usefixtures("pieces")
-def test_a_page_is_built_in_its_own_language_though_others_are_drawn_meanwhile(by_hand: Made) -> None:
+def test_a_page_is_built_in_its_language_while_others_are_drawn(by_hand: Made) -> None:
     opened = by_hand(sessions=8)
     opened.let_in("lang=de")
     newcomer = opened.let_in("lang=sl")
@@ -99,7 +100,7 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(
         assert len(host.visitors) == count and host.admission.busy == (count < 3)
 
 
-def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(
+def test_a_page_closed_while_it_is_built_is_dropped_for_the_next_one(
     by_hand: Made, pieces: list[tuple[str, int]]
 ) -> None:
     opened = by_hand(sessions=8)
@@ -113,7 +114,7 @@ def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 
-def test_what_a_tab_asked_for_goes_with_it(by_hand: Made) -> None:
+def test_a_closed_tabs_waiting_actions_are_dropped(by_hand: Made) -> None:
     opened = by_hand()
     visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
     (session,) = live_sessions(opened.house).values()
@@ -136,7 +137,7 @@ def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_robot_that_is_stored_is_not_fitted_again_and_is_the_same(store: Path) -> None:
+def test_a_stored_robot_is_not_fitted_again_and_is_identical(store: Path) -> None:
     with pytest.raises(glb.NotStored), glb.stored_only():
         robot("ur5")
     first = robot("ur5")
@@ -151,7 +152,7 @@ def test_a_robot_that_is_stored_is_not_fitted_again_and_is_the_same(store: Path)
         assert_array_equal(one.end, other.end)
 
 
-def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_mesh_is_built_by_a_worker(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(preparation, "mesh_makers", lambda: [partial(preparation._furnish, "alone", True)])
     workers = Inline()
     Preparation((), workers).thread.join()
@@ -159,16 +160,14 @@ def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytes
     assert not list(store.iterdir()) and table_glb.cache_info().currsize == 0
     workers.work()
     assert job.state == "done" and [file.suffix for file in store.iterdir()] == [".bin"]
-    # The worker has a memory of its own.
+    # A real worker has its own memory.
     table_glb.cache_clear()
     Preparation((), workers).thread.join()
     assert len(workers.jobs) == 1 and table_glb.cache_info().currsize == 1
 
 
 @pytest.mark.thorough
-def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(
-    house: OpenHouse, arrive: Arrive
-) -> None:
+def test_every_mesh_of_the_3d_view_is_prepared_under_its_key(house: OpenHouse, arrive: Arrive) -> None:
     for draw in mesh_makers():
         draw()
     guest = arrive(house())
@@ -179,7 +178,7 @@ def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(
     assert (preparation.robot_glbs.cache_info().misses, table_glb.cache_info().misses) == known
 
 
-def test_icons_and_types_are_those_of_viser_and_read_once(
+def test_icons_and_types_equal_visers_and_are_read_once(
     house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = house()
@@ -191,5 +190,6 @@ def test_icons_and_types_are_those_of_viser_and_read_once(
     assert icons == [_icons.svg_from_icon("school")] * 2 and not read
     gui = opened.server.get_clients()[guest.number].gui
     button = gui.add_button("a button", icon=viser.Icon.SCHOOL)
-    assert button._prop_hints == get_type_hints(type(button._impl.props))
-    assert button._prop_hints is gui.add_button("another")._prop_hints
+    hints = type_hints(button)
+    assert hints == get_type_hints(type(button._impl.props))
+    assert hints is type_hints(gui.add_button("another"))

@@ -1,4 +1,4 @@
-"""A tab that is out of sight, or on which nothing happens, costs next to nothing, and is whole again at once."""
+"""A hidden or idle tab costs almost nothing, and is up to date at once when it is shown."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ from tests.blocking_client import BlockingClient
 
 
 def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, **kind: bool) -> int:
-    """Number of frames of a page in `seconds`, at 32 rounds a second."""
+    """Number of a page's frames in `seconds`, at 32 rounds per second."""
     given = {"hidden": False, "paused": True, "dirty": False} | kind
     count = 0
     for number in range(round(32 * seconds)):
@@ -26,21 +26,19 @@ def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, *
     return count
 
 
-def test_a_page_has_every_frame_while_anything_happens_and_few_while_it_rests() -> None:
+def test_an_active_page_gets_every_frame_and_a_resting_one_few() -> None:
     attention = Attention()
-    assert frames(attention, 10.0, 0.0, paused=False) == 320, "a run that goes on is not at rest"
-    # It is drawn for a while after the pause, because a camera may still be on its way.
+    assert frames(attention, 10.0, 0.0, paused=False) == 320, "a moving run lost frames"
+    # It is drawn for some seconds after the pause, because a camera may still move.
     assert frames(attention, LIVELY, 10.0) == 32 * LIVELY
     assert frames(attention, 20.0, 20.0) == pytest.approx(20.0 / RESTING, abs=2)
     assert frames(attention, 1.0, 40.0, dirty=True) == 32
-    assert frames(attention, 1.0, 45.0, state=1) >= 31, "something has changed by itself"
-    assert frames(attention, 1.0, 50.0, paused=False) == 32, (
-        "it goes on in the very round in which the pause ends"
-    )
+    assert frames(attention, 1.0, 45.0, state=1) >= 31, "a changed state was not drawn"
+    assert frames(attention, 1.0, 50.0, paused=False) == 32, "the first frame after a pause was late"
 
 
 @pytest.mark.parametrize("paused", [True, False])
-def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(paused: bool) -> None:
+def test_a_hidden_page_gets_few_frames_and_one_at_once_when_shown(paused: bool) -> None:
     attention = Attention()
     frames(attention, 1.0, 0.0, paused=paused)
     assert frames(attention, 20.0, 1.0, hidden=True, paused=True, dirty=True) == pytest.approx(
@@ -50,7 +48,7 @@ def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(
 
 
 def drawn(opened: ByHand, seconds: float) -> int:
-    """Number of frames of the one visitor in `seconds`."""
+    """Number of frames of the only visitor in `seconds`."""
     count = 0
     for _ in range(round(seconds / FRAME)):
         opened.frame()
@@ -59,7 +57,7 @@ def drawn(opened: ByHand, seconds: float) -> int:
 
 
 def say(opened: ByHand, visitor: BlockingClient, kind: str) -> None:
-    """The page says that it is out of sight, or back, and the server knows."""
+    """Send HIDDEN or SHOWN from the page, and wait until the server knows it."""
     server = opened.house.server
     visitor.send({"type": kind})
     until(
@@ -70,7 +68,7 @@ def say(opened: ByHand, visitor: BlockingClient, kind: str) -> None:
     )
 
 
-def test_a_hidden_tab_is_neither_stepped_nor_drawn_and_goes_on_where_it_was(by_hand: Made) -> None:
+def test_a_hidden_tab_is_not_stepped_or_drawn_and_continues_later(by_hand: Made) -> None:
     opened = by_hand(sessions=3)
     visitor = opened.let_in()
     session = visitor_of(opened).session
@@ -79,17 +77,17 @@ def test_a_hidden_tab_is_neither_stepped_nor_drawn_and_goes_on_where_it_was(by_h
     opened.frame()
     steps, before = session.simulation.steps, len(session.posts)
     assert drawn(opened, 20.0) <= 20.0 / UNSEEN + 1 and session.simulation.steps == steps and session.paused
-    # What it was asked for before is done meanwhile.
+    # Queued actions are still done.
     session.post(SetSetting("dm", 0.2))
     drawn(opened, 1.1 * UNSEEN)
     assert len(session.posts) == before == 0 and session.settings.run.law.critical_distance == 0.2
     say(opened, visitor, SHOWN)
     opened.frame()
-    assert not session.paused and 0 < session.simulation.steps - steps <= 8, "no step is made up for"
+    assert not session.paused and 0 < session.simulation.steps - steps <= 8, "missed steps were made up"
     assert drawn(opened, 1.0) == 32
 
 
-def test_a_tab_that_is_closed_out_of_sight_comes_back_alive(by_hand: Made) -> None:
+def test_a_tab_closed_while_hidden_reconnects_to_a_moving_session(by_hand: Made) -> None:
     opened = by_hand(sessions=3)
     tab = f"resume={'0123456789abcdef' * 2}"
     visitor = opened.let_in(tab)
@@ -103,11 +101,11 @@ def test_a_tab_that_is_closed_out_of_sight_comes_back_alive(by_hand: Made) -> No
     assert visitor_of(opened).session is session and drawn(opened, 1.0) == 32
 
 
-def test_a_paused_page_rests_until_its_visitor_does_anything(by_hand: Made) -> None:
+def test_a_paused_page_rests_until_its_visitor_acts(by_hand: Made) -> None:
     opened = by_hand(sessions=3)
     visitor = opened.let_in()
     session = visitor_of(opened).session
-    assert drawn(opened, 2.0 * LIVELY) == 64 * LIVELY, "the autopilot plays"
+    assert drawn(opened, 2.0 * LIVELY) == 64 * LIVELY, "the autopilot's run lost frames"
     session.post(Pause())
     drawn(opened, 2.0 * LIVELY)
     assert drawn(opened, 10.0) <= 10.0 / RESTING + 1

@@ -1,4 +1,4 @@
-"""Under overload all pages have fewer frames, evenly, and time slows down; it is said; and a server admits what it carries."""
+"""Under overload all pages get equally fewer frames and time slows down; admission follows the capacity."""
 
 import itertools
 import subprocess
@@ -27,11 +27,11 @@ from tests.app.conftest import Arrive, ByHand, Made, OpenHouse, live_sessions, p
 from tests.app.page.helpers import shown
 
 STEP = 200e-6
-"""What a step takes on the machine of these tests [s]; drawing takes nothing, unless it is said."""
+"""Time of a step on the tests' machine [s]; drawing takes no time by default."""
 
 
 class Machine:
-    """A machine with a clock of its own, on which sessions run: steps and drawing take what they are made to take."""
+    """A machine with its own clock that runs sessions; steps and drawing take the given times."""
 
     def __init__(
         self, monkeypatch: pytest.MonkeyPatch, sessions: int, drawing: float, step: float = STEP
@@ -62,7 +62,7 @@ class Machine:
             self.counts[number] += 1
 
     def run(self, seconds: float) -> float:
-        """Run, and return how many frames a second there were."""
+        """Run for `seconds`. Return the frames per second."""
         end, before, begin = self.now + seconds, len(self.begins), self.now
         while self.now < end:
             soonest, beat = self.loop.round()
@@ -70,7 +70,7 @@ class Machine:
         return (len(self.begins) - before) / (self.now - begin)
 
 
-def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_idle_machine_keeps_the_frame_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine(monkeypatch, 4, drawing=1e-3)
     assert machine.run(10.0) == pytest.approx(1.0 / FRAME, rel=0.02)
     assert all(
@@ -82,17 +82,17 @@ def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.thorough
-def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps take 4 % of the time for each session: a loop that made up for every step would come to a standstill."""
+def test_frame_rates_fall_evenly_and_time_slows_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each session's steps take 4 % of the time: a loop that made up every step would get stuck."""
     rates, times = [], []
     for count in (8, 16, 32):
         machine = Machine(monkeypatch, count, drawing=1.5e-3)
         rates.append(machine.run(4.0))
-        assert len(set(machine.counts)) == 1, "all have the same frames"
+        assert len(set(machine.counts)) == 1, "sessions got different numbers of frames"
         run = [session.simulation.time for session in machine.sessions]
-        assert max(run) - min(run) < 0.2, "and the same time"
+        assert max(run) - min(run) < 0.2, "sessions got different simulated times"
         times.append(run[0] / machine.now)
-        # No round is longer than what drawing takes and the share of the steps, which each may overrun by one.
+        # A round takes at most the drawing and the share of steps, exceeded by one step per session.
         allowed = max(SLOWEST, 1.5e-3 * count + LEAST) + count * STEP + 1e-6
         assert max(b - a for a, b in itertools.pairwise(machine.begins[5:])) < allowed
         slowed = [session.pace.slowed for session in machine.sessions]
@@ -105,7 +105,7 @@ def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.M
 
 
 @pytest.mark.thorough
-def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_an_overload_rates_recover(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine(monkeypatch, 5, drawing=2e-3, step=2.0 * STEP)
     machine.run(3.0)
     machine.drawing = 40e-3
@@ -115,7 +115,7 @@ def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> 
     begin, times = machine.now, [session.simulation.time for session in machine.sessions]
     machine.run(5.0)
     for session, time in zip(machine.sessions, times, strict=True):
-        assert session.simulation.time - time < 1.03 * (machine.now - begin), "nothing is made up for"
+        assert session.simulation.time - time < 1.03 * (machine.now - begin), "missed steps were made up"
     begin, times = machine.now, [session.simulation.time for session in machine.sessions]
     assert machine.run(5.0) == pytest.approx(1.0 / FRAME, rel=0.02)
     for session, time in zip(machine.sessions, times, strict=True):
@@ -124,7 +124,7 @@ def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
-    """Number of messages of each kind that the one visitor is sent in `rounds` frames, `seconds` apart [s]."""
+    """Messages of each kind sent to the only visitor in `rounds` frames, `seconds` apart [s]."""
     (visitor,) = opened.visitors
     before = visitor.received.messages.copy()
     for _ in range(rounds):
@@ -137,20 +137,20 @@ def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("fast_machine")
-def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(
+def test_with_rare_frames_panels_are_drawn_in_fewer_than_the_picture(
     by_hand: Made,
 ) -> None:
     opened = by_hand(sessions=2)
     opened.let_in()
-    # By the clock by which the page was built.
+    # The clock that the page was built by.
     opened.now = perf_counter()
     counted(opened, FRAME, 32)
     often, rare = counted(opened, FRAME), counted(opened, 3.0 * FRAME)
     assert rare["SetOrientationMessage"] > 0.8 * often["SetOrientationMessage"] > 500
-    assert rare["GuiUpdateMessage"] < 1.5 * often["GuiUpdateMessage"], "a third of them in a second"
+    assert rare["GuiUpdateMessage"] < 1.5 * often["GuiUpdateMessage"], "panels were drawn as often as before"
 
 
-def test_controls_are_looked_at_now_and_then_and_at_once_when_anything_is_done(
+def test_controls_are_updated_rarely_and_at_once_after_an_action(
     by_hand: Made, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = by_hand(sessions=2)
@@ -169,11 +169,11 @@ def test_controls_are_looked_at_now_and_then_and_at_once_when_anything_is_done(
     assert looks[-1] == opened.now
 
 
-# --- places --------------------------------------------------------------------------------------------------------------------
+# --- places ------------------------------------------------------------------------------------------
 
 
-def test_places_by_the_speed_of_a_step() -> None:
-    assert places(40e-6) > places(140e-6) > places(1e-3) == 1 == places(10.0), "one gets in on any machine"
+def test_the_number_of_places_follows_the_step_time() -> None:
+    assert places(40e-6) > places(140e-6) > places(1e-3) == 1 == places(10.0), "no place on a slow machine"
     assert 15 <= places(41e-6) <= 30
     assert places(40e-6, 4) == 4 * places(40e-6)
     assert affordable(SLOWEST) == affordable(1.0) == 1 and affordable(SLOWEST / 7.5) == 7
@@ -188,8 +188,8 @@ def test_the_speed_of_a_step_is_measured(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.thorough
-def test_a_machine_carries_as_many_before_its_loops_are_machine_code_as_after() -> None:
-    """In a process of its own, where they are Python at first; the estimate may be off by a factor of two."""
+def test_the_step_estimate_before_compilation_matches_the_one_after() -> None:
+    """In a separate process, with Python loops at first; the estimate may be off by a factor of two."""
     code = (
         "from app.hosting.workload import step_seconds; from controllers.compiled import all_loaded, load_now\n"
         "assert not all_loaded(); before = step_seconds(); load_now(); assert all_loaded(); print(before / step_seconds())"
@@ -200,7 +200,7 @@ def test_a_machine_carries_as_many_before_its_loops_are_machine_code_as_after() 
     assert 0.4 < float(done.stdout) < 3.0
 
 
-def test_measured_rounds_correct_the_places() -> None:
+def test_measured_frame_times_correct_the_number_of_places() -> None:
     workload = Workload(20, corrected=True)
 
     def work(sessions: int, each: float, seconds: float = 30.0) -> int:
@@ -210,11 +210,11 @@ def test_measured_rounds_correct_the_places() -> None:
             workload.note(sessions * each, FRAME)
         return workload.places
 
-    assert work(int(ENOUGH), 20e-3) == 20, "too few to know"
+    assert work(int(ENOUGH), 20e-3) == 20, "corrected by too few sessions"
     settled = work(10, 4e-3)
     assert settled == pytest.approx(affordable(4e-3), rel=BAND)
-    assert work(10, 4e-3 * (1.0 + BAND / 2.0)) == settled, "it does not flicker"
-    assert work(0, 0.0, 60.0) == settled, "an empty room says nothing"
+    assert work(10, 4e-3 * (1.0 + BAND / 2.0)) == settled, "the number of places flickers"
+    assert work(0, 0.0, 60.0) == settled, "corrected without any session"
     assert work(10, 1e-3) == pytest.approx(affordable(1e-3), rel=BAND)
     shared = Workload(60, loops=3, corrected=True)
     for _ in range(1000):
@@ -222,7 +222,7 @@ def test_measured_rounds_correct_the_places() -> None:
             shared.drew(0.0)
         shared.note(10 * 4e-3, FRAME)
     assert shared.places == pytest.approx(3 * affordable(4e-3), rel=BAND)
-    assert (shared.report.sessions, shared.report.places) == (10, shared.places // 3), "of this process"
+    assert (shared.report.sessions, shared.report.places) == (10, shared.places // 3), "not of this process"
     fixed = Workload(5)
     for _ in range(1000):
         for _ in range(5):
@@ -231,7 +231,7 @@ def test_measured_rounds_correct_the_places() -> None:
     assert fixed.places == 5
 
 
-def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
+def test_a_visitor_beyond_the_machines_capacity_is_refused(by_hand: Made) -> None:
     opened = by_hand(sessions=None)
     workload, server = opened.house.context.workload, opened.house.server
     assert server.max_clients == workload.places >= 1
@@ -245,7 +245,7 @@ def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
     assert server.max_clients == 3 == len(private_of(opened).visitors) and not server._has_room()
 
 
-# --- what a teacher sees -------------------------------------------------------------------------------------------------------
+# --- the teacher's view ------------------------------------------------------------------------------
 
 
 def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arrive) -> None:
@@ -257,7 +257,7 @@ def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arriv
     assert "at work" not in shown(plain.visitor)
 
 
-def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:
+def test_an_overload_is_highlighted() -> None:
     calm, busy = ServerLoad(32, 5, 20, 40), ServerLoad(14, 28, 20, 140)
     assert load_pills(calm)[::2] == [("", "frames/s: 32"), ("go", "load: 40 %")]
     assert load_pills(busy)[2] == ("halt", "load: 140 %")

@@ -1,4 +1,4 @@
-"""The live session of a visitor who is away waits for the own tab and link, for a while, in a bounded number."""
+"""Live sessions of absent visitors wait for their tab and link, limited in time and number."""
 
 from collections.abc import Iterator
 
@@ -24,7 +24,7 @@ class NotedSession(Session):
         self.closed = True
 
 
-def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes() -> None:
+def test_a_parked_session_is_claimed_once_by_its_tab_and_link_in_time() -> None:
     now = 0.0
     parking = Parking(lambda: now)
 
@@ -40,11 +40,11 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert claimed is session and not parking.parked and parking.claim(LINK) is None
     session = park(LINK)
     now += AWAY + 0.1
-    assert parking.claim(LINK) is None and session.closed, "too late"
+    assert parking.claim(LINK) is None and session.closed, "claimed too late"
     session = park(LINK)
-    assert parking.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
+    assert parking.claim({**LINK, "dm": "0.3"}) is None and session.closed, "claimed by another link"
     assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not parking.parked, (
-        "no valid tab"
+        "parked without a valid tab"
     )
     sessions = []
     for number in range(MOST_SESSIONS + 2):
@@ -67,7 +67,7 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
 
 @pytest.fixture
 def bare(jobs: JobPool) -> Iterator[ByHand]:
-    """A house without any feature."""
+    """An app without any feature."""
     house = start_app(ServeOptions(sessions=8), jobs=jobs, features=())
     opened = ByHand(house)
     yield opened
@@ -77,7 +77,7 @@ def bare(jobs: JobPool) -> Iterator[ByHand]:
 
 
 @pytest.mark.slow
-def test_without_any_feature_a_tab_that_reconnects_has_its_session(bare: ByHand) -> None:
+def test_a_reconnected_tab_has_its_session_without_any_feature(bare: ByHand) -> None:
     link, visitors = f"n=8&resume={TAB}", private_of(bare).visitors
     page = bare.let_in(link)
     (session,) = (one.session for one in visitors.values())
@@ -90,7 +90,7 @@ def test_without_any_feature_a_tab_that_reconnects_has_its_session(bare: ByHand)
     for _ in range(32):
         bare.frame()
     steps = session.simulation.steps
-    # Its connection is not yet known to be lost: a new session goes on from there.
+    # The old connection is not known to be lost yet: a new session continues from its state.
     bare.let_in(link)
     later = list(visitors.values())[-1].session
     assert later is not session and later.settings == session.settings

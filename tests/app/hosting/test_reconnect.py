@@ -1,4 +1,4 @@
-"""Connections that break: a tab that comes back finds everything as it was, and no other tab notices."""
+"""Broken connections: a reconnected tab has its former state, and other tabs are not affected."""
 
 import gc
 import os
@@ -41,7 +41,7 @@ class Tab:
         return live_sessions(self.opened)[self.number]
 
     def cut(self, unfinished: bytes = b"") -> None:
-        """Break the connection without a word; perhaps in the middle of a message."""
+        """Break the connection without a closing handshake, also within a message."""
         self.visitor.break_off(unfinished)
         with suppress(Exception):
             self.visitor.close()
@@ -71,12 +71,12 @@ def tab(request: pytest.FixtureRequest) -> Callable[..., Tab]:
 
 
 def held() -> tuple[int, int]:
-    """How many files and threads this process has."""
+    """Numbers of this process's open files and threads."""
     gc.collect()
     return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0, threading.active_count()
 
 
-def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(
+def test_a_reconnected_tab_without_lessons_has_its_settings_and_run(
     house: OpenHouse, tab: Callable[..., Tab]
 ) -> None:
     opened = house()
@@ -93,12 +93,12 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(
     one.cut()
     one.come()
     assert one.session is session and session.held is None
-    # To take hold of the hand sends the autopilot away.
+    # Taking hold of the hand switches the autopilot off.
     expected = changed(changed(changed(Settings(), "n", 8.0), "dm", 0.21), "autopilot", False)
     assert session.simulation.time >= time and session.settings == expected
     slider = page_label("dm"), "GuiSliderMessage"
     one.visitor.wait_for(lambda v: v.mirror.labelled(*slider)["value"] == pytest.approx(210.0), 60.0)
-    # The same tab by another link is another wish.
+    # Another link in the same tab starts a new session.
     one.query = f"n=9&resume={WORD}"
     one.cut()
     one.come()
@@ -106,7 +106,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(
     assert not opened.context.store.parked
 
 
-def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(
+def test_a_tab_that_reconnects_early_continues_from_the_live_state(
     house: OpenHouse, tab: Callable[..., Tab]
 ) -> None:
     opened = house()
@@ -122,13 +122,13 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(
     assert all(after[key] == before[key] for key in ("settings", "state", "ghost"))
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-    assert not opened.context.store.parked  # what was left has gone on elsewhere
+    assert not opened.context.store.parked  # the new session has taken over its state
     one.cut()
     one.come()
     assert one.remembered() == after
 
 
-def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) -> None:
+def test_a_doubled_tab_does_not_undo_the_later_ones_changes(by_hand: Made) -> None:
     opened = by_hand(sessions=8)
     host, link = private_of(opened), f"n=8&resume={WORD}"
     opened.let_in(link)

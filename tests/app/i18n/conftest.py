@@ -1,9 +1,9 @@
-"""A look for what was never translated."""
+"""Search for untranslated texts."""
 
 import re
 
 NO_TEXT = re.compile(
-    # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
+    # Style and drawings; names, symbols and lesson files (pre, kbd, code); the remaining tags and entities.
     r"<style>.*?</style>|<svg.*?</svg>|<pre.*?</pre>|<kbd>.*?</kbd>|<code>.*?</code>|<[^>]*>|&\w+;",
     re.DOTALL,
 )
@@ -15,11 +15,11 @@ NAMES = frozenset({"rad", "rad²", "mm²", "MediaPipe", "FILE", "dot", "min", "m
 
 
 def untranslated(text: str) -> list[str]:
-    """The words of a text, and of the names of its parts, that stand outside the brackets of the pseudo-language."""
+    """Words of a text and of its attributes outside the brackets of the pseudo-language."""
     named = "\n".join(NAMED.findall(text))
     plain_text = NO_TEXT.sub("\n", f"{text}\n{named}")
     while "⟦" in plain_text:
-        # The innermost first: a sentence may have translated parts.
+        # Innermost brackets first: a sentence may have translated parts.
         shorter = re.sub(r"⟦[^⟦⟧]*⟧", "", plain_text)
         if shorter == plain_text:
             break

@@ -1,4 +1,4 @@
-"""Errors that the page says in its language."""
+"""Errors that the page shows in its language."""
 
 from collections.abc import Callable
 
@@ -18,10 +18,10 @@ def refusal(what: Callable[[], object]) -> LazyText:
 
 
 def assert_said(what: Callable[[], object]) -> None:
-    """The error that `what` raises is translated as a whole."""
+    """Check that the error of `what` is translated completely."""
     said = refusal(what)
     set_language("pseudo")
-    # What a person wrote, and names of settings, lessons and joints, are what they are in every language.
+    # User input, and names of settings, lessons and joints, are the same in every language.
     parts = [str(part) for part in leaves(said)]
     shown = tr(said)
     for part in sorted(parts, key=len, reverse=True):
@@ -30,6 +30,6 @@ def assert_said(what: Callable[[], object]) -> None:
 
 
 def leaves(message: LazyText) -> list[object]:
-    """What is filled in, and is no message itself."""
+    """Parts of a message that are not messages themselves."""
     parts = (leaves(part) if isinstance(part, LazyText) else [part] for part in message.parts.values())
     return [leaf for some in parts for leaf in some if str(leaf)]

@@ -1,8 +1,8 @@
-"""Every text of the page that the catalogues translate.
+"""Every text of the page for the catalogues.
 
-A text is found as an argument of `tr("…")`, also in a template, of `N_("…")`, of functions that give it to `tr`, and of functions that
-show it, such as `notify("…", "…")`; as the text or template of an error that may appear on the page, or of another `LazyText`; as label,
-hint or choice of a setting; as name of a row of buttons; and in the tables below.
+Sources: arguments of `tr("…")`, also in templates, of `N_("…")`, and of functions that pass them to `tr`
+or show them, such as `notify("…", "…")`; texts or templates of errors that may appear on the page, and of
+other `LazyText`s; labels, hints and choices of settings; names of rows of buttons; and the tables below.
 """
 
 import ast
@@ -33,7 +33,7 @@ _APP: Final = Path(app.__file__).parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
 _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
 _SAID: Final = ("tr_html", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
-"""Functions and classes that translate their arguments, beside `tr` and `N_`."""
+"""Functions and classes that translate their arguments, in addition to `tr` and `N_`."""
 
 _TELLING: Final = (
     "LazyText",
@@ -45,7 +45,7 @@ _TELLING: Final = (
     "_check",
     "Wrong",
 )
-"""Functions and classes that take a text, or a template with its parts, as their first argument."""
+"""Functions and classes with a text, or a template with its parts, as first argument."""
 
 ON_THE_PAGE: Final = (
     *(
@@ -68,11 +68,14 @@ ON_THE_PAGE: Final = (
         "app/page/**/*.py",
         "app/features/*/panel/*.py",
     ),
-    # The sources of the command line have errors of the command line.
+    # Input sources of the command line have errors of the command line.
     *("app/plots/*.py", "app/stage/*.py", "app/session/[!i]*.py"),
 )
-"""Files of errors that may appear on the page. Of all other files templates with parts count, and each `LazyText`; their plain texts are
-for the command line, and for authors of lessons."""
+"""Files with errors that may appear on the page.
+
+In all other files only templates with parts and `LazyText`s count; plain texts there are for the command line
+and for authors of lessons.
+"""
 
 FORMULAS: Final = {
     *(
@@ -127,7 +130,7 @@ NAMES: Final = {
         "Mansard, Khatib & Kheddar 2009",
     ),
 }
-"""Names, which are the same in every language."""
+"""Names that are the same in every language."""
 
 
 BODIES: Final = (
@@ -142,15 +145,14 @@ JOINTS: Final = (
     *(f"joint {i}" for i in range(1, 8)),
 )
 
-OTHERS: Final = (*("There is too little to measure yet; let it run for a few seconds.", "decimal sign\x04."),)
+OTHERS: Final = (*("There is too little to measure yet; run it for a few seconds.", "decimal sign\x04."),)
 
 
 @cache
 def messages() -> dict[str, Path]:
-    """Every English text that the page says → folder of the catalogue that translates it.
+    """Every English text of the page → folder of its catalogue, without formulas, numbers and symbols.
 
-    Formulas, numbers and names of symbols are left out.
-    What the core says stands in its catalogue; what features alone say in that of the lowest of them.
+    Texts of the core are in the core's catalogue, those of features only in that of the lowest feature.
     """
     said: dict[str, set[Path]] = {}
     for path, found in (*_of_tables(), *_of_sources(), *_of_templates(), *_of_errors()):
@@ -164,19 +166,19 @@ def messages() -> dict[str, Path]:
 
 
 def _catalogue_of(path: Path) -> Path:
-    """Folder of the catalogue for what a file alone says."""
+    """Folder of the catalogue for texts that only this file has."""
     texts = (feature.texts for feature in FEATURES if feature.texts is not None)
     return next((folder for folder in texts if path.is_relative_to(folder)), FOLDER)
 
 
 def missing(language: Language) -> dict[str, Path]:
-    """Texts without a translation in the catalogue where they belong → folder of that catalogue."""
+    """Texts without a translation in their catalogue → folder of that catalogue."""
     known = {path.parent: read_texts(path) for path in catalogues(language)}
     return {found: folder for found, folder in messages().items() if found not in known.get(folder, {})}
 
 
 def left_over(language: Language) -> list[tuple[Path, str]]:
-    """Catalogue and text of every translation that nothing says, or that belongs into another catalogue."""
+    """Catalogue and text of every unused translation, or of one in the wrong catalogue."""
     return [
         (path, text)
         for path in catalogues(language)
@@ -194,7 +196,7 @@ def _of_tables() -> Iterator[tuple[Path, str]]:
 
 
 def _of_the_cores_tables() -> Iterator[str]:
-    # Choices that features offer are said by the features.
+    # Choices of features are texts of the features.
     for _, spec in leaves(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
@@ -214,7 +216,7 @@ def _of_the_cores_tables() -> Iterator[str]:
 
 @cache
 def _read(path: Path) -> tuple[ast.Module, list[ast.Call]]:
-    """Return a file's tree and its calls."""
+    """A file's syntax tree and its calls."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     return tree, [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
 
@@ -237,7 +239,7 @@ def _of_sources(folder: Path = _APP) -> Iterator[tuple[Path, str]]:
 
 
 def _passed_on(tree: ast.Module, calls: list[ast.Call]) -> Iterator[tuple[str, int, str]]:
-    """Yield name of a function, place and name of its parameter, for every parameter that it gives to `tr` as it is."""
+    """Name of a function, position and name of its parameter, for each parameter passed to `tr` unchanged."""
     if not any(_name(call.func) in ("tr", "tr_html") and call.args and _name(call.args[0]) for call in calls):
         return
     for function in ast.walk(tree):
@@ -255,7 +257,7 @@ def _of_templates() -> Iterator[tuple[Path, str]]:
     for path in sorted(_APP.rglob("*.html")):
         for call in reader.parse(path.read_text(encoding="utf-8")).find_all(nodes.Call):
             if isinstance(call.node, nodes.Name) and call.node.name in ("tr", "tr_html", "words"):
-                # A text as it stands, or one of two.
+                # A literal text, or one of two.
                 texts = (text for given in call.args for text in (given, *given.find_all(nodes.Const)))
                 constants = (text.value for text in texts if isinstance(text, nodes.Const))
                 yield from ((path, text) for text in constants if isinstance(text, str))
@@ -267,10 +269,10 @@ def on_the_page() -> Iterator[Path]:
 
 
 def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
-    """Yield the text of every call that makes an error or a `LazyText`; `plain`: also of an error without parts."""
+    """Text of every call that makes an error or a `LazyText`. `plain`: also errors without parts."""
     for node in _read(path)[1]:
         if (name := _name(node.func)) in _TELLING:
-            # The first argument of `_check` is what it checks.
+            # The first argument of `_check` is the checked value.
             first = node.args[name == "_check" : 2]
             if first and (plain or node.keywords or name == "LazyText"):
                 yield first[0]
@@ -295,7 +297,7 @@ def _name(node: ast.expr) -> str:
 
 
 def _constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
-    """Yield name and value of the module's own constants that are texts, or tuples of texts."""
+    """Names and values of the module's constants."""
     for node in tree.body:
         target = (
             node.target
@@ -313,7 +315,7 @@ def _constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
 
 
 def _texts(nodes: Iterable[ast.expr], named: dict[str, ast.expr], deep: bool = True) -> Iterator[str]:
-    """Yield the texts among expressions: as they stand, one of two, several, or by the name of a constant."""
+    """Texts among expressions: literals, one of two, several, or by the name of a constant."""
     for node in nodes:
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.value

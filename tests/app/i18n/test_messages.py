@@ -1,4 +1,4 @@
-"""What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
+"""Errors for visitors, and the browser's own messages, are in the page's language."""
 
 import inspect
 import pickle
@@ -13,50 +13,60 @@ from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translati
 from app.i18n.speaking import set_language, tr
 from app.recording.outcome import Comparison, Difference
 from app.recording.run_file import Agreement, _words, changed_versions, load_run, saved_bytes
+from app.settings import LANGUAGES, Language
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
 from scenes.settings import RunSettings, changed
 from tests.app.i18n.conftest import untranslated
 from tests.app.i18n.helpers import refusal
 from tests.app.recording.runs import piece
+from tests.approved import Approve, case_lines
+
+RUN = saved_bytes(piece("hold", 1.0)[0])
 
 
-def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
-    said = refusal(lambda: changed(RunSettings(), "dm", "9"))
-    assert said == "dm = '9' is out of range; give a number from 0.03 to 0.3 m."
-    assert (
-        words_of("de")(said)
-        == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0,03 bis 0,3 m."
-    )
-    assert words_of("sl")(said) == "dm = '9' je zunaj območja; mogoče je število od 0,03 do 0,3 m."
-    assert words_of("en")(said) == said
-
-
-def test_a_message_keeps_what_it_is_made_of() -> None:
+def nested() -> tuple[BadSetting, BadInputFile]:
+    """An error, and another one that contains it."""
     inner = BadSetting(
         "{key} = {value} is not a number; {remedy}", key="n", value="'x'", remedy="{as it stands}"
     )
-    outer = BadInputFile("{name}: {reason}", name="{odd}.npz", reason=str(inner))
-    for error in (outer, pickle.loads(pickle.dumps(outer))):
-        assert str(error) == "{odd}.npz: n = 'x' is not a number; {as it stands}"
-        assert words_of("de")(str(error)) == "{odd}.npz: n = 'x' ist keine Zahl; {as it stands}"
+    return inner, BadInputFile("{name}: {reason}", name="{odd}.npz", reason=str(inner))
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_message_is_translated_into_each_language(language: Language, approve: Approve) -> None:
+    messages = {
+        "out of range": refusal(lambda: changed(RunSettings(), "dm", "9")),
+        "made of another": str(nested()[1]),
+        "loaded run": load_run(RUN, "a").words,
+    }
+    words = words_of(language)
+    approve(f"messages {language}.txt", case_lines({case: words(text) for case, text in messages.items()}))
+
+
+def test_a_message_in_english_is_its_own_text() -> None:
+    said = refusal(lambda: changed(RunSettings(), "dm", "9"))
+    assert words_of("en")(said) == said
+
+
+def test_a_message_keeps_its_parts() -> None:
+    inner, outer = nested()
+    again = pickle.loads(pickle.dumps(outer))
+    assert str(again) == str(outer) and str(inner) in str(outer)
+    for language in LANGUAGES:
+        assert words_of(language)(str(again)) == words_of(language)(str(outer))
     assert LazyText(outer.args[0]).parts == outer.args[0].parts
-    # Without parts nothing is filled in, and nothing of another kind is believed to be a text.
+    # Without parts nothing is filled in, and only a text counts as a text.
     assert str(BadSetting("a {b} c")) == "a {b} c" and str(DuetError()) == ""
     assert (
         joined(("a", "", LazyText("off")), ", ") == "a, , off"
         and words_of("de")(joined([LazyText("off")], " ")) == "aus"
     )
     assert joined((), ", ") == ""
-    # What is put into another text is plain, also where that text is nothing else.
+    # A message formatted into another text is a plain string, also if it is the whole text.
     assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
 
 
-RUN = saved_bytes(piece("hold", 1.0)[0])
-
-
-def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
-    exact = load_run(RUN, "a").words
-    assert words_of("de")(exact) == "Wiederholt: Alle 200 Schritte sind gleich, bis aufs letzte Bit."
+def test_a_loaded_run_is_compared_in_the_pages_language() -> None:
     change = Difference(3, 0.015, "d", 0.2, 0.3, 0.1)
     other = Comparison(False, 3, change, replace(change, column="pair"), 200, 190)
     made = changed_versions({"duet": "0", "system": "🦆"}, {"duet": "1", "system": "1"})
@@ -64,7 +74,7 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
     verdicts: tuple[Agreement, ...] = ("close", "differs", "differs")
     for verdict, differs in zip(verdicts, ((), made, changed_versions({}, {"machine": "1"})), strict=True):
         said = _words(verdict, other, differs, "m")
-        # Columns and programs have names.
+        # Names of columns and programs are not translated.
         assert {*untranslated(tr(said))} <= {"pair", "Pinocchio", "Python", "numpy"}
 
 
@@ -74,12 +84,12 @@ def test_the_page_knows_every_language() -> None:
         key: {*ALL} for key in ("de", "sl", "pseudo")
     }
     assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
-    # What the scripts translate themselves.
+    # Texts that the scripts translate themselves.
     assert {*ICON_NAMES.values(), "more", "dismiss this message"} <= set(OURS)
 
 
-def test_what_viser_says_is_what_viser_says() -> None:
-    """Another version of viser with other words: see the list in `app.i18n.client_texts`."""
+def test_the_listed_texts_of_viser_are_in_its_sources() -> None:
+    """If another version of viser has other words, update the list in `app.i18n.client_texts`."""
     built = Path(inspect.getfile(viser)).parent / "client" / "src"
     if not built.is_dir():
         pytest.skip("this viser comes without its sources")

@@ -31,7 +31,7 @@ def comes(visitor: BlockingClient, word: str) -> None:
     visitor.wait_for(lambda _: any(word in text for text in texts(visitor)))
 
 
-def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
+def test_the_pseudo_language_leaves_no_text_untranslated(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lang=pseudo&details=none&speed=2")
     assert_all_said(guest.visitor)
     choose(guest, ghost="frozen", whatif=True)

@@ -1,4 +1,4 @@
-"""In a real browser the longest language is cut off nowhere, and a browser's own language is understood."""
+"""In a real browser no text of the longest language is cut, and the browser's language is used."""
 
 import pytest
 from playwright.sync_api import Page
@@ -24,7 +24,7 @@ ENGLISH = """() => {
     for (const name of ['aria-label', 'placeholder', 'title']) look(e.getAttribute(name), name);
   return [...found];
 }"""
-"""Whatever is English on the page, seen or only heard."""
+"""English texts of the page, visible or for screen readers."""
 
 OBJECTS = {
     "WorldAxes",
@@ -73,7 +73,7 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
         page.get_by_role("tab", name=pseudo(name)).click()
         page.get_by_text(pseudo(seen), exact=True).first.wait_for()
         assert lasting(page, lambda: flaws(page)) == [], name
-        # The page's script translates what viser says a little later.
+        # The page's script translates viser's texts slightly later.
         until(page, lambda: english(page) == [], f"the last English word of {name}")
     page.get_by_role("button", name=pseudo("Lessons")).evaluate("e => e.click()")
     page.locator("button.lesson").nth(10).wait_for()
@@ -89,7 +89,7 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
 
 
 @pytest.mark.thorough
-def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_page_opens_in_the_browsers_language(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768, locale="sl-SI")
     opened = house()
     open_page(page, opened.url)

@@ -33,17 +33,17 @@ from tests.app.i18n.messages import (
 )
 
 LABEL = 14
-"""Most letters of a label before a control; longer ones are cut off."""
+"""Longest label of a control [letters]; longer ones are cut off."""
 
 
 def parts(text: str) -> Counter[str]:
-    # The forms of a counted word are the language's own.
+    # The plural forms differ between languages.
     return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", re.sub(r":[^{}]*\|[^{}]*\}", "}", text)))
 
 
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
-    """A text that is missing belongs into the catalogue of the folder that is named; one that is left over belongs out of its own."""
+    """Add a missing text to the catalogue in the named folder; remove a left-over one from its catalogue."""
     texts, words = (
         {key: text for path in catalogues(language) for key, text in read_texts(path).items()},
         words_of(language),
@@ -57,7 +57,7 @@ def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
     assert {label: text for label, text in labels.items() if len(text) > LABEL} == {}
     begin = [words(name)[:4] for name in (*(tab[0] for tab in TABS), "Keys")]
-    assert len(set(begin)) == len(begin), "no two tabs are called alike"
+    assert len(set(begin)) == len(begin), "two tabs have similar names"
 
 
 @pytest.mark.parametrize(
@@ -73,24 +73,24 @@ def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None
         ("sl", 112, 12, "112 menjav med 12 pari."),
     ],
 )
-def test_a_number_chooses_its_word(language: Language, changes: int, pairs: int, said: str) -> None:
+def test_a_number_chooses_its_plural_form(language: Language, changes: int, pairs: int, said: str) -> None:
     key = "{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}."
     assert words_of(language)(key, changes=changes, pairs=pairs) == said
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_welcome_promises_what_the_arm_can_keep(language: Language) -> None:
+def test_the_welcome_promises_the_ring_only_as_long_as_possible(language: Language) -> None:
     words = words_of(language)
     bound = {"en": "as long as it can", "de": "solange er kann", "sl": "dokler more"}[language]
-    # Where the orange arm alone keeps clear, the silver one does keep its hand there.
+    # If only the orange arm avoids, the silver one does keep its hand in the ring.
     said = [
         words(key) for key in messages() if "hand in the ring" in key and not key.startswith("It keeps clear")
     ]
-    # The welcome of a feature says it, too.
+    # The welcome of a feature has such a text, too.
     assert len(said) >= 2 and all(bound in text for text in said)
 
 
-def test_the_list_knows_what_is_said() -> None:
+def test_the_list_contains_texts_of_every_kind() -> None:
     found = set(messages())
     # A label, a hint, a choice; a literal; one by the name of a constant; a title; one of two; a row of buttons.
     assert {"your arm", "Which experiment.", "Hold pose", "paused", "avoidance first", "more plots"} <= found
@@ -112,7 +112,7 @@ def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     } <= set(messages())
 
 
-def test_names_of_bodies_and_joints_are_on_the_list() -> None:
+def test_names_of_bodies_and_joints_are_listed() -> None:
     set_language("pseudo")
     known = {word for body in (*BODIES, "silver", "orange") for word in re.split(r"[⟦⟧· ]+", pseudo(body))}
     for scene, robot in (("hold", "lwr"), ("ball", "ur5")):
@@ -122,21 +122,21 @@ def test_names_of_bodies_and_joints_are_on_the_list() -> None:
             assert set(re.split(r"[⟦⟧·()\d ]+", pair_name(simulation, pair))) <= known
 
 
-def test_what_is_not_known_stays_english() -> None:
+def test_an_unknown_text_stays_english() -> None:
     words = Words("de", {"Law": "Gesetz", "{a} of {b}": "{a} von {c}"})
     assert (
         words("Law") == "Gesetz"
         and words("Never heard") == "Never heard"
         and words("Key: {key}", key="R") == "Key: R"
     )
-    # A mistake in a file costs the translation, not the page.
+    # A mistake in a file loses the translation, not the page.
     assert words("{a} of {b}", a=1, b=2) == "1 of 2"
     assert words_of("sl")("a moment\x04then") == "takrat"
     assert words_of("en")("a moment\x04then") == "then" and words_of("auto")("Law") == "Law"
 
 
 @pytest.mark.parametrize("content", ['"a" = 3', '"a" = "b"\n"a" = "c"', "a b c", '[part]\n"a" = "b"'])
-def test_a_broken_file(content: str, tmp_path: Path) -> None:
+def test_a_broken_catalogue_is_refused(content: str, tmp_path: Path) -> None:
     path = tmp_path / "xx.toml"
     path.write_text(content, encoding="utf-8")
     with pytest.raises(ValueError):
@@ -162,7 +162,7 @@ def test_every_thread_has_its_own_language() -> None:
 
 
 @given(st.text("abc XYZ<>{}&;.1", max_size=60))
-def test_pseudo_keeps_what_is_no_text(text: str) -> None:
+def test_pseudo_keeps_tags_and_parts(text: str) -> None:
     said = pseudo(text)
     assert parts(said) == parts(text) and pseudo(said) == said
 
@@ -201,9 +201,9 @@ def test_pseudo_is_longer_and_marked() -> None:
         ("de;q=nan, sl;q=two, ;;;,=,q", "en"),
     ],
 )
-def test_what_a_browser_likes_best(accept: str, language: str) -> None:
+def test_the_preferred_language_of_a_browser(accept: str, language: str) -> None:
     assert preferred(accept) == language
-    # A choice by link or on the page goes before it.
+    # A choice by link or on the page has priority.
     assert (
         language_of(Settings(), preferred(accept)) == language
         and language_of(changed(Settings(), "lang", "de"), "sl") == "de"

@@ -1,4 +1,4 @@
-"""What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
+"""Helpers that operate a page with a real mouse and keyboard, and check the result."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -28,17 +28,17 @@ from tests.browser import (
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
-# viser's browser side applies updates after all else that came with them, so it complains about the last one of a plot that goes.
+# viser's client applies updates last: it complains about the update of a plot that was just removed.
 LATE_UPDATE = r"Tried to update non-existent component"
 
 
 def visit(page: Page, opened: App, query: str = "", url: str = "") -> Session:
-    """Open a house by a link, which may begin with another address of it; return the session once the page is whole."""
+    """Session of a completely opened page. `url`: another address of the server."""
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
     page.goto(f"{url or opened.url}/?{query}")
     wait_ready(page, HAND if "gizmo=1" in query else "/room")
-    # The page may have come a second time, without the fine picture that this machine is too slow for.
+    # The page may have reconnected, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
     close_software_note(page)
     (number,) = set(live_sessions(opened)) - before
@@ -46,14 +46,14 @@ def visit(page: Page, opened: App, query: str = "", url: str = "") -> Session:
 
 
 def hands_of(session: Session) -> tuple[Array, Array]:
-    """Where the guided hand and the other arm's are (3,) [m]; twice the same of one arm alone."""
+    """Places of the guided and of the other hand, (3,) each [m]; twice the same if there is one arm."""
     now = session.simulation
     own, other = (now.kinematics.hand_pose(arm).translation.copy() for arm in (now.guided, now.avoiding))
     return own, other
 
 
 def chosen(session: Session) -> dict[str, Any]:
-    """All settings but the one that the browser chooses for itself."""
+    """All settings except the one that the browser chooses."""
     return {key: value for key, value in values(session.settings).items() if key != "picture"}
 
 
@@ -67,7 +67,7 @@ def run_on(page: Page, session: Session, seconds: float) -> None:
 
 
 def row_of(page: Page, label: str) -> Locator:
-    """The row of a control in view, by what stands before it."""
+    """Row of a visible control, by its label."""
     return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
 
 
@@ -76,7 +76,7 @@ def control(page: Page, key: str) -> Locator:
 
 
 def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
-    """Wait until of these controls, all on the tab in view, exactly those are seen that matter now."""
+    """Wait until exactly those of `keys` are visible that matter now. All are on the open tab."""
     labels, expected = (
         {page_label(key) for key in keys},
         {page_label(key) for key in keys if matters(key, session.settings)},
@@ -90,7 +90,7 @@ def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:
 
 
 def set_by_hand(page: Page, session: Session, key: str) -> None:
-    """Change a setting as a person does, and wait until the server has it, and nothing else."""
+    """Change a setting by mouse or keys; wait until the server has changed it, and no other."""
     spec, before = SPECS[key], values(session.settings)
     place = control(page, key)
     sent, expected = another(key, before[key])
@@ -105,18 +105,19 @@ def set_by_hand(page: Page, session: Session, key: str) -> None:
         box.press("Enter")
     until(page, lambda: values(session.settings)[key] == pytest.approx(expected, abs=1e-9), key)
     after = values(session.settings)
-    assert {k for k in after if after[k] != before[k]} == {key}
+    different = {k: after[k] for k in after if after[k] != before[k]}
+    assert set(different) == {key}, different
 
 
 def drag_through(page: Page, session: Session, points: list[np.ndarray]) -> None:
-    """Take what is at the first point of the scene with the mouse, and pull it through the others."""
+    """Take hold at the first point of the scene with the mouse, and drag through the others."""
     take_hold(page, lambda: points[0], lambda: session.held is not None)
     for point in points[1:]:
         point_at(page, point)
 
 
 def drag(page: Page, places: Sequence[tuple[float, float]]) -> None:
-    """Press the mouse at the first place of the window [CSS px], go to the others, and let go."""
+    """Drag the mouse from the first place through the others [CSS px in the window]."""
     page.mouse.move(*places[0])
     page.mouse.down()
     for place in places[1:]:
@@ -128,7 +129,7 @@ CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
 
 
 def grab(page: Page, node: str, held: Callable[[], bool]) -> tuple[float, float]:
-    """Take a link, which may be on its way, with the mouse, until it is held; return where it was taken [CSS px]."""
+    """Take hold of a link, which may move, with the mouse. Return the place of the press [CSS px]."""
     x = y = 0.0
 
     def over_it() -> bool:
@@ -148,7 +149,7 @@ Touch = Callable[[str, float, float], None]
 
 
 def finger(page: Page) -> Touch:
-    """What a finger does, by `touchStart`, `touchMove` and `touchEnd` at a place of the window [CSS px]."""
+    """Sender of `touchStart`, `touchMove` or `touchEnd` at a place of the window [CSS px]."""
     protocol = page.context.new_cdp_session(page)
 
     def touch(kind: str, x: float, y: float) -> None:
@@ -187,7 +188,7 @@ PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {
 
 
 def see_plots(page: Page, titles: tuple[str, ...]) -> None:
-    """Wait until these plots, by the beginnings of their titles, and no others, fill their panel side by side, each drawn."""
+    """Wait until exactly these plots (beginnings of titles) are drawn side by side and fill their panel."""
 
     def as_expected() -> bool:
         seen: list[dict[str, Any]] = page.evaluate(PLOTS)
@@ -217,7 +218,7 @@ FREE = """names => names.map(name => {
 
 
 def see_free(page: Page, nodes: list[str], where: str) -> None:
-    """Wait until nothing covers these nodes, or fail with what does: a view is corrected once the panels have found their places."""
+    """Wait until nothing covers these nodes, or fail with the cover. The view follows the panels' layout."""
     try:
         until(page, lambda: not page.evaluate(FREE, nodes), "all in free sight", 30.0)
     except AssertionError:

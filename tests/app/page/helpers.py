@@ -1,4 +1,4 @@
-"""What visitors without a browser do on a page, and what they look at."""
+"""Helpers for visitors without a browser: they operate a page and read it."""
 
 import html
 from typing import Any
@@ -34,11 +34,11 @@ STAGES: dict[str, dict[str, Any]] = {
     "eps": {"pairs": "smooth"},
     "coupled": {"avoid": "both", "ff": False},
 }
-"""Key → what must be chosen for its control to be in view; the others are there by default."""
+"""Key → settings that show its control. Controls that are not listed are visible by default."""
 
 
 def page_label(key: str) -> str:
-    """What stands before a control."""
+    """Label of a control."""
     return SPECS[key].title()
 
 
@@ -53,7 +53,7 @@ def bring_into_view(session: Session, key: str) -> None:
 
 
 def another(key: str, present: Any) -> tuple[Any, Any]:
-    """A possible value other than the present one: as the page sends it, and as the settings keep it."""
+    """A valid value other than the present one, as the page sends it and as the settings store it."""
     spec = SPECS[key]
     if spec.choices:
         other = spec.choices[(spec.choices.index(present) + 1) % len(spec.choices)]
@@ -72,19 +72,19 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
 
 
 def hotkey_uuid(visitor: BlockingClient, action: str) -> str:
-    """The uuid of the palette command that stands for a hotkey."""
+    """uuid of the palette command of a hotkey."""
     text = next(h.text for h in hotkeys() if h.name == action).capitalize()
     return next(uuid for uuid, command in list(visitor.mirror.commands.items()) if command["label"] == text)
 
 
 def press(guest: Guest, action: str) -> None:
-    """Press a hotkey, and wait until it has been acted upon."""
+    """Press a hotkey, and wait until the server has processed it."""
     guest.visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(guest.visitor, action)})
     roundtrip(guest)
 
 
 def roundtrip(guest: Guest) -> None:
-    """Return when the server has acted upon all that the visitor said before: messages are read in order."""
+    """Wait until the server has processed all earlier messages of the visitor, which it reads in order."""
     before = guest.session.settings.run.limit_gain
     value = before + 0.5 if before < 20.0 else before - 5.5
     guest.visitor.set_value(page_label("g"), value)
@@ -92,29 +92,29 @@ def roundtrip(guest: Guest) -> None:
 
 
 def bodies(visitor: Client, kind: str) -> list[dict[str, Any]]:
-    """The GUI elements of a kind that are not hidden, in the order they came."""
+    """Visible GUI elements of a kind, in order of arrival."""
     elements = list(visitor.mirror.gui.values())
     return [element for element in elements if element["type"] == kind and element.get("visible", True)]
 
 
 def shown(visitor: Client) -> str:
-    """All texts in view; a space that does not break is a space."""
+    """All visible texts, with plain spaces for no-break spaces."""
     elements = list(visitor.mirror.gui.values())
     texts = " ".join(str(e.get("content") or "") for e in elements if e.get("visible", True))
     return html.unescape(texts).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def buttons(visitor: Client) -> list[str]:
-    """What stands on the buttons in view, without the mark of what is chosen."""
+    """Labels of the visible buttons, without the mark of the chosen one."""
     return [str(button["label"]).removeprefix(MARK) for button in bodies(visitor, "GuiButtonMessage")]
 
 
 def click(visitor: BlockingClient, start: str) -> None:
-    """Press the button in view whose label begins like this."""
+    """Press the visible button with a label that begins with `start`."""
     found: list[str] = []
 
     def is_there(_: object) -> bool:
-        # Its label may be another one a moment later.
+        # Its label may change a moment later.
         elements = bodies(visitor, "GuiButtonMessage")
         found[:] = [e["uuid"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)]
         return bool(found)

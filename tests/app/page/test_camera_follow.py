@@ -1,5 +1,7 @@
-"""Closest points, their label, ring and hands stay in the free part of the picture, in every scene and every step of a lesson, at three
-sizes, second by second and at the decisive moment after the run."""
+"""Closest points, their label, ring and hands stay in the free part of the picture.
+
+Checked at three sizes, during a run and at the decisive moment after it.
+"""
 
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -25,17 +27,17 @@ pytestmark = pytest.mark.slow
 SIZES = ((1440, 900), (1024, 768), (390, 844))
 TITLE_BAR, RAIL = 47.0, 40.0
 LOOK = 0.1
-"""Between two looks at the picture [s]."""
+"""Time between two checks of the picture [s]."""
 SAID = (
     PictureSize(1440.0, 756.0, 853.0, 240.0, 344.0, 228.0),
     PictureSize(1024.0, 680.0, 721.0, 240.0, 338.0, 228.0),
     PictureSize(390.0, 390.0, 802.0, 0.0, 384.0, 132.0),
 )
-"""What the page of a lesson says of itself at these sizes, with the card as high as it becomes."""
+"""Reported sizes of a lesson's page at `SIZES`, with the card at its largest height."""
 
 
 def pictures(with_lesson: bool) -> Iterator[FreePicture]:
-    """The free parts of a window of each size, with the panel of the lessons or without."""
+    """Free part of a window of each size, with or without the lessons' panel."""
     if with_lesson:
         yield from (
             free_picture((said.window, said.height), said.width, "desk", False, said.covered, said[4:])
@@ -47,7 +49,7 @@ def pictures(with_lesson: bool) -> Iterator[FreePicture]:
 
 
 class Watched:
-    """A camera without a browser, which follows a run."""
+    """Camera without a browser that follows a run."""
 
     def __init__(self, picture: FreePicture, view: Callable[[], Camera], way: Callable[[], Any]) -> None:
         self.picture, self.moves = picture, 0
@@ -60,17 +62,17 @@ class Watched:
         self.camera.position, self.camera.look_at, self.camera.fov = pose.eye, pose.look_at, pose.fov
 
     def seen(self, points: Any) -> Any:
-        """Where points (k, 3) are seen (k, 2) [px]."""
+        """Projected points (k, 2) [px] of points (k, 3)."""
         pose = Pose(self.camera.position, self.camera.look_at, self.camera.fov)
         return project(pose, (self.picture.width, self.picture.height), points)
 
     def outside(self, points: Any) -> list[tuple[int, int]]:
-        """Where points are seen that are not in the free part [px]."""
+        """Projected points outside the free part [px]."""
         return [(round(x), round(y)) for x, y in self.seen(points) if not self.picture.contains(x, y)]
 
 
 def seen_points(simulation: Simulation) -> Any:
-    """What has to be seen, and the middle between the closest points, where the label is."""
+    """Points that must be visible, including the label between the closest points."""
     points, _ = framed_now(simulation)
     return np.vstack([points, points[:2].mean(axis=0)]) if len(contact_points(simulation)) else points
 
@@ -83,10 +85,10 @@ def watch(
     lesson: bool,
     moment: Callable[[], Mark | None] = lambda: None,
 ) -> list[str]:
-    """What was seen outside the free part in a run, at any size; a camera that moves more than three times is as bad.
+    """Faults of a run at any size: points outside the free part, or more than three camera moves.
 
     Args:
-        moment: gives the moment that is shown after the run.
+        moment: returns the moment that is shown after the run.
     """
     given = InputSource()
     given.set_source(source)
@@ -133,14 +135,14 @@ def watch(
 
 @pytest.mark.parametrize("rig", ["torso", "table"])
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave", "imitation"])
-def test_every_scene(scene: str, rig: str) -> None:
+def test_everything_stays_visible_in_every_scene(scene: str, rig: str) -> None:
     simulation = Simulation(RunSettings(scene=scene, rig=rig, dt=0.004))  # type: ignore[arg-type]
     source = simulation.source()
     simulation.reset()
     assert watch(simulation, source, 12.0, lambda: view_of(simulation), False) == []
 
 
-def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
+def test_space_under_the_card_and_the_panels_is_not_free() -> None:
     desk = free_picture((1440.0, 853.0), 1096.0, "desk")
     assert not desk.contains(100.0, 100.0) and desk.contains(400.0, 100.0) and desk.contains(100.0, 260.0)
     assert not desk.contains(400.0, 700.0) and not desk.contains(-1.0, 300.0)
@@ -152,7 +154,7 @@ def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
     )
 
 
-def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
+def test_late_reports_of_the_servers_moves_do_not_count_as_the_visitors() -> None:
     simulation = Simulation(RunSettings())
     picture = next(pictures(False))
     one = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
@@ -160,7 +162,7 @@ def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     before = one.camera.position, one.camera.look_at
     one.follow.first_view(simulation, 0.0)
     after = one.camera.position, one.camera.look_at
-    # The browser says where it was before, however late; then half of it, either half; then where it is.
+    # The browser reports the old view (late), then each half-updated view, then the new one.
     halves = (after[0], before[1]), (before[0], after[1])
     for now, (place, aim) in enumerate((before, *halves, after), 30):
         one.camera.position, one.camera.look_at = place, aim
@@ -173,12 +175,12 @@ def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     simulation.positions[simulation.guided.joints.start] = 2.0
     simulation.step(None)
     one.follow.follow(simulation, 50.0)
-    assert one.camera.position is place, "a view that the visitor chose is moved"
+    assert one.camera.position is place, "the camera moved although the visitor chose the view"
     one.follow.first_view(simulation, 60.0)
     assert not one.follow.left_alone and one.outside(framed_now(simulation)[0]) == []
 
 
-def test_a_tab_out_of_sight_is_no_visitor_who_moves_the_camera() -> None:
+def test_late_reports_of_a_hidden_tab_do_not_count_as_the_visitors() -> None:
     simulation = Simulation(RunSettings())
     picture = next(pictures(False))
     one = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))

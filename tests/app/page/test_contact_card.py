@@ -1,4 +1,4 @@
-"""The card of the line of contact in a real browser: what it shows is what the run does, and no label lies over another."""
+"""The contact card in a real browser: it shows the run's values, and no label overlaps another."""
 
 import re
 from functools import cache
@@ -27,11 +27,14 @@ from app.settings import Language
 from app.text.formula import formula
 from app.web.pages import PageAssets
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import LATE_UPDATE, visit
+from tests.app.page.shared_page import Shared, SharedPage
 from tests.app.page.test_readout import played, settings
 from tests.browser import PageAt, lasting, screenshot, until
 from tests.fonts import FONTS, Font
 
+# The page is rebuilt in another language.
+SHARED = SharedPage(1000, 700, "speed=2", expect=(LATE_UPDATE,))
 PAUSED = Pace(True, 1.0, False)
 
 NUMBERS = """() => [...document.querySelectorAll('.duet-eq')].map((one) => [...one.querySelectorAll('.live')].map((number) => {
@@ -79,20 +82,20 @@ TEXTS = """() => {
     if (![...term.querySelectorAll("b:not(.value),small")].some(seen)) faults.push(`${term.textContent} has no name`);
   return faults;
 }"""
-"""Which texts lie over each other (lines may touch), leave the card or are cut, and which numbers have no name."""
+"""Texts that overlap (lines may touch), leave the card or are cut, and numbers without a name."""
 
 HIGHEST = """() => Math.max(...[...document.querySelectorAll("#duet-contact .e.stem")].map(
     (stem) => Math.abs(stem.getAttribute("y2") - stem.getAttribute("y1"))))"""
-"""How high the bars of an error are [px]."""
+"""Height of the highest error bar [px]."""
 
 Drawing = tuple[str, str, str]
-"""Words, note and numbers as the page gets them."""
+"""Words, note and numbers as the page receives them."""
 
 
 def drawing(
     query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None
 ) -> Drawing:
-    """What the page gets of an experiment, its numbers changed by name."""
+    """Card data of an experiment as the page receives it. `changed`: new numbers by name."""
     set_language(language)
     simulation, whole = played(query, seconds), settings(query)
     sample = simulation.sample()
@@ -166,7 +169,7 @@ def states(language: Language) -> list[Drawing]:
 
 
 def draw(page: Page, one: Drawing) -> None:
-    """Show a state in place of the waiting run's, and return when it is drawn; the server may just have sent the run's own again."""
+    """Draw a state in place of the paused run's, which the server may resend at any time."""
     page.wait_for_function(
         """texts => { ["words", "note", "now"].forEach((name, i) => {
           for (const e of document.querySelectorAll(`.duet-contact-${name}`)) e.dataset.text = texts[i]; });
@@ -185,26 +188,44 @@ POINTS = """() => {
 
 CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).flatMap(({ chart }) =>
     chart.series.slice(1, 4).map(({ label, alpha }) => [label, alpha ?? 1])))"""
-"""How opaque the first curves of every plot are, by name."""
+"""Opacity of the first curves of every plot, by name."""
 
 
-def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(
-    house: OpenHouse, page_at: PageAt
-) -> None:
-    page = page_at(1000, 700)
-    session = visit(page, house(), "speed=2")
-    # Near enough that λ has a height to look at.
+@pytest.fixture
+def near(shared: Shared) -> Shared:
+    """The shared page, paused with the arms so close that λ is visibly above 0."""
+    page, session = shared.page, shared.session
+    ask(session, lambda s: s.control.hurry(4.0))
     until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
     ask(session, lambda s: s.control.halt.set("visitor"))
     page.get_by_text("paused", exact=True).first.wait_for()
-    sample = ask(session, lambda s: s.simulation.sample())
-    terms = ask(
-        session,
-        lambda s: budget_terms(
-            s.simulation, sample, Frame(0.0, s, s, s.simulation, None, sample, s.settings, PAUSED).contact
-        ),
-    )
-    values = [-t.value if t.kind in ("u", "w") else t.value for t in terms]
+    return shared
+
+
+@pytest.fixture
+def drawable(shared: Shared) -> Shared:
+    """The shared page, paused and in Slovene: its words are sent again after a test has drawn others."""
+    page, session = shared.page, shared.session
+    ask(session, lambda s: [s.control.halt.set("visitor"), s.change("lang", "sl")])
+    page.get_by_text("razdalja d_m [mm]").first.wait_for()
+    return shared
+
+
+def budget_values(session: Session) -> list[float]:
+    """Values of the last step's terms as on the card [m/s]: u and w are subtracted."""
+
+    def read(s: Session) -> list[float]:
+        sample = s.simulation.sample()
+        frame = Frame(0.0, s, s, s.simulation, None, sample, s.settings, PAUSED)
+        terms = budget_terms(s.simulation, sample, frame.contact)
+        return [-term.value if term.kind in ("u", "w") else term.value for term in terms]
+
+    return ask(session, read)
+
+
+def test_the_card_shows_the_last_step_of_the_run(near: Shared) -> None:
+    page = near.page
+    sample, values = ask(near.session, lambda s: s.simulation.sample()), budget_values(near.session)
     page.wait_for_function(
         "d => document.querySelector('#duet-contact .gap b').textContent === d",
         arg=f"{1e3 * sample.distance:.0f}",
@@ -214,34 +235,47 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(
     def of_the_last_step() -> bool:
         seen.update(page.evaluate(POINTS))
         shown = [float(text.replace("−", "-")) for text in seen["values"]]
-        # Sent in thousandths, said in hundredths: rounded twice.
+        # Sent in thousandths, shown in hundredths: rounded twice.
         said = abs(float(seen["label"].split("λ ")[1][:4]) - sample.activation) < 0.0056
         return said and len(shown) == len(values) and np.allclose(shown, values, atol=0.0056)
 
     until(page, of_the_last_step, "λ and the budget of the last step")
     span = 360.0
     place = seen["left"] + (seen["right"] - seen["left"]) * 1e3 * sample.distance / span
-    assert sample.distance - sample.law_distance > 1e-3, "the law sees another distance than the card shows"
+    assert sample.distance - sample.law_distance > 1e-3, "the law's distance must differ from the shown one"
     assert abs(seen["bead"] - place) < 0.6
     assert abs(seen["axis"] - seen["tip"] - (seen["axis"] - seen["top"]) * sample.activation) < 0.3
     xs, ys = np.array([point.split(",") for point in seen["curve"].split()], float).T
-    assert abs(np.interp(seen["bead"], xs, ys) - seen["tip"]) < 1.5, "the bead stands on the curve"
+    assert abs(np.interp(seen["bead"], xs, ys) - seen["tip"]) < 1.5, "the bead is not on the curve"
     assert "orange arm" in page.locator("#duet-contact").inner_text()
     assert re.search(r"^\d+ mm apart, the gap (opens|holds|closes); λ 0\.\d\d\. ", seen["label"])
 
-    # A symbol lights up everywhere.
+
+def test_the_equation_has_the_same_number_as_the_card(near: Shared) -> None:
+    page = near.page
     number = page.locator(".duet-eq .live.lam").first
     number.wait_for()
-    lam = page.locator("#duet-contact .large.lam").text_content() or ""
-    # Words and numbers are drawn a few times a second, the card with every frame.
-    until(page, lambda: number.text_content() == lam.split()[-1], f"{lam} in the equation, too")
-    parts = ("#duet-contact .curve", "#duet-contact [data-symbol=v].bar", ".duet-caption .d")
-    lit = "parts => parts.map((part) => document.querySelector(part).classList.contains('duet-lit'))"
+    card = page.locator("#duet-contact .large.lam")
+    # The equation is drawn a few times a second, the card in every frame.
+    until(
+        page,
+        lambda: number.text_content() == (card.text_content() or " ").split()[-1],
+        "the number of the card in the equation, too",
+    )
+
+
+LIT = "parts => parts.map((part) => document.querySelector(part).classList.contains('duet-lit'))"
+PARTS = ("#duet-contact .curve", "#duet-contact [data-symbol=v].bar", ".duet-caption .d")
+"""One place each of λ, v and d."""
+
+
+def test_a_symbol_and_its_curve_are_highlighted_everywhere(near: Shared) -> None:
+    page = near.page
 
     def lights(place: str, *expected: bool) -> None:
         def lit_up() -> bool:
             page.locator(place).first.hover(force=True)
-            return page.evaluate(lit, parts) == list(expected)
+            return page.evaluate(LIT, PARTS) == list(expected)
 
         until(page, lit_up, f"{place} lights up")
 
@@ -249,7 +283,7 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(
     lights("#duet-contact .term[data-symbol=v]", False, True, False)
     assert page.locator(".duet-eq .hit[data-symbol=v].duet-lit").count() == 1
     lights("#duet-contact circle.body", False, False, True)
-    # The curve of d stands out from its plot, and the other plot stays as it is.
+    # The curve of d is highlighted in its plot; the other plot does not change.
 
     def d_stands_out() -> bool:
         curves = page.evaluate(CURVES)
@@ -257,26 +291,80 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(
 
     until(page, d_stands_out, "the curve of d")
     page.locator(".duet-eq .hit[data-symbol=lam]").first.focus()
-    until(page, lambda: page.evaluate(lit, parts) == [True, False, False], "the focus")
+    until(page, lambda: page.evaluate(LIT, PARTS) == [True, False, False], "the focus")
     page.mouse.move(500, 600)
     until(page, lambda: page.locator(".duet-lit").count() == 0, "darkness")
     until(page, lambda: set(page.evaluate(CURVES).values()) == {1.0}, "all curves as before")
 
-    see_decimal_signs(page, session)
-    ask(session, lambda s: s.change("lang", "en"))
 
-    # Folded it stays so in this browser.
+POINT = re.compile(r"\d\.\d")
+
+
+def test_a_paused_page_has_the_decimal_sign_of_its_language(near: Shared) -> None:
+    page = near.page
+    parts = ("#duet-contact-picture", ".duet-eq", ".duet-status >> nth=0")
+    picture, lam = page.locator("#duet-contact-picture"), page.locator("#duet-contact text.lam")
+
+    def with_points() -> list[str]:
+        return [part for part in parts if POINT.search(page.locator(part).first.text_content() or "")]
+
+    for language, word in (("de", "Abstand"), ("sl", "razdalja")):
+        ask(near.session, lambda s, language=language: s.change("lang", language))
+        page.get_by_text(f"{word} d_m [mm]").first.wait_for()
+        until(page, lambda: re.search(r"λ \d,\d\d", picture.get_attribute("aria-label") or ""), "a comma")
+        until(page, lambda: "," in (lam.text_content() or ""), "a comma in the drawing")
+        page.locator(".duet-eq .live.lam").first.wait_for()
+        assert lasting(page, with_points) == []
+
+
+def test_sent_card_data_has_the_decimal_sign_of_its_language() -> None:
+    languages: tuple[Language, ...] = ("de", "sl")
+    for language in languages:
+        for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
+            assert not POINT.search(drawing(query, language)[1]), query
+        assert '"point":","' in drawing("scene=solo", language)[0]
+    assert '"point":"."' in drawing("scene=hold", "en")[0]
+
+
+def see_drawn(page: Page, one: Drawing, question: str, answer: object) -> None:
+    """Draw a state until `question` gives `answer`; redraw it if the server has sent the run's own."""
+
+    def is_so() -> bool:
+        draw(page, one)
+        return page.evaluate(question) == answer
+
+    until(page, is_so, f"{answer} of {question}")
+
+
+def test_an_overlap_in_the_equation_has_a_true_minus_sign(drawable: Shared) -> None:
+    overlap = drawing("scene=hold", "sl", changed={"d": -33.0})
+    see_drawn(drawable.page, overlap, "duet.symbols.d", "−33 mm")
+
+
+def test_an_error_shown_as_zero_has_no_bars(drawable: Shared) -> None:
+    words, note, _ = drawing("scene=solo&path=circle", "sl")
+    number = "document.querySelector('#duet-contact .gap b').innerText"
+    for micrometres, said, high in (("40", "0,0", False), ("60", "0,1", True), ("0", "0,0", False)):
+        question = f"[{number}, ({HIGHEST})() {'> 20' if high else '=== 0'}]"
+        see_drawn(drawable.page, (words, note, micrometres), question, [said, True])
+
+
+def test_a_folded_card_stays_folded_in_this_browser(shared: Shared) -> None:
+    page = shared.page
     page.get_by_role("button", name="Fold this drawing").click()
     page.reload()
-    page.get_by_role("button", name="Show the drawing").wait_for()
+    unfold = page.get_by_role("button", name="Show the drawing")
+    unfold.wait_for()
     page.locator("#duet-contact .gap").wait_for()
     assert not page.locator("#duet-contact .chart").is_visible()
+    unfold.click()
+    page.locator("#duet-contact .chart").wait_for()
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("font", FONTS)
-def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageAt) -> None:
-    """In no state of a run, with wide and with narrow letters."""
+def test_no_label_overlaps_another(font: Font, house: OpenHouse, page_at: PageAt) -> None:
+    """In any state of a run, with wide and with narrow letters."""
     page = page_at(1000, 700, font=font)
     session = visit(page, house())
     ask(session, lambda s: s.control.halt.set("visitor"))
@@ -308,58 +396,15 @@ def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageA
     assert not faults, "\n".join(faults)
 
 
-def see_decimal_signs(page: Page, session: Session) -> None:
-    """A number has the decimal sign of the language, also on a page that stands still."""
-    point, parts = re.compile(r"\d\.\d"), ("#duet-contact-picture", ".duet-eq", ".duet-status >> nth=0")
-    languages: dict[Language, str] = {"de": "Abstand", "sl": "razdalja"}
-    for language, word in languages.items():
-        ask(session, lambda s, language=language: s.change("lang", language))
-        page.get_by_text(f"{word} d_m [mm]").first.wait_for()
-        until(
-            page,
-            lambda: re.search(
-                r"λ \d,\d\d", page.locator("#duet-contact-picture").get_attribute("aria-label") or ""
-            ),
-            "a comma",
-        )
-        until(
-            page,
-            lambda: "," in (page.locator("#duet-contact text.lam").text_content() or ""),
-            "a comma in the drawing",
-        )
-        page.locator(".duet-eq .live.lam").first.wait_for()
-        assert (
-            lasting(
-                page, lambda: [p for p in parts if point.search(page.locator(p).first.text_content() or "")]
-            )
-            == []
-        )
-        for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
-            assert not point.search(drawing(query, language)[1]), query
-        assert (
-            '"point":","' in drawing("scene=solo", language)[0]
-            and '"point":"."' in drawing("scene=hold", "en")[0]
-        )
-    # In the equation d has the sign of minus.
-    draw(page, drawing("scene=hold", "sl", changed={"d": -33.0}))
-    assert page.evaluate("duet.symbols.d") == "−33 mm"
-    # An error that is said to be 0,0 mm has no bars.
-    words, note, _ = drawing("scene=solo&path=circle", "sl")
-    for micrometres, number, high in (("40", "0,0", False), ("60", "0,1", True), ("0", "0,0", False)):
-        draw(page, (words, note, micrometres))
-        assert page.locator("#duet-contact .gap b").inner_text() == number
-        assert page.evaluate(HIGHEST) > 20.0 if high else page.evaluate(HIGHEST) == 0.0
-
-
-def test_numbers_of_formulas_stand_by_their_own_symbols(page_at: PageAt) -> None:
+def test_numbers_in_formulas_are_next_to_their_own_symbols(page_at: PageAt) -> None:
     page = page_at(600, 400)
     values = {"v": "0.30", "u": "0.00", "d": "235 mm", "lam": "0.50"}
     files = tuple(STATIC / f"{name}.js" for name in ("label_placement", "live_equations"))
     script = PageAssets(files, constants={"symbols": values}).script_html()
     drawn = {
-        # Beside ‖J_d‖ a number of the numerator would be that one's.
+        # Next to ‖J_d‖, a number of the numerator would seem to belong to it.
         r"\|\Delta\dot q\| = \frac{v + u}{\|J_d\|}": [("0.30", "over"), ("0.00", "over")],
-        # The second one would stand by d₀.
+        # A second number would be next to d₀.
         r"\frac{\eta}{d^2}\left(\frac{1}{d} - \frac{1}{d_0}\right)": [("235 mm", "under")],
         r"\frac{1}{\frac{v}{2}}": [],
         r"(1 - \lambda)u + \lambda v": [("0.50", "under"), ("0.00", "over"), ("0.30", "under")],
@@ -397,14 +442,14 @@ LABELS = r"""(() => {
     }
   };
 })()"""
-"""Note every number of the label in the scene, and where the card says an older one two pictures after."""
+"""Records the 3-D label's numbers, and the cases where the card shows an older one two pictures later."""
 
 
-def test_the_card_says_the_same_distance_as_the_label(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_card_shows_the_same_distance_as_the_label(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 700)
     page.add_init_script(LABELS)
     visit(page, house(), "speed=2")
     until(page, lambda: len(set(page.evaluate("duetLabels.labels"))) > 60, "a distance that changes")
     labels, late = page.evaluate("[duetLabels.labels.length, duetLabels.late]")
-    # Until the card is there it says nothing, and the numbers that it begins with may be of another moment.
+    # The card is empty at first, and its first numbers may be from another moment.
     assert len(late) <= 2, (labels, late)

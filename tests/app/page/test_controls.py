@@ -1,4 +1,4 @@
-"""Controls: what matters is in view, what is hidden has no effect, and the picker changes the experiment."""
+"""Controls: visible if they matter, without effect if hidden; the picker changes the experiment."""
 
 import re
 from dataclasses import replace
@@ -22,7 +22,7 @@ from tests.scenes.helpers import moved, with_values
 SCENES = tuple(EXPERIMENTS)
 
 PATIENCE = 180.0
-"""Longest time for a study, which shares a busy machine's processors with whatever else runs [s]."""
+"""Longest time of a study on a busy machine [s]."""
 
 
 def everything(scene: str, law: str, **others: Any) -> Settings:
@@ -30,12 +30,12 @@ def everything(scene: str, law: str, **others: Any) -> Settings:
 
 
 def another(key: str, present: Any) -> Any:
-    """A possible value other than the present one, an extreme one for a number."""
+    """A valid value other than the present one; an extreme one for a number."""
     spec = SPECS[key]
     return spec.low if isinstance(present, float) and present != spec.low else other_value(key, present)[1]
 
 
-def test_a_label_is_short_and_what_may_be_hidden_is_a_setting() -> None:
+def test_labels_are_short_and_all_hideable_keys_are_settings() -> None:
     assert set(ALSO) <= set(SPECS) and all(len(SPECS[key].label) <= 11 for key in ON_PAGE)
 
 
@@ -51,7 +51,7 @@ def moves(settings: RunSettings, steps: int = 120) -> bytes:
         *(("master_slave", law) for law in LAWS if law != "smooth_priority"),
     ],
 )
-def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: str, law: str) -> None:
+def test_hidden_settings_do_not_change_a_bit_of_the_run(scene: str, law: str) -> None:
     settings = everything(scene, law, dm=0.28, d0=0.5)
     plain = moves(settings.run)
     hidden = [key for key in specs(RunSettings) if not matters(key, settings)]
@@ -66,7 +66,7 @@ def test_every_number_that_a_law_shows_has_an_effect(law: str) -> None:
     settings = everything(
         "hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0
     )
-    # What corrects or switches does nothing before it must.
+    # A correction or a switch has no effect before it acts.
     steps = 1000 if LAWS[law].budget in ("correction", "switch") else 700
     plain = moves(settings.run, steps)
     for key in ("dm", "n", "v", "d0", "eta", "gamma", "kr", "pairs", "beta", "ff"):
@@ -83,7 +83,7 @@ def test_only_two_arms_can_both_avoid() -> None:
             assert chosen.both_avoid == (len(Simulation(chosen).roles.avoiders(avoid)) > 1)
 
 
-def test_which_settings_a_law_and_an_experiment_show() -> None:
+def test_a_law_and_an_experiment_show_their_settings() -> None:
     seen = lambda scene, law, **others: {  # noqa: E731
         key for key in SPECS if matters(key, everything(scene, law, **others))
     }
@@ -106,10 +106,12 @@ def text(html: str) -> str:
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", str(html)))
 
 
-def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn() -> None:
+def test_a_bad_curve_text_is_dropped_once_another_curve_is_set_or_drawn() -> None:
     session = Session(everything("hold", "drawn_curve"))
     gui = MagicMock(add_html=lambda *_, **__: MagicMock(), add_text=lambda *_, **__: MagicMock(value=""))
-    control = CurveControl(gui, session, "λ(d)", SPECS["curve"], values(session.settings)["curve"])
+    control = CurveControl(
+        gui, session, "curve", "λ(d)", SPECS["curve"].help, values(session.settings)["curve"]
+    )
 
     def says_something() -> bool:
         control.show(session.settings, True)
@@ -126,8 +128,8 @@ def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn
     control.draw(("law", "curve"), drawn)
     session.change("curve", control.known)
     assert not says_something()
-    # An empty board changes no law, and says so.
+    # An empty board does not change the law, and the note says so.
     control.draw(("law", "curve"), ())
-    assert says_something() and "The last curve goes on" in control.note.content
+    assert says_something() and "The last curve is used" in control.note.content
     control.draw(("law", "curve"), drawn)
     assert not says_something()

@@ -1,4 +1,4 @@
-"""Every control in a real browser, set as a person sets it."""
+"""Every control, set by mouse and keyboard in a real browser."""
 
 import numpy as np
 import pytest
@@ -6,18 +6,22 @@ from playwright.sync_api import Page
 
 from app.page.panels.controls import PICKER, TABS
 from app.session.session import Session
-from tests.app.conftest import HAND, OpenHouse, ask
-from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
+from tests.app.conftest import HAND, ask
+from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand
 from tests.app.page.helpers import STAGES, bring_into_view
+from tests.app.page.shared_page import Shared, SharedPage
 from tests.app.page.test_controls import PATIENCE
-from tests.browser import PageAt, lasting, screenshot, settled_box, until, wait_ready, world_position
+from tests.browser import lasting, screenshot, settled_box, until, wait_ready, world_position
 from tests.tools.page_flaws import flaws
 
+pytestmark = pytest.mark.thorough
+
+SHARED = SharedPage(900, 640, "autopilot=0")
 TAB_KEYS = {name: keys for name, _, keys in TABS}
 
 
 def operate_tab(page: Page, session: Session, name: str) -> None:
-    """Go to a tab and set every one of its controls, in an experiment in which it matters."""
+    """Open a tab and set each of its controls, in an experiment where it matters."""
     keys = TAB_KEYS[name]
     page.get_by_role("tab", name=name).click()
     for key in keys:
@@ -27,14 +31,27 @@ def operate_tab(page: Page, session: Session, name: str) -> None:
         see_controls(page, session, keys)
 
 
-@pytest.mark.thorough
-def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
-    session = visit(page, house(), "autopilot=0")
-    operate_tab(page, session, "Law")
-    ask(session, lambda s: s.change("law", "smooth_priority"))
-    control(page, "v").wait_for()
-    # A slider's thumb by its keys, and by the mouse.
+def pause(shared: Shared, **settings: object) -> None:
+    """Pause the run and change some settings."""
+    changes = [*settings.items()]
+    ask(shared.session, lambda s: [s.control.halt.set("visitor"), *(s.change(k, v) for k, v in changes)])
+
+
+def see_handle_on_hand(page: Page, session: Session) -> None:
+    until(
+        page,
+        lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
+        "the handle on the hand",
+    )
+
+
+def test_controls_of_the_law(shared: Shared) -> None:
+    operate_tab(shared.page, shared.session, "Law")
+
+
+def test_a_slider_moves_by_keys_and_by_the_mouse(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    page.get_by_role("tab", name="Law").click()
     thumb = control(page, "dm").get_by_role("slider")
     before = session.settings.run.law.critical_distance
     thumb.focus()
@@ -46,8 +63,12 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     _, _, width, height = settled_box(page, track)
     track.click(position={"x": 0.75 * width, "y": height / 2})
     until(page, lambda: abs(session.settings.run.law.order - 15.25) < 1.0, "the track")
-    # A number that is impossible stays on the page.
-    settings, box = session.settings, control(page, "dm").locator("input[type=text]").last
+
+
+def test_an_impossible_number_does_not_leave_the_page(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    page.get_by_role("tab", name="Law").click()
+    order, box = session.settings.run.law.order, control(page, "dm").locator("input[type=text]").last
     box.fill("9999")
     box.press("Enter")
     box.fill("nan")
@@ -55,16 +76,15 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     control(page, "v").locator("input[type=text]").last.fill("0.5")
     until(page, lambda: session.settings.run.law.nominal_velocity == 0.5, "v")
     assert 0.03 <= session.settings.run.law.critical_distance <= 0.30
-    assert settings.run.law.order == session.settings.run.law.order
+    assert session.settings.run.law.order == order
 
-    # What is compared with it.
-    operate_tab(page, session, "Compare")
+
+def test_controls_of_the_comparison(shared: Shared) -> None:
+    page = shared.page
+    operate_tab(page, shared.session, "Compare")
     page.get_by_text("(ghost ").wait_for()
-    until(
-        page,
-        lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible",
-        "the ghost's ring",
-    )
+    ring = page.locator("#duet-contact circle.ghost")
+    until(page, lambda: ring.get_attribute("visibility") == "visible", "the ghost's ring")
     page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
     page.get_by_role("button", name="Measure", exact=True).click()
     page.get_by_text("Largest step of q̇").wait_for(timeout=1000.0 * PATIENCE)
@@ -73,15 +93,11 @@ def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page.get_by_role("tab", name="Compare").click()
     page.get_by_text("as it was", exact=True).wait_for(timeout=1000.0 * PATIENCE)
     page.get_by_text("With dm = 200 mm.").wait_for(timeout=1000.0 * PATIENCE)
-    usual = {"ghost": "off", "whatif": False, "gizmo": True, "autopilot": True}
-    ask(
-        session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.control.toggle_pause()]
-    )
-    operate_the_others(page, session)
 
 
-def operate_the_others(page: Page, session: Session) -> None:
-    """Set what stands on no tab, and all of two more tabs; the run is paused."""
+def test_controls_of_the_experiment_are_above_the_equation(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    pause(shared, gizmo=True, autopilot=True)
     control(page, "rig").wait_for()
     picker = [key for key in PICKER if "scene" not in STAGES.get(key, {})]
     see_controls(page, session, PICKER)
@@ -92,29 +108,34 @@ def operate_the_others(page: Page, session: Session) -> None:
         return tops == sorted(tops) and tops[-2] < tops[-1]
 
     until(page, in_order, "the choice of the experiment above the equation")
-    # The experiment last, so that the others are tried in the usual one.
+    # The experiment is the last one, so that the others are tried in the default experiment.
     for key in reversed(picker):
         set_by_hand(page, session, key)
         see_controls(page, session, PICKER)
         if key == "rig":
             wait_ready(page, "/room")
-            until(
-                page,
-                lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
-                "the handle at the table",
-            )
+            see_handle_on_hand(page, session)
             assert session.simulation.room.rig.name == "table"
+
+
+def test_controls_of_the_arms(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    # Choosing a source switches the autopilot on.
+    pause(shared, autopilot=True)
     operate_tab(page, session, "Arms")
-    # The left arm is yours now, and has the handle, which was switched off among the others.
+    # The left arm is the guided one now. The loop may have switched its handle off.
     ask(session, lambda s: s.change("gizmo", True))
     wait_ready(page, HAND)
     assert session.simulation.settings.scene == "hold" and session.simulation.guided.name == "left"
-    until(
-        page,
-        lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
-        "the handle on the left hand",
-    )
-    ask(session, lambda s: s.control.toggle_pause())
+    see_handle_on_hand(page, session)
+
+
+def test_controls_of_the_robot(shared: Shared) -> None:
+    operate_tab(shared.page, shared.session, "Robot")
+
+
+def test_controls_of_the_view(shared: Shared) -> None:
+    page, session = shared.page, shared.session
     keys = TAB_KEYS["View"]
     page.get_by_role("tab", name="View").click()
     see_controls(page, session, keys)
@@ -128,6 +149,6 @@ def operate_the_others(page: Page, session: Session) -> None:
 
     assert lasting(page, lambda: flaws(page)) == []
     screenshot(page, "page-900-dark-projector")
-    # Last, as shadows take a machine without a graphics card seconds.
+    # The picture is last: shadows take seconds on a machine without a graphics card.
     for key in sorted(set(keys) - {"theme", "profile"}, key=lambda key: (key == "picture", key)):
         set_by_hand(page, session, key)

@@ -1,4 +1,4 @@
-"""The numbers that viser's client writes have the decimal sign of the page's language, also where a visitor types them."""
+"""Numbers that viser's client writes, or a visitor types, have the decimal sign of the page's language."""
 
 import pytest
 
@@ -24,7 +24,7 @@ _SEEN = """() => {
 
 
 @pytest.mark.thorough
-def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> None:
+def test_boxes_sliders_and_axes_have_the_languages_decimal_sign(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768, fresh=True, expect=(LATE_UPDATE,))
     page.add_init_script(_LISTEN)
     session = visit(page, house(), "lang=de&panel=all&v=0.35&scene=imitation")
@@ -44,7 +44,7 @@ def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> No
             "the language's sign at an axis",
         )
         assert not [text for text in page.evaluate("[...drawn]") if text.startswith(f"0{other}")]
-    # No tick is rounded: an axis has three decimals, and so have the steps from tick to tick.
+    # No tick is rounded: the axis and the steps between ticks have three decimals.
     ask(session, lambda s: s.reset())
     until(page, lambda: "0,005" in page.evaluate("[...drawn]"), "an error of little")
     assert "0,003" not in page.evaluate("[...drawn]")

@@ -1,5 +1,7 @@
-"""The page in a frame of a foreign page, in Chromium and in the system’s Firefox: it runs where the browser keeps nothing for frames, arrow
-keys reach the page around it, and the console stays silent."""
+"""The page in a frame of a foreign page, in Chromium and in the system's Firefox.
+
+It works without storage, arrow keys reach the outer page, and the console stays silent.
+"""
 
 import json
 import threading
@@ -29,7 +31,7 @@ AROUND = """<!doctype html><title>A course</title><link rel="icon" href="data:,"
 
 class Quiet(SimpleHTTPRequestHandler):
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing."""
+        """Log nothing."""
 
 
 Around = Callable[[str], str]
@@ -37,7 +39,7 @@ Around = Callable[[str], str]
 
 @pytest.fixture
 def around(tmp_path: Path) -> Iterator[tuple[str, Around]]:
-    """The origin of a foreign page, and what writes it with an address in its frame and returns its own."""
+    """Origin of a foreign page, and a function: address for its frame → address of the page."""
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(tmp_path))) as server:
         threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
         origin = f"http://localhost:{server.server_address[1]}"
@@ -84,10 +86,10 @@ def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tup
     assert page.evaluate("heard.map(JSON.parse).map(({method}) => method)") == ["right", "prev"]
 
 
-def test_a_page_that_is_not_named_gets_an_empty_frame(
+def test_a_foreign_page_that_is_not_listed_gets_an_empty_frame(
     house: OpenHouse, page_at: PageAt, around: tuple[str, Around]
 ) -> None:
-    # A tab of its own, so that no connection is left open for the server to wait for.
+    # A separate tab, so that the server need not wait for an open connection.
     page = page_at(940, 640, expect=("frame-ancestors",), fresh=True)
     address = around[1](house(embed_origins=("https://moodle.example.org",)).url)
     with page.expect_event("requestfailed", lambda request: request.is_navigation_request()):
@@ -98,7 +100,7 @@ def test_a_page_that_is_not_named_gets_an_empty_frame(
 NODE = "window.__viserMutable?.nodeRefFromName?."
 LINK = "/arms/right/base/j1/j2/j3/j4/j5/j6"
 PULL = 110.0
-"""Way of the mouse to the right, towards the silver arm: as far as the link can follow [CSS px]."""
+"""Mouse movement to the right, towards the silver arm, within the link's reach [CSS px]."""
 
 STILL_VIEW = f"""new Promise((done) => {{
   let last = "", frames = 0, since = 0;
@@ -129,7 +131,7 @@ def test_a_visit_in_firefox_and_in_a_frame_without_storage(
     origin, write = around
     opened: App = house(embed_origins=(origin,))
     try:
-        # 1: whatever is stored by a frame of another site is refused.
+        # 1: frames of another site cannot store anything.
         with firefox(tmp_path_factory.mktemp("firefox"), {"network.cookie.cookieBehavior": 1}) as tab:
             tab.open(f"{opened.url}/?autopilot=0&lang=en&speed=2&wmax=0.5&dm=0.3", 1024, 768)
             tab.until(f"{NODE}['{LINK}/j7'] && {NODE}['/arms/left/base']", "the arms")
@@ -153,7 +155,7 @@ def test_a_visit_in_firefox_and_in_a_frame_without_storage(
 
 
 def pull_the_arm(tab: Firefox, session: Session) -> None:
-    """Pull a link of the orange arm towards the silver one until it is at the mouse and the silver one has given way."""
+    """Drag a link of the orange arm until it is at the mouse and the silver arm avoids it."""
 
     def avoiding(s: Session) -> Array:
         return s.simulation.positions[s.simulation.avoiding.joints].copy()
@@ -184,12 +186,12 @@ def pull_the_arm(tab: Firefox, session: Session) -> None:
     tab.drag((x, y), (PULL, 0.0), at_the_mouse)
     wait(tab, lambda: session.held is None, "the link let go")
     assert off_the_mouse() < 25.0
-    # The view does not turn with what is pulled.
+    # Dragging the link does not turn the view.
     assert tab.value(f"JSON.stringify({CAMERA})") == view
 
 
 def wait(tab: Firefox, true: Callable[[], bool], what: str) -> None:
-    """Wait until something is true, asked after every drawn frame."""
+    """Wait until `true()` holds, checked after every drawn frame."""
     end = time.monotonic() + TIMEOUT
     while not true():
         assert time.monotonic() < end, f"{what}: not in time"

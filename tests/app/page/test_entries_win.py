@@ -1,4 +1,4 @@
-"""What a visitor enters wins over what the server writes into the same control meanwhile: on a slow line, and in a slow frame."""
+"""A visitor's entry wins over a value that the server writes into the same control: slow line, slow frame."""
 
 import socket
 import socketserver
@@ -19,7 +19,7 @@ from tests.browser import PageAt, until
 
 
 class SlowLine(socketserver.ThreadingTCPServer):
-    """A line to a server on which nothing that the browser says gets through for a while: as long as `open` is not set."""
+    """Connection to a server that holds the browser's messages back while `open` is not set."""
 
     allow_reuse_address = daemon_threads = True
 
@@ -64,13 +64,13 @@ def box(row: Locator) -> Locator:
 
 
 def sees_changes(page: Page, shown: Callable[[], str], what: str) -> None:
-    """Wait until something that is shown has changed twice."""
+    """Wait until the shown text has changed twice."""
     seen = {shown()}
     until(page, lambda: len(seen) > 2 or seen.add(shown()), what)
 
 
 @pytest.mark.thorough
-def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(
+def test_entries_on_a_slow_line_in_a_setting_a_joint_and_a_replay(
     house: OpenHouse, page_at: PageAt, line: SlowLine
 ) -> None:
     page = page_at(900, 640)
@@ -85,13 +85,13 @@ def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(
     assert d_m.input_value() == "250"
     line.open.set()
     until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(0.25), "what was entered")
-    # What the server writes afterwards is newer than what was entered.
+    # A later value from the server is newer than the entry.
     ask(session, lambda s: s.change("n", 4.0))
     until(page, lambda: n.input_value() == "4", "a later value")
     assert d_m.input_value() == "250"
     ask(session, lambda s: s.change("dm", 0.15))
     until(page, lambda: d_m.input_value() == "150", "a later value of the same control")
-    # A box that is left empty shows what is in force.
+    # An emptied box shows the current value again.
     for emptied, value in ((n, "4"), (d_m, "150")):
         emptied.fill("")
         emptied.press("Tab")
@@ -106,20 +106,20 @@ def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(
 
 
 def see_a_joint_of_an_arm_that_moves(page: Page, session: Session, line: SlowLine) -> None:
-    """And the box with its angle, which has the caret."""
+    """A joint's slider, and the box with its angle, which has the focus."""
     ask(session, lambda s: s.change("scene", "master_slave"))
     page.get_by_role("tab", name="Arms").click()
     page.get_by_text("your arm's joints [°]").click()
     arm = session.simulation.guided
     first, other = (box(row_of(page, label)) for label in arm.labels[:2])
     first.wait_for()
-    # What is selected stays so while the arm moves, and the first key replaces it.
+    # The selection stays while the arm moves, and the first key replaces it.
     first.evaluate("e => { e.focus(); e.select(); }")
     sees_changes(page, other.input_value, "the other sliders follow the arm")
-    # A value that comes after a second without one is written first, and then selected.
+    # After a second without a value, the next one is written first, and then selected.
     whole = "e => e.selectionStart === 0 && e.selectionEnd === e.value.length"
     until(page, lambda: first.evaluate(whole), "what is selected stays so")
-    # A box that is left shows what it missed.
+    # A box without the focus shows the missed values.
     first.evaluate("e => e.blur()")
     sees_changes(page, first.input_value, "the box that is left follows the arm, too")
 
@@ -140,7 +140,7 @@ def see_a_joint_of_an_arm_that_moves(page: Page, session: Session, line: SlowLin
 
 
 def see_a_moment_of_a_replay_that_plays(page: Page, session: Session, line: SlowLine) -> None:
-    # Slow, but so much to look back at that the replay is not at its end before everything here is done.
+    # Slow speed, and a long run, so that the replay does not end before this test.
     ask(session, lambda s: [s.change("scene", "hold"), s.change("speed", 0.5), s.control.hurry(12.0)])
     until(page, lambda: session.simulation.time > 12.0, "something to look back at")
     page.get_by_text("Keep and replay").click()
@@ -148,7 +148,7 @@ def see_a_moment_of_a_replay_that_plays(page: Page, session: Session, line: Slow
     player = session.player
 
     def replay() -> Replay:
-        # A longer one takes the place of the newest 20 s as soon as it is made.
+        # The complete replay replaces that of the newest 20 s once it is computed.
         assert player.replay is not None
         return player.replay
 

@@ -1,4 +1,4 @@
-"""Controls and handles change their own visitor's settings and hand, and no value from outside gets in."""
+"""Controls and handles change only their own visitor's settings and hand, and bad values are refused."""
 
 import math
 from typing import Any
@@ -27,7 +27,7 @@ NAN, INF = math.nan, math.inf
 
 
 def bad_values(key: str, present: Any) -> list[Any]:
-    """What no control of this kind sends."""
+    """Values that a control of this kind never sends."""
     spec = SPECS[key]
     if spec.choices:
         return ["nonsense", "", spec.choices[0], "x" * 5000]
@@ -42,10 +42,8 @@ def bad_values(key: str, present: Any) -> list[Any]:
 
 
 @pytest.mark.thorough
-def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_in(
-    house: OpenHouse, arrive: Arrive
-) -> None:
-    assert sorted(ON_PAGE) == sorted(set(SPECS) - {"speed", "plot"}), "every setting has its place"
+def test_each_control_changes_one_setting_and_refuses_bad_values(house: OpenHouse, arrive: Arrive) -> None:
+    assert sorted(ON_PAGE) == sorted(set(SPECS) - {"speed", "plot"}), "a setting has no control"
     opened = house()
     one, other = arrive(opened), arrive(opened, "autopilot=0&dm=0.12")
     theirs = values(other.session.settings)
@@ -65,7 +63,7 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         )
         now = values(one.session.settings)
         assert {k for k in now if now[k] != after[k]} == {key}
-        # Asked for, as the run is built again only after its settings have changed.
+        # Asked in the session's thread: the run is rebuilt only after its settings have changed.
         assert (
             one.ask(lambda s: s.simulation.settings == s.settings.run)
             and values(other.session.settings) == theirs
@@ -81,9 +79,7 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
     )
 
 
-def test_what_one_visitor_does_leaves_the_arms_of_another_as_they_were_to_the_last_bit(
-    house: OpenHouse, arrive: Arrive
-) -> None:
+def test_one_visitors_actions_do_not_change_a_bit_of_anothers_run(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     one, other = arrive(opened), arrive(opened, "seed=5&guided=left")
     for key in ("law", "dm", "n", "v", "rig"):
@@ -99,7 +95,7 @@ def test_what_one_visitor_does_leaves_the_arms_of_another_as_they_were_to_the_la
 
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house())
-    # A hair over the edge: near enough for the door, which leaves room for a browser's rounding, but not for the settings.
+    # Just over the limit: the gate allows for a browser's rounding, the settings do not.
     one.visitor.set_value("critical distance d_m [mm]", 300.0 * (1.0 + 5e-7))
     one.visitor.wait_for(lambda _: any("dm = 0.3" in note for note in notes(one.visitor)))
     one.visitor.wait_for(lambda v: v.mirror.labelled("critical distance d_m [mm]")["value"] == 150.0)
@@ -108,7 +104,7 @@ def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arr
     one.wait(lambda s: s.settings.run.law.critical_distance == 0.3)
 
 
-def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive) -> None:
+def test_bad_poses_of_a_handle_are_ignored_or_limited(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     one, witness = arrive(opened, "gizmo=1"), arrive(opened)
     place, turn = (0.3, 0.0, 1.0), (0.5, 0.5, 0.5, 0.5)
@@ -138,7 +134,7 @@ def test_odd_poses_of_a_handle(house: OpenHouse, arrive: Arrive) -> None:
     assert witness.session.settings == first_settings({}, Settings())[0] and witness.session.held is None
 
 
-def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_reset_during_a_drag_releases_the_handle(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "autopilot=0&gizmo=1")
     one.visitor.move_gizmo(HAND, phase="start")
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
@@ -147,7 +143,7 @@ def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
     assert one.ask(lambda s: s.held is None)
     home = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
     one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
-    # The button is still down, so that only the next press takes hold.
+    # The button is still down: only the next press takes hold again.
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
     one.run_on(0.3)
     assert one.ask(lambda s: s.held is None)

@@ -1,4 +1,4 @@
-"""The first screen: what is on it, how much of it there is, and what its controls do."""
+"""The first screen: its content, its limits, and its controls."""
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -26,7 +26,7 @@ SEEN = """() => {
     words: document.body.innerText.split(/\\s+/).filter(word => /\\p{L}/u.test(word)),
   };
 }"""
-"""All controls in sight, by name: a slider and its box of numbers are two. All words that have a letter."""
+"""Names of all visible controls (a slider and its number box are two), and all words with a letter."""
 
 
 def groups(visitor: Client) -> list[tuple[str, ...]]:
@@ -38,7 +38,7 @@ def law_options(visitor: Client) -> list[str]:
     return list(options)
 
 
-def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHouse, arrive: Arrive) -> None:
+def test_the_small_panel_has_four_sliders_the_clock_and_four_laws(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "panel=small")
     visitor = guest.visitor
     assert {"dm", "n", "v", "k", "law"} < set(SMALL)
@@ -46,7 +46,7 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     assert sliders == {page_label(key) for key in ("dm", "n", "v", "k")}
     assert {("Pause", "Reset"), ("More plots",), ("All settings",)} <= set(groups(visitor))
     press(guest, "pause")
-    visitor.wait_for(lambda v: ("Go on", "Reset") in groups(v))
+    visitor.wait_for(lambda v: ("Continue", "Reset") in groups(v))
     press(guest, "pause")
     visitor.wait_for(lambda v: ("Pause", "Reset") in groups(v))
     labels = {name: law.label for name, law in LAWS.items()}
@@ -57,7 +57,7 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     assert visitor.mirror.labelled("law")["value"] == labels["smooth_priority"]
     visitor.set_value("law", labels["barrier_qp"])
     guest.wait(lambda s: s.settings.run.law.law == "barrier_qp")
-    # Another page begins with few again; the law of its link is one of them.
+    # Another page offers few laws again, including the one in its link.
     other = arrive(house(), "panel=small&law=barrier_qp").visitor
     assert law_options(other) == [
         *(labels[name] for name in labels if LAWS[name].offered_first or name == "barrier_qp"),
@@ -65,9 +65,7 @@ def test_few_controls_are_the_four_sliders_the_clock_and_four_laws(house: OpenHo
     ]
 
 
-def test_further_plots_wait_for_their_button_and_stay_once_one_is_chosen(
-    house: OpenHouse, arrive: Arrive
-) -> None:
+def test_more_plots_need_a_button_and_stay_once_one_is_chosen(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened, "panel=small")
     visitor = guest.visitor
@@ -90,7 +88,7 @@ def seen(page: Page) -> dict[str, list[str]]:
     return found
 
 
-# No notice of a busy machine is counted.
+# The notice of a busy machine must not be counted.
 @pytest.mark.usefixtures("fast_machine")
 def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(
     house: OpenHouse, page_at: PageAt
@@ -100,42 +98,42 @@ def test_the_first_screen_has_at_most_twenty_controls_and_eighty_words(
     page.mouse.move(700, 300)
     page.get_by_role("button", name="More plots").wait_for()
     page.locator(".duet-eq .live").first.wait_for(state="attached")
-    # A machine without a graphics card says so for some seconds.
+    # Without a graphics card, the page shows a note for some seconds.
     page.locator("#duet-note").wait_for(state="detached")
     found = seen(page)
     assert len(found["controls"]) <= MOST_CONTROLS, "; ".join(found["controls"])
     assert len(found["words"]) <= MOST_WORDS, " ".join(found["words"])
     asked = "Lessons", "Pause", "Reset", "First view", "Copy link", "All settings", "More plots"
     assert set(asked) <= set(found["controls"])
-    # Numbers at the equation come with the pointer, the terms of the card with all settings.
+    # The equation's numbers appear under the pointer, the card's terms with all settings.
     number, terms = page.locator(".duet-eq .live").first, page.locator("#duet-contact .terms")
     expect(number).to_be_hidden()
     expect(terms).to_be_hidden()
     page.locator(".duet-eq").hover()
     expect(number).to_be_visible()
-    # The button says what it does next, and keeps its place.
+    # The button names its next action, and keeps its place.
     pause = page.get_by_role("button", name="Pause", exact=True)
     place = pause.bounding_box()
     pause.click()
     until(page, lambda: session.paused, "a pause")
-    go_on = page.get_by_role("button", name="Go on", exact=True)
+    go_on = page.get_by_role("button", name="Continue", exact=True)
     assert go_on.bounding_box() == place
     go_on.click()
     until(page, lambda: not session.paused, "a run that goes on")
-    # More laws: the list opens by itself, with all of them.
+    # "More laws": the complete list opens by itself.
     law = page.get_by_role("combobox", name="law")
     law_place = law.bounding_box()
     law.click()
     page.get_by_role("option", name=MORE).click()
     page.get_by_role("option", name=LAWS["set_based_task"].label).click()
     until(page, lambda: session.settings.run.law.law == "set_based_task", "another law")
-    # Its equation is longer by two lines, and has moved nothing.
+    # Its equation is longer by two lines, but nothing has moved.
     page.locator(".duet-eq").get_by_text("Moe et al. 2016").wait_for()
     assert page.get_by_role("button", name="Pause", exact=True).bounding_box() == place
     assert law.bounding_box() == law_place
 
 
-def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHouse, page_at: PageAt) -> None:
+def test_two_buttons_restore_the_first_view_and_copy_the_link(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1024, 768, permissions=["clipboard-read", "clipboard-write"]), house()
     session = visit(page, opened, "panel=small&dm=0.12")
     first = settled_view(page)
@@ -151,7 +149,7 @@ def test_two_buttons_bring_the_first_view_back_and_copy_the_link(house: OpenHous
         lambda: max(abs(page.evaluate(CAMERA)[i] - first[i]) for i in (3, 4, 5, 6)) < 2e-3,
         "the first view",
     )
-    # The link follows the page a moment later, and its row is made again.
+    # The link is updated a moment later, and its row is rebuilt.
     page.locator(".duet-view-row input[value*='autopilot=0']").wait_for(state="attached")
     copy = page.get_by_role("button", name="Copy link")
     place = copy.bounding_box()

@@ -1,4 +1,4 @@
-"""The first sight of every scene and rig, in windows of several sizes: nothing is cut off and nothing covers the arms; the ring is seen."""
+"""First view of every scene and rig at several window sizes: no cut text, free arms, visible ring."""
 
 import colorsys
 import io
@@ -38,7 +38,7 @@ SIGHTS = (
 
 
 def ring_share(page: Page, session: Session, colour: str) -> float:
-    """The share of 24 points all along the ring at which its colour is seen; the hand and the handles may hide some."""
+    """Share of 24 points on the ring with its colour; the hand and the handles may hide some."""
     keeper = ask(session, lambda s: s.simulation.keeper)
     assert keeper is not None
     place, rotation = keeper.place, keeper.place_rotation
@@ -55,21 +55,39 @@ def ring_share(page: Page, session: Session, colour: str) -> float:
     return seen / 24.0
 
 
-def see_ring(page: Page, session: Session) -> None:
-    """See the ring in every look, while the arms stand still."""
-    assert RADIUS >= 0.06, "a wrist of our robots would hide it"
-    usual = {"scene": "hold", "rig": "torso", "autopilot": False}
-    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset()])
-    page.get_by_text("anywhere").wait_for()
-    for look in ("light desk fast", "dark projector fast", "light desk fine"):
-        choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
-        ask(session, lambda s, choice=choice: [s.change(key, value) for key, value in choice.items()])
-        error = PALETTES[session.settings.page.theme].error
-        until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}", 180.0)
-        screenshot(page, f"ring-{look.replace(' ', '-')}")
+def nodes_of(session: Session, scene: str) -> list[str]:
+    """Nodes that must be visible in an experiment: every link, the ball, the figure's forearm."""
+    arms = ask(
+        session, lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms]
+    )
+    chains = [[f"/arms/{name}/base", *(f"j{i}" for i in range(1, count + 1))] for name, count in arms]
+    nodes = ["/".join(chain[: n + 1]) for chain in chains for n in range(len(chain))]
+    return nodes + {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
 
 
-# Every sight in a large window and in one of the small ones, with letters of either width there.
+def see_way_of_ball(page: Page, session: Session) -> None:
+    keeper = ask(session, lambda s: s.simulation.keeper)
+    assert keeper is not None
+    for end in (keeper.home, keeper.home + PATH):
+        until(
+            page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight"
+        )
+
+
+def pause_on_the_way(page: Page, session: Session, scene: str) -> None:
+    """Pause at a characteristic moment of the run."""
+    moment = 3.0 if scene == "hold" else session.simulation.time + 1.5
+    ask(session, lambda s: s.control.hurry(moment))
+    until(page, lambda: session.simulation.time > moment, "a moment on the way")
+    if scene == "hold":
+        # The numbers are longest while the hand retreats from the other arm.
+        until(page, lambda: session.simulation.sample().law_approach < -0.02, "a retreat")
+    ask(session, lambda s: s.control.toggle_pause())
+    page.get_by_text("paused", exact=True).wait_for()
+    wait_frames(page, 6)
+
+
+# Each pair in the large window and in a small one, with narrow and with wide letters.
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("width", "height", "font", "sights"),
@@ -79,7 +97,7 @@ def see_ring(page: Page, session: Session) -> None:
         (390, 844, "wide", SIGHTS[::2]),
     ],
 )
-def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
+def test_nothing_covers_the_arms_in_the_first_view_of_a_scene(
     house: OpenHouse,
     page_at: PageAt,
     width: int,
@@ -94,36 +112,28 @@ def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
     close_software_note(page)
     for scene, rig in sights:
         ask(session, lambda s, scene=scene, rig=rig: [s.change("scene", scene), s.change("rig", rig)])
-        joints = ask(
-            session,
-            lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms],
-        )
-        chains = [[f"/arms/{name}/base", *(f"j{i}" for i in range(1, count + 1))] for name, count in joints]
-        nodes = ["/".join(chain[: n + 1]) for chain in chains for n in range(len(chain))]
-        nodes += {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
+        nodes = nodes_of(session, scene)
         see_free(page, nodes, f"{scene}, {rig}")
         if scene == "ball":
-            keeper = ask(session, lambda s: s.simulation.keeper)
-            assert keeper is not None
-            for end in (keeper.home, keeper.home + PATH):
-                until(
-                    page,
-                    lambda end=end: page.evaluate(SEEN, world_to_px(page, end)),
-                    "the ball's way in free sight",
-                )
-        # Somewhere on the way, so that the picture shows what happens.
-        moment = 3.0 if scene == "hold" else session.simulation.time + 1.5
-        ask(session, lambda s, moment=moment: s.control.hurry(moment))
-        until(page, lambda moment=moment: session.simulation.time > moment, "a moment on the way")
-        if scene == "hold":
-            # On its way back the hand moves away from the other arm: the numbers are longest then.
-            until(page, lambda: session.simulation.sample().law_approach < -0.02, "a retreat")
-        ask(session, lambda s: s.control.toggle_pause())
-        page.get_by_text("paused", exact=True).wait_for()
-        wait_frames(page, 6)
+            see_way_of_ball(page, session)
+        pause_on_the_way(page, session, scene)
         screenshot(page, f"page-{width}-{scene}-{rig}")
         assert lasting(page, lambda: flaws(page)) == [], (scene, rig)
         see_free(page, nodes, f"{scene}, {rig}, on the way")
         ask(session, lambda s: s.control.toggle_pause())
-    if width == 1024:
-        see_ring(page, session)
+
+
+@pytest.mark.thorough
+def test_the_ring_is_visible_in_every_look(house: OpenHouse, page_at: PageAt) -> None:
+    """While the arms are at rest."""
+    assert RADIUS >= 0.06, "a robot's wrist would hide the ring"
+    page = page_at(1024, 768, expect=(LATE_UPDATE,))
+    session = visit(page, house(), "autopilot=0")
+    close_software_note(page)
+    page.get_by_text("anywhere").wait_for()
+    for look in ("light desk fast", "dark projector fast", "light desk fine"):
+        choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
+        ask(session, lambda s, choice=choice: [s.change(key, value) for key, value in choice.items()])
+        error = PALETTES[session.settings.page.theme].error
+        until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}", 180.0)
+        screenshot(page, f"ring-{look.replace(' ', '-')}")

@@ -1,4 +1,4 @@
-"""Another first task as a visitor without a browser has it: the chooser, the wall by its handle, words and units."""
+"""Other first tasks, without a browser: the chooser, the wall with its handle, words and units."""
 
 import html
 import re
@@ -16,7 +16,7 @@ from app.plots.time_plots import time_plot_of
 from app.session.frame import Frame, freeze
 from app.session.session import Session
 from app.settings import Settings, from_query, to_query
-from app.text.first_task_texts import in_unit
+from app.text.first_task_texts import in_unit, said_of
 from app.text.law_texts import equation_html
 from app.text.lever_texts import lever_text
 from controllers.limits import Authority
@@ -27,6 +27,7 @@ from scenes.simulation import Simulation
 from scenes.targets import WallTarget
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import page_label
+from tests.approved import Approve, case_lines, shown_text, without_numbers
 
 
 def frame_of(first: str, **others: Any) -> Frame:
@@ -38,12 +39,18 @@ def frame_of(first: str, **others: Any) -> Frame:
     return replace(frame, simulation=simulation, sample=simulation.sample())
 
 
-def test_the_card_does_not_promise_what_no_joint_changes_now() -> None:
+def status_of(simulation: Simulation) -> str:
+    """Text of the status next to the clock."""
+    said = status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample())
+    return " · ".join(shown_text(said).splitlines())
+
+
+def test_the_card_promises_nothing_if_no_joint_changes_the_value() -> None:
     frame = frame_of(TIP)
     terms = budget_terms(frame.simulation, frame.sample, frame.contact)
     assert promise_words(frame.simulation, frame.sample)[0] == "go"
-    note = contact_note(frame.simulation, frame.sample, frame.contact, terms)
-    assert note == ("", "no joint changes this value")
+    kind, _ = contact_note(frame.simulation, frame.sample, frame.contact, terms)
+    assert kind == ""
 
 
 @pytest.mark.parametrize("first", FIRST_TASKS)
@@ -64,7 +71,8 @@ def test_card_plot_equation_and_sliders_have_its_symbol_and_unit(first: str) -> 
         and plot.lines[1].name == f"{kept.symbol}<sub>m</sub>"
     )
     assert time_plot_of("speeds", frame.simulation).unit == kept.rate_unit
-    assert in_unit(specs()["dm"], kept).title().endswith(f"{kept.symbol}_m [{kept.page_unit}]")
+    title = in_unit(specs()["dm"], kept).title(said_of(kept))
+    assert title.endswith(f"{kept.symbol}_m [{kept.page_unit}]")
     assert in_unit(specs()["v"], kept).page_unit == kept.rate_unit
     assert f"{kept.symbol} = " in scene_sentence(frame) and f" {least.page_unit};" in scene_sentence(frame)
     strict = replace(run, law=replace(run.law, law="strict_switched", pairs="single"))
@@ -90,7 +98,7 @@ def test_a_value_has_no_point_and_no_gap(first: str) -> None:
     assert rates == ("speeds along the line" if has_point else "rates of the first task")
 
 
-def test_of_all_at_once_the_least_gives_words_and_unit() -> None:
+def test_with_all_first_tasks_the_least_gives_words_and_unit() -> None:
     frame = frame_of(ALL)
     terms = budget_terms(frame.simulation, frame.sample, frame.contact)
     said: list[tuple[object, object]] = []
@@ -106,7 +114,7 @@ def test_of_all_at_once_the_least_gives_words_and_unit() -> None:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_no_law_speaks_of_d_or_of_arms_where_the_value_is_an_angle(law: str) -> None:
+def test_no_law_mentions_d_or_arms_if_the_value_is_an_angle(law: str) -> None:
     frame = frame_of(STOPS, law=LawSettings(law=law, pairs="single"))
     terms = budget_terms(frame.simulation, frame.sample, frame.contact)
     note = contact_note(frame.simulation, frame.sample, frame.contact, terms)[1]
@@ -125,27 +133,43 @@ def test_the_hints_of_threshold_and_speed_are_about_the_value() -> None:
     assert in_unit(specs()["dm"], wall).help == specs()["dm"].help
 
 
-def test_what_the_start_cannot_keep_is_said() -> None:
+def test_a_threshold_above_the_start_value_is_reported() -> None:
     simulation = Simulation(
         RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25))
     )
     said = html.unescape(status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()))
-    assert "h_m = 0.250 is more than the" in said and "take a smaller h_m" in said
+    assert "take a smaller h_m" in said
     simulation.apply(replace(simulation.settings, law=LawSettings()))
     assert "smaller" not in status_html(
         freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample()
     )
 
 
-def test_a_wall_held_before_the_base_is_said() -> None:
+def test_a_wall_stopped_before_the_base_is_reported() -> None:
     simulation = Simulation(RunSettings(scene="first_task", first="wall"))
     for _ in range(900):
         simulation.step(WallTarget(np.array([-2.0, 0.0, 1.4]), np.zeros(2)))
-    said = status_html(freeze(Session(Settings()), 0.0).pace, simulation, simulation.sample())
-    assert "The wall stops before the base" in said
+    assert status_of(simulation) != status_of(Simulation(simulation.settings))
 
 
-def test_a_link_opens_it_with_its_choices() -> None:
+def test_texts_of_first_tasks(approve: Approve) -> None:
+    tipping = Simulation(
+        RunSettings(scene="first_task", first="tip", law=LawSettings(critical_distance=0.25))
+    )
+    stopped = Simulation(RunSettings(scene="first_task", first="wall"))
+    for _ in range(900):
+        stopped.step(WallTarget(np.array([-2.0, 0.0, 1.4]), np.zeros(2)))
+    frame = frame_of(TIP)
+    terms = budget_terms(frame.simulation, frame.sample, frame.contact)
+    said = {
+        "more than the start has": without_numbers(status_of(tipping)),
+        "wall before the base": without_numbers(status_of(stopped)),
+        "unchanged value": contact_note(frame.simulation, frame.sample, frame.contact, terms)[1],
+    }
+    approve("first tasks.txt", case_lines(said))
+
+
+def test_a_link_opens_a_first_task_with_its_choices() -> None:
     settings, problems = from_query(
         {"scene": "first_task", "first": "all", "together": "stages", "load": "3"}, Settings()
     )

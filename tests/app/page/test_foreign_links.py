@@ -1,4 +1,4 @@
-"""Links as they arrive: with what others have appended to them, with &amp;, and with names that no setting has."""
+"""Links with appended foreign parameters, with &amp;, and with unknown names."""
 
 from collections.abc import Mapping
 
@@ -22,14 +22,14 @@ from scenes.setting_spec import add_choice, nearest_names
 from scenes.settings import RunSettings, changed, specs
 
 
-def test_no_name_of_ours_is_taken_for_one_of_theirs() -> None:
+def test_no_own_key_is_taken_for_a_foreign_one() -> None:
     ours = {*specs(Settings), *FOREIGN_KEYS, "screen", "origin", "initialCameraPosition"}
     assert [key for key in ours if is_appended(key)] == []
     assert [key for key in specs(Settings) if is_foreign(key)] == []
     assert not is_foreign("dmm")
 
 
-def test_the_key_of_a_setting_is_mended_wherever_it_is_read() -> None:
+def test_escaped_keys_of_settings_are_repaired() -> None:
     settings, problems = from_query({"rig": "table", "amp;dm": "0.1", "AMP;amp;n": "3"}, Settings())
     assert (settings.run.rig, settings.run.law.critical_distance, settings.run.law.order, problems) == (
         "table",
@@ -56,7 +56,7 @@ NEAREST: Mapping[str, str] = {
 
 
 @pytest.mark.parametrize("key", NEAREST)
-def test_an_unknown_name_is_answered_with_the_nearest_ones(key: str) -> None:
+def test_an_unknown_name_gets_the_nearest_names_as_suggestions(key: str) -> None:
     settings, (problem,) = from_query({key: "1"}, Settings())
     assert settings == Settings()
     suggested = problem.split("did you mean ")[1].split("?")[0].split(", ")
@@ -64,7 +64,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_ones(key: str) -> None:
 
 
 @given(st.text(min_size=1, max_size=60))
-def test_no_message_about_a_name_lists_them_all(key: str) -> None:
+def test_no_message_about_a_name_lists_all_names(key: str) -> None:
     names = {*specs(Settings)}
     _, problems = from_query({key: "🦆"}, Settings())
     try:
@@ -79,7 +79,7 @@ def test_no_message_about_a_name_lists_them_all(key: str) -> None:
 
 
 @pytest.mark.usefixtures("registry")
-def test_an_unknown_value_lists_no_more_than_some() -> None:
+def test_an_unknown_value_lists_only_some_choices() -> None:
     for i in range(8):
         add_choice("robot", f"arm{i}-0123456789ab", f"arm {i}")
     with pytest.raises(BadSetting) as caught:

@@ -1,4 +1,4 @@
-"""The plot of laws leaves the scene its height: the laws to tick take one row, and its title one line, also on a small desk."""
+"""The laws' plot stays small: one row for the choice and one line for the title, also in a small window."""
 
 import pytest
 
@@ -15,7 +15,7 @@ ROWS = """() => {
 
 
 @pytest.mark.parametrize("language", ["en", "de", "sl"])
-def test_a_law_is_ticked_in_one_row(house: OpenHouse, page_at: PageAt, language: str) -> None:
+def test_the_choice_of_laws_takes_one_row(house: OpenHouse, page_at: PageAt, language: str) -> None:
     page = page_at(1024, 768)
     visit(page, house(), f"plot=laws&panel=small&lang={language}")
     label = {"en": "also draw", "de": "auch zeichnen", "sl": "nariši tudi"}[language]
@@ -23,7 +23,7 @@ def test_a_law_is_ticked_in_one_row(house: OpenHouse, page_at: PageAt, language:
     box = row.locator("input[role=combobox], input:visible").first
     until(page, lambda: page.evaluate(ROWS)[0] and box.is_visible(), "the plot and its row")
     lines = page.evaluate(ROWS)[1]
-    # In heights of its font: a line has 1.6, two have 3.
+    # In units of the font size: one line has 1.6, two lines have 3.
     assert len(lines) >= 2 and max(lines) < 2.0, lines
     bounds = row.bounding_box()
     assert bounds is not None and bounds["height"] < 40

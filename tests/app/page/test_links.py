@@ -1,5 +1,4 @@
-"""What a link says is the start of its own tab; what it says badly is named, and never more than text; a link to a push of the duel in
-lesson 6 replays it in another browser."""
+"""A link sets only its own tab; bad parts are reported as plain text."""
 
 import html
 from urllib.parse import quote
@@ -28,7 +27,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
     expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
     assert chosen(second) == USUAL | expected
-    # What could not be done is named, as plain text.
+    # The bad part is reported as plain text.
     other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
     assert other.locator("img[src=x]").count() == 0 and alerts == []
     other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
@@ -36,7 +35,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
         box = control(other, key).locator("input[type=text]").last
         until(other, lambda box=box, number=number: box.input_value() == number, key)
     see_plots(other, ("distance", "error", "activation λ"))
-    # Neither sees the other.
+    # The tabs do not affect each other.
     assert chosen(first) == USUAL | {"autopilot": False}
     assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
     set_by_hand(one, first, "v")
@@ -52,7 +51,7 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
 MALICE = "<img src=x onerror=alert(1)>"
 
 
-def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(
+def test_a_bad_part_of_a_link_is_reported_as_text_and_the_rest_applies(
     house: OpenHouse, arrive: Arrive
 ) -> None:
     opened, bad = house(), quote(MALICE)
@@ -64,7 +63,7 @@ def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(
     said = notes(one.visitor)
     for named in ("dm = '9'", f"law = '{MALICE}'", f"'{MALICE}'", "v = 'nan'", "seed = '1.5'"):
         assert sum(named in note for note in said) == 1 + (named == f"'{MALICE}'"), (named, said)
-    # The browser shows a notification's text as text; nothing else may carry it.
+    # The browser shows notifications as text; no other element may contain it.
     one.run_on(0.3)
     texts: list[str] = []
 
@@ -74,7 +73,7 @@ def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(
         texts[:] = repr((others, mirror.nodes, mirror.commands)), repr(others)
         return True
 
-    # In the thread that changes them.
+    # Read in the thread that changes them.
     one.visitor.wait_for(read)
     assert "onerror" not in texts[0] and html.escape(MALICE) not in texts[1]
     assert notes(arrive(opened, "rig=table&speed=0.5").visitor) == []

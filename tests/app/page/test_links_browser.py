@@ -1,4 +1,4 @@
-"""A link with &amp; in the browser: every script of the page reads it mended."""
+"""A link with &amp; in the browser is repaired for all scripts of the page."""
 
 from playwright.sync_api import Browser
 
@@ -9,7 +9,7 @@ PAGE = '<script>"use strict"; window.duet = {{}};\n{}</script>'.format(
 )
 
 
-def test_the_scripts_of_the_page_read_a_mended_link(browser: Browser) -> None:
+def test_the_scripts_of_the_page_read_a_repaired_link(browser: Browser) -> None:
     tab = browser.new_page()
     try:
         tab.route("**/*", lambda route: route.fulfill(body=PAGE, content_type="text/html"))

@@ -1,4 +1,4 @@
-"""A panel is a file and one entry: one that the product has never heard of is on the page, acts, and follows the frame."""
+"""A new panel needs a file and one entry: then it is on the page, acts, and follows the frame."""
 
 import pytest
 
@@ -15,7 +15,7 @@ class Halve(Action, newest_by=None):
 
 
 class MadeUp(PagePanel):
-    """A button that halves d_m, and d_m in words."""
+    """A button that halves d_m, and d_m as text."""
 
     def __init__(self, page: PanelContext) -> None:
         self._session = page.session
@@ -31,7 +31,7 @@ class MadeUp(PagePanel):
         self._text.value = f"{1000.0 * frame.settings.run.law.critical_distance:.0f} mm"
 
 
-def test_a_made_up_panel_is_one_entry(
+def test_a_new_panel_needs_one_entry(
     house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(operation, "PANELS", [*operation.PANELS, MadeUp])

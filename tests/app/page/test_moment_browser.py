@@ -1,4 +1,4 @@
-"""Moments on the real page: a drag over a plot shows another one."""
+"""Moments in a real browser: a drag over a plot shows another moment."""
 
 from collections.abc import Callable
 from time import perf_counter
@@ -16,7 +16,7 @@ from tests.app.page.by_hand import drag, visit
 from tests.browser import PageAt, until
 
 MOUSE = 0.03
-"""How exactly a mouse chooses a moment [share of the axis]."""
+"""Precision of a moment chosen by mouse [share of the axis]."""
 
 
 def player_of(session: Session) -> ReplayPlayer:
@@ -29,7 +29,7 @@ def shown_time(session: Session) -> float | None:
 
 
 def drag_over_plot(page: Page, shares: tuple[float, ...], place: int = 0) -> None:
-    """Press at the first share of a plot's width, drag to the others, and let go."""
+    """Press at the first share of a plot's width, drag to the others, and release."""
     box = page.locator(".u-over").nth(place).bounding_box()
     assert box is not None
     drag(page, [(box["x"] + share * box["width"], box["y"] + box["height"] / 2) for share in shares])
@@ -45,7 +45,7 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
         lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.control.hurry(3.0)],
     )
     until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
-    # While it runs, a plot is only looked at.
+    # A drag has no effect while the run moves.
     drag_over_plot(page, (0.7, 0.4))
     assert not session.paused and shown_time(session) is None
     page.get_by_role("button", name="Pause", exact=True).click()
@@ -61,7 +61,7 @@ def test_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: Page
             ).split()
         ]
 
-    # The next refresh of a plot brings its axis up to the pause; on a busy machine it no longer begins at 0.
+    # The axis reaches the pause at the plot's next refresh; on a busy machine it may not begin at 0.
     until(page, lambda: span()[1] > end - 0.02, "the run until its pause in the plots")
     begin = span()[0]
     drag_over_plot(page, (0.9, 0.5), 1)
@@ -87,11 +87,11 @@ NAMES = """() => [...document.querySelectorAll('.u-over')].map(frame => {
   return { text: style.content, line: px('lineHeight'), top: px('top'), left: px('left') + shift, right: px('left') + shift + wide,
     width, above: canvas.top - top };
 })"""
-"""Names of the marked moment at every plot over time, from the left and the top of its frame [CSS px]."""
+"""Name of the marked moment at every plot over time, with its place relative to the plot's frame [CSS px]."""
 
 
 def after_a_frame(opened: ByHand, seen: Callable[[], object]) -> Callable[[], bool]:
-    """Make one more frame of the server, and look."""
+    """Function that makes one more server frame and evaluates `seen`."""
 
     def look() -> bool:
         opened.frame()
@@ -101,15 +101,16 @@ def after_a_frame(opened: ByHand, seen: Callable[[], object]) -> Callable[[], bo
 
 
 def said(page: Page, words: str) -> Callable[[], bool]:
-    """True once the name of the moment at every plot is this."""
+    """Function: True if every plot names the moment with `words`."""
     return lambda: {one["text"] for one in page.evaluate(NAMES)} == {f'"{words}"'}
 
 
-def test_the_name_of_a_moment_stands_above_the_frame_of_every_plot(by_hand: Made, page_at: PageAt) -> None:
+@pytest.mark.thorough
+def test_the_name_of_a_moment_is_above_the_frame_of_every_plot(by_hand: Made, page_at: PageAt) -> None:
     page, opened = page_at(1024, 768), by_hand(sessions=2)
     page.goto(f"{opened.house.url}/?panel=small")
     until(page, after_a_frame(opened, lambda: page.locator(".u-over").count() == 2), "two plots")
-    # The page was built by the machine's clock; from now on the frames are faster than that.
+    # The page was built in real time; from now on the frames run faster.
     opened.now = perf_counter()
     session = visitor_of(opened).session
     until(page, after_a_frame(opened, lambda: session.simulation.time > 4.0), "some seconds of the run")

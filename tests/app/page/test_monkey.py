@@ -1,4 +1,4 @@
-"""A few seconds with a visitor who does anything at all; `python -m tests.tools.monkey --seeds 1 2 3 4 5 --seconds 60` takes its time."""
+"""Some seconds of random actions. Longer: `python -m tests.tools.monkey --seeds 1 2 3 4 5 --seconds 60`."""
 
 import logging
 
@@ -12,14 +12,14 @@ from tests.tools.monkey.visitor import Trouble, assert_sound, let_loose, watchin
 
 
 @pytest.mark.thorough
-def test_five_seconds_of_anything(browser: Browser) -> None:
+def test_five_seconds_of_random_actions(browser: Browser) -> None:
     monkey = let_loose(browser, seed=1, seconds=5.0, least=5)
-    # What an action led to stands below it, indented.
+    # The effects of an action are listed below it, indented.
     actions = [line for line in monkey.done if not line.startswith(" ")]
     assert len(actions) >= 5 and sum(monkey.counts.values()) == len(actions)
 
 
-def test_what_must_never_happen_is_seen() -> None:
+def test_forbidden_states_and_logged_errors_are_detected() -> None:
     session = Session(Settings())
     assert_sound(session)
     for position, message in ((np.nan, "not finite"), (9.0, r"out of its bounds by [67]\.")):

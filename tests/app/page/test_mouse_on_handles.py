@@ -1,5 +1,4 @@
-"""The arm under a real mouse and a real finger: taken hold of anywhere, by the arrows of the hand or the arc of the elbow, it comes along,
-and the other arm gives way."""
+"""An arm dragged by a real mouse or finger, on a link or a handle, follows; the other arm avoids it."""
 
 import numpy as np
 import pinocchio as pin
@@ -9,7 +8,6 @@ from playwright.sync_api import Page
 from app.page.handles.transform_handles import AUTOPILOT_SIZE, swivel_frame
 from app.session.session import Session
 from scenes.history import COLUMN
-from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
 from tests.app.page.by_hand import (
@@ -24,6 +22,7 @@ from tests.app.page.by_hand import (
     run_on,
     visit,
 )
+from tests.app.page.shared_page import Shared, SharedPage
 from tests.browser import (
     CAMERA,
     PageAt,
@@ -37,100 +36,105 @@ from tests.browser import (
     world_to_px,
 )
 
-# Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
-# hand, which lie on it at 0.65.
+SHARED = SharedPage(900, 800, "gizmo=1&autopilot=0&speed=2")
+
+# Length of the hand's arrows and radius of the elbow's arc [m]; share of an arrow at which it is taken:
+# beyond the ends of the arcs that turn the hand, which are at 0.65.
 GIZMO, ARC, GRIP = 0.22, 0.26 * 0.65, 0.85
 
 
 def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:
-    """The hand's arrow that lies most along a direction, and whether it points there (1) or away (−1)."""
+    """The hand's arrow closest to a direction, and its sign: 1 towards it, −1 away from it."""
     rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
     along = toward @ rotation
     i = int(np.abs(along).argmax())
     return rotation[:, i], float(np.sign(along[i]))
 
 
-def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_pulls_links(
-    house: OpenHouse, page_at: PageAt
-) -> None:
-    page = page_at(900, 800)
-    # Slow, so that the arrow is still where the mouse goes.
-    session = visit(page, house(), "gizmo=1&speed=0.25&wmax=0.05")
+def test_a_mouse_takes_the_hand_over_from_the_autopilot(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    # Slow, so that the arrow is still at the mouse's goal.
+    slow = {"speed": 0.25, "wmax": 0.05, "autopilot": True}
+    ask(session, lambda s: [*(s.change(key, value) for key, value in slow.items()), s.reset()])
     run_on(page, session, 0.1)
     assert session.settings.page.autopilot and session.held is None
     page.get_by_text("The autopilot moves the orange arm").wait_for()
     arrow, sign = best_arrow(session, np.array([0.0, 1.0, 0.0]))
     before = session.simulation.time
-    take_hold(
-        page, lambda: hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO, lambda: session.held is not None
-    )
-    grip = hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO
+
+    def grip() -> np.ndarray:
+        return hand(session) + arrow * GRIP * AUTOPILOT_SIZE * GIZMO
+
+    take_hold(page, grip, lambda: session.held is not None)
+    taken = grip()
     for way in np.linspace(0.02, 0.10, 4):
-        point_at(page, grip + arrow * sign * way)
+        point_at(page, taken + arrow * sign * way)
     page.mouse.up()
     until(page, lambda: session.held is None and not session.settings.page.autopilot, "letting go")
     assert session.simulation.time > before
     page.get_by_text("Pull the orange arm anywhere.").wait_for()
-    # The control knows it, too.
+    # The control shows it, too.
     page.get_by_role("tab", name="Arms").click()
     box = control(page, "autopilot").locator("input[type=checkbox]")
     until(page, lambda: not box.is_checked(), "the control without its tick")
 
-    # From the beginning, the hand at its usual speed.
-    ask(session, lambda s: [s.change("speed", 2.0), s.change("wmax", RunSettings().hand_speed), s.reset()])
-    page.mouse.move(40, 420)
+
+def toward_the_other_hand(session: Session) -> tuple[np.ndarray, np.ndarray, float]:
+    """Guided hand's place (3,) [m], its arrow closest to the direction of the other hand, and the sign."""
     start, other = ask(session, hands_of)
-    still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
-    arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
-    grip = start + arrow * GRIP * GIZMO
-    drag_through(page, session, [grip + arrow * sign * way for way in np.linspace(0.0, 0.45, 24)])
-    goal = start + arrow * sign * 0.45
+    return start, *best_arrow(session, (other - start) / np.linalg.norm(other - start))
 
-    def given_way(s: Session) -> bool:
-        return bool(np.abs(s.simulation.positions[s.simulation.avoiding.joints] - still).max() > 0.03)
 
-    until(
-        page,
-        lambda: np.linalg.norm(hand(session) - goal) < 0.02 and ask(session, given_way),
-        "the hand where the mouse is",
-    )
-    # Meanwhile the handle is where the mouse is, not where the hand is.
-    until(
-        page,
-        lambda: np.linalg.norm(world_position(page, HAND) - goal) < 5e-3,
-        "the handle where the mouse is",
-    )
-    page.mouse.up()
-    # Released: the handle jumps back to the hand, which stays where it came to.
-    until(page, lambda: session.held is None, "release")
-    run_on(page, session, 0.3)
-    assert np.linalg.norm(hand(session) - goal) < 0.03
-    until(
-        page,
-        lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
-        "the handle on the hand",
-    )
+def handle_off(page: Page, handle: str, place: np.ndarray) -> float:
+    """Distance of a drawn handle from a place [m]."""
+    return float(np.linalg.norm(world_position(page, handle) - place))
 
-    def wrist_off() -> float:
-        drawn = world_position(page, f"/arms/right{WRIST}")
-        return float(
-            np.linalg.norm(drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy()))
-        )
 
-    until(page, lambda: wrist_off() < 2e-3, "the arm drawn where it is")
+def wrist_off(page: Page, session: Session) -> float:
+    """Distance of the drawn right wrist from its true place [m]."""
+    wrist = ask(session, lambda s: s.simulation.kinematics.joint_point(14).copy())
+    return handle_off(page, f"/arms/right{WRIST}", wrist)
+
+
+def see_limits_kept(session: Session) -> None:
+    """Check that the other arm avoided, and that distance and hand speed kept their limits."""
     table = ask(session, lambda s: s.simulation.history.table())
     limit = session.settings.run.law.critical_distance
     assert table[:, COLUMN["e2"]].max() > 0.01**2
     assert table[:, COLUMN["w"]].max() <= session.settings.run.hand_speed + 1e-9
     assert limit - 1e-4 <= table[:, COLUMN["d"]].min() < limit + 0.1
-    # The columns of a second arm that keeps clear are empty, as only one does.
-    assert (
-        np.isfinite(table[:, : COLUMN["e2_b"]]).all()
-        and np.isfinite(session.simulation.history.positions(table)).all()
-    )
+    # The columns of a second avoiding arm are empty: only one arm avoids.
+    assert np.isfinite(table[:, : COLUMN["e2_b"]]).all()
+    assert np.isfinite(session.simulation.history.positions(table)).all()
 
-    # From the beginning, the elbow by its arc.
-    ask(session, lambda s: s.reset())
+
+def test_a_hand_dragged_at_its_arrow_follows_and_the_other_arm_avoids_it(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    page.mouse.move(40, 420)
+    start, arrow, sign = toward_the_other_hand(session)
+    still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
+    grip, goal = start + arrow * GRIP * GIZMO, start + arrow * sign * 0.45
+
+    def has_given_way(s: Session) -> bool:
+        return bool(np.abs(s.simulation.positions[s.simulation.avoiding.joints] - still).max() > 0.03)
+
+    drag_through(page, session, [grip + arrow * sign * way for way in np.linspace(0.0, 0.45, 24)])
+    until(page, lambda: np.linalg.norm(hand(session) - goal) < 0.02, "the hand where the mouse is")
+    until(page, lambda: ask(session, has_given_way), "the other arm out of the way")
+    # During the drag the handle is at the mouse, not at the hand.
+    until(page, lambda: handle_off(page, HAND, goal) < 5e-3, "the handle where the mouse is")
+    page.mouse.up()
+    # After the release the handle jumps to the hand, which stays.
+    until(page, lambda: session.held is None, "release")
+    run_on(page, session, 0.3)
+    assert np.linalg.norm(hand(session) - goal) < 0.03
+    until(page, lambda: handle_off(page, HAND, hand(session)) < 2e-3, "the handle on the hand")
+    until(page, lambda: wrist_off(page, session) < 2e-3, "the arm drawn where it is")
+    see_limits_kept(session)
+
+
+def test_an_elbow_dragged_at_its_arc_swivels_and_the_hand_stays(shared: Shared) -> None:
+    page, session = shared.page, shared.session
 
     def state(s: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return *swivel_frame(s.hand), s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy()
@@ -153,27 +157,20 @@ def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_p
     *_, now = ask(session, state)
     assert np.linalg.norm(now - there) < 0.05 < np.linalg.norm(now - elbow)
     assert np.linalg.norm(hand(session) - place) < 5e-3
-    until(
-        page,
-        lambda: np.linalg.norm(world_position(page, ELBOW) - ask(session, state)[2]) < 5e-3,
-        "the handle on the elbow",
-    )
+    until(page, lambda: handle_off(page, ELBOW, ask(session, state)[2]) < 5e-3, "the handle on the elbow")
 
+
+def test_a_mouse_that_rests_on_the_hand_shows_its_arrows(shared: Shared) -> None:
+    page, session = shared.page, shared.session
     ask(session, lambda s: [s.change("gizmo", False), s.change("contact", False), s.reset()])
-    see_arrows_under_a_mouse_that_rests(page, session)
-    see_links_pulled(page, session)
-
-
-def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
-    """A mouse that rests on the hand brings its arrows; the arm stands still."""
     settled_view(page)
     there = f"__viserMutable.nodeRefFromName['{HAND}']"
-    # Where an arrow will come out of the hand towards the camera.
+    # The place where an arrow will point out of the hand towards the camera.
     rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
     x, y = world_to_px(page, hand(session) + 0.04 * rotation[:, 0])
 
     def arrows() -> bool:
-        # Again, as the hand may not have been there yet.
+        # Repeated, as the hand may not have been there yet.
         page.mouse.move(x, y + 3)
         page.mouse.move(x, y)
         return page.evaluate(f"!!{there}")
@@ -183,7 +180,7 @@ def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
         not page.evaluate(f"!!__viserMutable.nodeRefFromName['{ELBOW}']") and not session.settings.page.gizmo
     )
     screenshot(page, "hand-hovered")
-    # A press where the mouse rests takes the hand itself.
+    # A press at the resting mouse takes the hand itself.
     page.mouse.down()
     page.mouse.move(x + 12, y)
     until(page, lambda: isinstance(session.held, LinkTarget), "the hand held")
@@ -196,7 +193,7 @@ def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
         return page.evaluate(f"!!{there}")
 
     until(page, arrows_again, "the arrows of the hand again")
-    # On an arrow they stay, and it can be taken.
+    # With the mouse on an arrow the arrows stay, and it can be dragged.
     arrow, sign = best_arrow(session, np.array([0.0, -1.0, 0.0]))
     point_at(page, hand(session) + arrow * GRIP * GIZMO)
     take_hold(
@@ -214,7 +211,7 @@ FOREARM, HAND_LINK = f"{ARM}/j4/j5", f"{ARM}/j4/j5/j6"
 
 
 def missing(session: Session) -> float:
-    """How far the point that is pulled is from where it is pulled to [m]."""
+    """Distance of the dragged point from its target [m]."""
 
     def measure(s: Session) -> float:
         held = s.held
@@ -229,21 +226,16 @@ def holds(session: Session) -> bool:
     return isinstance(session.held, LinkTarget)
 
 
-def see_links_pulled(page: Page, session: Session) -> None:
-    """A link of the arm that the autopilot has at first is pulled with the mouse, and the other arm gives way."""
-    # Slow, so that the arm is still where the mouse goes.
-    slow = {"speed": 0.25, "wmax": 0.05, "dm": 0.3, "contact": True, "autopilot": True}
-    for link in (FOREARM, HAND_LINK):
-        ask(session, lambda s: [*(s.change(key, value) for key, value in slow.items()), s.reset()])
-        until(
-            page, lambda: page.evaluate("!__viserMutable.nodeRefFromName['/grip/point']?.visible"), "no mark"
-        )
-        assert not page.evaluate("!!__viserMutable.nodeRefFromName['/gizmo/hand']")
-        page.mouse.move(450, 120)
-        pull_to_the_other_arm(page, session, link)
-
-
-def pull_to_the_other_arm(page: Page, session: Session, link: str) -> None:
+@pytest.mark.parametrize("link", [FOREARM, HAND_LINK], ids=["forearm", "hand"])
+def test_a_link_is_dragged_to_the_other_arm(shared: Shared, link: str) -> None:
+    """The autopilot moves this arm at first; the other arm avoids it."""
+    page, session = shared.page, shared.session
+    # Slow, so that the arm is still at the mouse's goal.
+    slow = {"gizmo": False, "speed": 0.25, "wmax": 0.05, "dm": 0.3, "contact": True, "autopilot": True}
+    ask(session, lambda s: [*(s.change(key, value) for key, value in slow.items()), s.reset()])
+    until(page, lambda: page.evaluate("!__viserMutable.nodeRefFromName['/grip/point']?.visible"), "no mark")
+    until(page, lambda: not page.evaluate("!!__viserMutable.nodeRefFromName['/gizmo/hand']"), "no arrows")
+    page.mouse.move(450, 120)
     settled_view(page)
     page.mouse.move(world_to_px(page, world_position(page, link))[0] - 30, 120)
     until(page, lambda: page.evaluate(CURSOR) == "auto", "no hand over the floor")
@@ -252,7 +244,7 @@ def pull_to_the_other_arm(page: Page, session: Session, link: str) -> None:
     assert not session.settings.page.autopilot
     ask(session, lambda s: [s.change("speed", 2.0), s.change("wmax", 0.5)])
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
-    # To the other arm, across the view.
+    # Towards the other arm, across the view.
     for step in range(1, 13):
         page.mouse.move(x + 7.0 * step, y)
         wait_frames(page, 2)
@@ -270,11 +262,11 @@ def pull_to_the_other_arm(page: Page, session: Session, link: str) -> None:
     assert np.allclose(page.evaluate(CAMERA), view, atol=1e-6)
     page.mouse.up()
     until(page, lambda: session.held is None, "letting go")
-    # As after a pull at the arrows: it stays where it came to, and the autopilot does not come back by itself.
+    # As after a drag at the arrows: the arm stays, and the autopilot stays off.
     assert not session.settings.page.autopilot
 
 
-def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_finger_drags_the_arm_and_next_to_it_turns_the_view(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(390, 700, has_touch=True, is_mobile=True)
     session = visit(page, house(), "autopilot=0&speed=2&wmax=0.5")
     view, touch = settled_view(page), finger(page)
@@ -291,7 +283,7 @@ def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, p
     assert np.allclose(page.evaluate(CAMERA), view, atol=1e-6)
     touch("touchEnd", 0.0, 0.0)
     until(page, lambda: session.held is None, "letting go")
-    # Below the contact card, whose symbols take a touch, and above the arms.
+    # Below the contact card, where symbols react to a touch, and above the arms.
     touch("touchStart", 360.0, 185.0)
     for step in range(1, 9):
         touch("touchMove", 360.0 - 8.0 * step, 185.0)
@@ -302,13 +294,11 @@ def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, p
 
 
 @pytest.mark.thorough
-def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_button_is_released(
-    house: OpenHouse, page_at: PageAt
+def test_a_reset_during_a_drag_at_an_arrow_ends_the_drag(
+    shared: Shared,
 ) -> None:
-    page = page_at(900, 800)
-    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
-    start, other = ask(session, hands_of)
-    arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
+    page, session = shared.page, shared.session
+    start, arrow, sign = toward_the_other_hand(session)
     grip = start + arrow * GRIP * GIZMO
     places = [grip + arrow * sign * way for way in np.linspace(0.0, 0.3, 9)]
 
@@ -320,7 +310,7 @@ def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_but
         until(page, lambda: moved() > 0.05, "the hand on its way")
         reset()
         until(page, lambda: session.held is None and moved() < 1e-6, "the run from its beginning")
-        # The button is still down: what the mouse does now moves nothing.
+        # The button is still down: the mouse moves nothing now.
         for place in places[5:]:
             point_at(page, place)
         page.keyboard.press("Space")
@@ -334,7 +324,7 @@ def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_but
             page, lambda: np.linalg.norm(world_position(page, HAND) - start) < 2e-3, "the handle on the hand"
         )
         assert session.held is None and moved() < 1e-6
-    # A press takes it again.
+    # A new press takes hold again.
     drag_through(page, session, places[:3])
     until(page, lambda: moved() > 0.03, "the hand on its way again")
     page.mouse.up()

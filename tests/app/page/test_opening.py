@@ -1,8 +1,7 @@
-"""A page on its way, over a slow line: what is seen before it is there, what it says by itself once it is; and the welcome: once in a
-browser, beside the arms, gone at the first drag of an arm."""
+"""A page that loads over a slow line, its first notes, and the welcome card (once per browser)."""
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Locator, Page
 
 from app.i18n.catalogue import words_of
 from app.settings import Language, Settings
@@ -31,7 +30,7 @@ SEEN = """(() => {
   };
   requestAnimationFrame(look);
 })()"""
-"""Looks at every frame that is drawn, from the first one on."""
+"""Records the contents of every drawn frame from the first one on."""
 
 
 @pytest.mark.parametrize(
@@ -41,7 +40,7 @@ SEEN = """(() => {
         (390, 844, "en-GB", "lang=de", "Wird geladen …", "Ohne Grafikkarte gezeichnet"),
     ],
 )
-def test_viser_s_own_page_is_never_seen(
+def test_visers_own_page_is_never_visible(
     house: OpenHouse,
     page_at: PageAt,
     width: int,
@@ -58,7 +57,7 @@ def test_viser_s_own_page_is_never_seen(
     slow = {"offline": False, "latency": 50, "downloadThroughput": 1_500_000, "uploadThroughput": 500_000}
     line.send("Network.emulateNetworkConditions", slow)
     page.goto(f"{house().url}/?{query}", wait_until="commit")
-    # One line says how this browser draws, for some seconds.
+    # For some seconds, one line says how this browser draws.
     page.wait_for_function("window.noteSeen")
     said, box = page.evaluate("noteSeen")
     assert note in said and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["height"] < 30.0
@@ -67,16 +66,16 @@ def test_viser_s_own_page_is_never_seen(
     card = page.locator("#duet-contact").bounding_box()
     assert card is not None and (
         box["y"] >= card["y"] + card["height"] or box["y"] + box["height"] <= card["y"]
-    ), "beside the card"
+    ), "the note overlaps the card"
     page.wait_for_function("seenSoFar.has('our page')")
     assert set(page.evaluate("[...seenSoFar]")) == {f"Duet {loading}", "our page"}
     screenshot(page, f"opened-{width}")
 
 
 @pytest.mark.thorough
-def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_folder_opens_by_keys_and_the_note_disappears(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
-    # What is said at the beginning goes by itself, on a busy machine perhaps before everything has been loaded.
+    # The first note disappears by itself, on a busy machine perhaps before everything is loaded.
     page.goto(house().url, wait_until="commit")
     note = page.locator("#duet-note")
     note.wait_for()
@@ -87,7 +86,7 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
     )
     assert folder.get_attribute("aria-expanded") == "false" and not inside.is_visible()
     clock = page.get_by_role("button", name="Pause", exact=True)
-    # Tab comes to it, and neither key means anything else there.
+    # It can have the focus, and neither key has another effect there.
     folder.focus()
     assert folder.evaluate("e => e === document.activeElement")
     for key, opened in (("Enter", "true"), (" ", "false"), (" ", "true")):
@@ -99,7 +98,7 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
     assert clock.is_visible()
     folder.click()
     until(page, lambda: folder.get_attribute("aria-expanded") == "false", "a click")
-    # What was said about the browser at the beginning is gone by itself.
+    # The note about the browser disappears by itself.
     note.wait_for(state="detached")
     accessible(page)
 
@@ -107,7 +106,7 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
 CARD = "#duet-welcome"
 VISIBILITY = "part => getComputedStyle(part).visibility"
 STILL = changed(Settings(), "autopilot", False)
-"""An arm that stands still can be taken by the mouse."""
+"""Arms at rest, so that the mouse can take hold of one."""
 
 WORDS = {
     "en": "Pull the orange hand into the ring.",
@@ -117,11 +116,26 @@ WORDS = {
 
 
 def comes_not(page: Page) -> None:
-    """Check that a page which the server would greet with does not show the card."""
+    """Check that a page does not show the welcome card, although the server has sent it."""
     page.locator(".duet-welcome").wait_for(state="attached")
     page.wait_for_function("performance.now() > 2000 && document.documentElement.matches('.duet-built')")
     wait_frames(page, 10)
     assert page.locator(CARD).count() == 0
+
+
+def fits(card: Locator, width: int, height: int) -> bool:
+    """True if a card is inside the window [CSS px] and its texts are complete."""
+    box = card.bounding_box()
+    whole = (
+        "card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)"
+    )
+    return (
+        box is not None
+        and min(box["x"], box["y"]) >= 0.0
+        and box["x"] + box["width"] <= width
+        and box["y"] + box["height"] <= height
+        and card.evaluate(whole)
+    )
 
 
 @pytest.mark.thorough
@@ -133,7 +147,7 @@ def comes_not(page: Page) -> None:
         (390, 844, "sl", "theme=dark", "Just play"),
     ],
 )
-def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
+def test_the_welcome_card_hides_no_hand_and_closes_by_key_or_button(
     house: OpenHouse, page_at: PageAt, width: int, height: int, language: Language, look: str, out: str
 ) -> None:
     page = page_at(width, height, newcomer=True)
@@ -146,22 +160,10 @@ def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
     card.get_by_text(WORDS[language]).wait_for()
     arms = [f"/arms/{arm.name}{WRIST}" for arm in session.simulation.room.arms]
     until(page, lambda: page.evaluate(FREE, arms) == [], "both hands in free sight")
-
-    def fits() -> bool:
-        box = card.bounding_box()
-        inside = (
-            box is not None
-            and box["x"] >= 0.0
-            and box["x"] + box["width"] <= width
-            and box["y"] + box["height"] <= height
-        )
-        whole = "card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)"
-        return inside and card.evaluate(whole)
-
-    until(page, fits, "the whole card in the window")
-    # Why it matters, where there is room for it.
+    until(page, lambda: fits(card, width, height), "the whole card in the window")
+    # The reason is shown only in a wide window.
     assert card.locator("svg").is_visible() == card.locator(".why").is_visible() == (width > 1280)
-    assert page.evaluate("document.activeElement === document.body"), "keys still move the arm"
+    assert page.evaluate("document.activeElement === document.body"), "the card has taken the keys"
     screenshot(page, f"welcome-{width}")
     page.keyboard.press("Tab")
     first = card.get_by_role("button").first
@@ -181,7 +183,9 @@ def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
     until(page, lambda: session.held is not None, "a key that moves the hand")
 
 
-def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_welcome_card_closes_at_the_first_drag_and_never_returns(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     opened = house(STILL)
     page = page_at(1024, 768, newcomer=True)
     session = visit(page, opened)
@@ -201,9 +205,7 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
 LOSE = "window.lost = __viserMutable.canvas.getContext('webgl2').getExtension('WEBGL_lose_context')"
 
 
-def test_a_picture_that_the_browser_takes_away_is_said_until_it_is_back(
-    house: OpenHouse, page_at: PageAt
-) -> None:
+def test_a_lost_picture_is_reported_until_it_is_restored(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     visit(page, house(STILL), "lang=en")
     page.evaluate(f"{LOSE}; lost.loseContext()")

@@ -1,4 +1,4 @@
-"""The page's sources: scripts are given what they need safely and a linter reads them; a panel draws from the frame alone."""
+"""Scripts get constants safely and pass a linter; panels draw only from the frame."""
 
 import ast
 import platform
@@ -16,11 +16,11 @@ from tests.test_imports import ROOT
 
 BIOME = Path(sys.executable).with_name("biome")
 PACKAGED = (sys.platform, platform.machine()) == ("linux", "x86_64")
-"""Whether pyproject.toml asks for the linter here."""
+"""True if pyproject.toml requires the linter on this platform."""
 
 
 @pytest.mark.skipif(not PACKAGED, reason="the linter of scripts is packaged for Linux on x86-64 only")
-def test_scripts_and_style_sheets_are_free_of_faults(tmp_path: Path) -> None:
+def test_scripts_and_style_sheets_pass_the_linter(tmp_path: Path) -> None:
     def lint(folder: Path) -> tuple[int, str]:
         command = (str(BIOME), "ci", "--colors=off", "--error-on-warnings", ".")
         done = subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=60, check=False)
@@ -28,10 +28,10 @@ def test_scripts_and_style_sheets_are_free_of_faults(tmp_path: Path) -> None:
 
     code, said = lint(ROOT / "app")
     assert code == 0, said
-    # Its own settings are a file that it reads, too.
+    # The linter also reads its own settings file.
     count = 1 + sum(1 for kind in ("js", "css") for _ in (ROOT / "app").rglob(f"*.{kind}"))
     assert f"Checked {count} files" in said
-    # With the same settings it finds faults.
+    # The same settings find faults in bad files.
     shutil.copy(ROOT / "app" / "biome.jsonc", tmp_path)
     (tmp_path / "a.js").write_text(
         "duet.known = unknown;\n(() => {\n  const unused = 1;\n  var old = 1;\n  duet.known = old;\n})();\n"
@@ -54,7 +54,7 @@ def test_constants_cannot_end_the_script(tmp_path: Path) -> None:
     )
 
 
-def test_a_browser_is_sent_no_comments(tmp_path: Path) -> None:
+def test_comments_are_not_sent_to_the_browser(tmp_path: Path) -> None:
     script, sheet = tmp_path / "one.js", tmp_path / "one.css"
     script.write_text("// What it does.\nrun();  // now\n  // More.\n\nstop();\n", encoding="utf-8")
     sheet.write_text("/* Of\n   two lines. */\na{color:red}\n", encoding="utf-8")
@@ -67,7 +67,7 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
     assets = page_assets(PageSettings())
     folder = ROOT / "app" / "page" / "static"
     assert {*folder.glob("*.js")} <= {*assets.scripts}
-    # These three are sent in the page's panels, and change with its look.
+    # These three are sent in the page's panels, and change with the page's look.
     own = {path for path in assets.styles if path.parent == folder}
     assert {*folder.glob("*.css")} == {
         *own,
@@ -81,11 +81,11 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
 PANELS = sorted((ROOT / "app" / "page" / "panels").glob("*.py"))
 
 ALLOWED = {"post", "set_source", "parts", "law"}
-"""What drawing may ask a session for: what it writes, the state of features, and the process of a law; the run it reads from the frame."""
+"""Session attributes that drawing may use: writes, features, a law's process. The frame has the rest."""
 
 
 def reads_past_the_frame(source: str) -> list[str]:
-    """Attributes of a session that a class's `show` and the methods it calls read, with their lines."""
+    """Session attributes, with lines, that a class's `show` and the methods it calls read."""
     found: list[str] = []
     for made in ast.walk(ast.parse(source)):
         if not isinstance(made, ast.ClassDef):
@@ -108,10 +108,10 @@ def reads_past_the_frame(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize("path", PANELS, ids=lambda path: path.name)
-def test_a_panel_reads_the_frame_alone(path: Path) -> None:
+def test_a_panel_reads_only_the_frame(path: Path) -> None:
     assert reads_past_the_frame(path.read_text(encoding="utf-8")) == []
 
 
-def test_a_read_past_the_frame_is_found_in_what_show_calls() -> None:
+def test_a_read_past_the_frame_is_found_in_a_method_that_show_calls() -> None:
     source = "class Panel:\n    def show(self, frame):\n        self._draw()\n    def _draw(self):\n        print(self._session.held)\n"
     assert reads_past_the_frame(source) == ["5: self._session.held"]

@@ -1,4 +1,4 @@
-"""The promise's lamp says what an arm is pressed against that lets the arms' distance give way: real runs of a person who presses."""
+"""The promise's lamp names the thing that an arm is pressed against, in runs of a person who presses."""
 
 from collections import Counter
 
@@ -17,7 +17,7 @@ from scenes.targets import HandTarget
 from tests.scenes.helpers import given_settings
 
 STEPS = 400
-"""Steps of a run, in which the orange hand is drawn to a place behind the silver arm."""
+"""Steps of a run that drags the orange hand to a place behind the silver arm."""
 
 CASES: dict[str, tuple[str, tuple[float, ...], tuple[float, ...]]] = {
     "table": ("table", (1.22, -1.39, -0.93, 1.68, 2.49, 1.86, -2.44), (-0.12, 0.26, 0.74)),
@@ -35,7 +35,7 @@ def machine_code() -> None:
 
 
 def made(thing: str, world: bool) -> tuple[Simulation, HandTarget]:
-    """A run before its first step, and what the person wants in it."""
+    """A run before its first step, and the person's target."""
     rig, posture, place = CASES[thing]
     name = place_bases("-0.45,0,0.1,0", "0.45,0,0.1,180") if rig == "low" else rig
     settings = changed(given_settings(scene="hold", world=world, wmax=0.5), "rig", name)
@@ -47,7 +47,7 @@ def made(thing: str, world: bool) -> tuple[Simulation, HandTarget]:
 
 
 def named(simulation: Simulation, target: HandTarget) -> Counter[str]:
-    """How often the lamp names each thing."""
+    """Number of steps at which the lamp names each thing."""
     said: Counter[str] = Counter()
     for _ in range(STEPS):
         simulation.step(target)
@@ -61,14 +61,14 @@ def named(simulation: Simulation, target: HandTarget) -> Counter[str]:
 
 
 @pytest.mark.parametrize("thing", CASES)
-def test_the_lamp_names_what_the_silver_arm_is_pressed_against(thing: str, registry: None) -> None:
+def test_the_lamp_names_the_thing_the_silver_arm_is_pressed_against(thing: str, registry: None) -> None:
     said = named(*made(thing, True))
     assert said[thing] > 40 and said[thing] == max(said.values())
     assert "" not in said
     assert not named(*made(thing, False))
 
 
-def test_the_card_says_it_too() -> None:
+def test_the_card_names_it_too() -> None:
     simulation, target = made("table", True)
     simulation.step(target)
     while simulation.sample().authority != Authority.WORLD:
@@ -79,7 +79,7 @@ def test_the_card_says_it_too() -> None:
     assert kind == "alarm" and "pressed against the table" in words
 
 
-def test_the_lamp_names_what_the_arm_of_the_person_is_pressed_against() -> None:
+def test_the_lamp_names_the_thing_the_persons_arm_is_pressed_against() -> None:
     settings = given_settings(scene="hold", rig="torso", avoid="both", world=True, wmax=0.5)
     simulation, said = Simulation(settings), Counter[str]()
     joint, way = simulation.avoiding.joints.start + 5, np.array([0.077, 0.271, -0.804])

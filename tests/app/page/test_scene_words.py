@@ -1,4 +1,4 @@
-"""The sentence that describes the picture says what the run says."""
+"""The sentence that describes the picture agrees with the run."""
 
 import re
 from unittest.mock import MagicMock
@@ -24,7 +24,7 @@ from app.settings import Settings, from_query
         ("scene=ball&dm=0.3&n=1", "silver arm gives way"),
     ],
 )
-def test_a_sentence(query: str, who: str) -> None:
+def test_the_sentence_names_hands_distance_and_avoiding_arms(query: str, who: str) -> None:
     session = Session(from_query(dict(parse_qsl(query)), Settings())[0])
     frame = freeze(session, 0.0)
     said = scene_sentence(frame)
@@ -39,7 +39,7 @@ def test_a_sentence(query: str, who: str) -> None:
     assert scene_sentence(frame, asking=True) == said.partition("; λ")[0] + "."
 
 
-def test_the_note_goes_with_its_experiment() -> None:
+def test_the_note_disappears_with_its_experiment() -> None:
     session, client, handlers = Session(Settings()), MagicMock(), ActionHandlers()
     words = SceneWords(client, MagicMock(), handlers)
     handlers.do(Describe())

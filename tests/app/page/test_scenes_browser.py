@@ -1,4 +1,4 @@
-"""Every scene in a real browser by its key; ball and figure follow a real mouse, as the hand does in `test_mouse_on_handles`."""
+"""Every scene in a real browser; ball and figure follow a real mouse (the hand: `test_mouse_on_handles`)."""
 
 import numpy as np
 import pytest
@@ -11,10 +11,14 @@ from scenes.history import COLUMN
 from scenes.robots.drawing import joint_frames
 from scenes.settings import RunSettings, specs
 from scenes.targets import BallTarget
-from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import LATE_UPDATE, drag_through, hand, visit
-from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
+from tests.app.conftest import ELBOW, HAND, ask
+from tests.app.page.by_hand import LATE_UPDATE, drag_through, hand
+from tests.app.page.shared_page import Shared, SharedPage
+from tests.browser import screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
+pytestmark = pytest.mark.thorough
+
+SHARED = SharedPage(960, 720, "gizmo=1&autopilot=0&speed=2", expect=(LATE_UPDATE,))
 SCENES = tuple(EXPERIMENTS)
 KEYS = dict(zip(SCENES, "123456", strict=True))
 NAMES = specs(RunSettings)["scene"].options()
@@ -23,7 +27,7 @@ BALL_ARROW = 0.2
 
 
 def enter(page: Page, session: Session, scene: str) -> None:
-    """Go to a scene by its key, as a person does, and wait until it is there."""
+    """Open a scene by its key, and wait until it is drawn."""
     page.keyboard.press(KEYS[scene])
     until(page, lambda: session.simulation.settings.scene == scene, scene)
     arms = ["/arms/left/base", "/arms/arm/base"][:: -1 if scene in ("solo", "ball") else 1]
@@ -35,7 +39,7 @@ def enter(page: Page, session: Session, scene: str) -> None:
 
 
 def pull_pixels(page: Page, start: tuple[float, float], way: tuple[float, float]) -> None:
-    """Take what is at a point of the window with the mouse, and pull it in eight steps."""
+    """Drag from a point of the window [px] in eight steps, without a release."""
     x, y = start
     for place in ((x - 2, y), (x, y)):
         page.mouse.move(*place)
@@ -47,7 +51,7 @@ def pull_pixels(page: Page, start: tuple[float, float], way: tuple[float, float]
 
 
 def pull_the_figure(page: Page, session: Session) -> None:
-    """Pull the person who is imitated at an elbow, and again if it was on its way while the mouse came."""
+    """Drag the imitated figure at an elbow; repeated if the elbow has moved away from the mouse."""
     for attempt in range(1, 6):
         pull_pixels(
             page,
@@ -64,79 +68,94 @@ def pull_the_figure(page: Page, session: Session) -> None:
 
 
 def let_go(page: Page, session: Session, what: str) -> None:
-    """Keep a picture of what is held, and let go."""
+    """Take a screenshot of the drag, and release the mouse."""
     screenshot(page, f"scene-{what}-dragged")
     page.mouse.up()
     until(page, lambda: session.held is None, f"letting go of the {what}")
 
 
-@pytest.mark.thorough
-def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_drawn_where_they_are(
-    house: OpenHouse, page_at: PageAt
-) -> None:
-    page = page_at(960, 720, expect=(LATE_UPDATE,))
-    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
-    page.mouse.click(300, 90)
+def are_there(page: Page, *nodes: str) -> bool:
+    return bool(page.evaluate("names => names.some(name => __viserMutable.nodeRefFromName[name])", nodes))
 
-    def are_there(*nodes: str) -> bool:
-        return bool(page.evaluate("names => names.some(name => __viserMutable.nodeRefFromName[name])", nodes))
 
-    def ball() -> np.ndarray:
-        return ask(session, lambda s: s.simulation.positions[s.simulation.room.ball].copy())
+def ball(session: Session) -> np.ndarray:
+    return ask(session, lambda s: s.simulation.positions[s.simulation.room.ball].copy())
 
+
+def see_handle_on_hand(page: Page, session: Session) -> None:
+    def off() -> float:
+        return float(np.linalg.norm(world_position(page, HAND) - hand(session)))
+
+    until(page, lambda: are_there(page, HAND) and off() < 2e-3, "the handle on the hand")
+
+
+def test_the_ball_follows_its_arrow(shared: Shared) -> None:
+    page, session = shared.page, shared.session
     enter(page, session, "ball")
-    until(page, lambda: not are_there(HAND, ELBOW), "no handles of a hand")
-    start, up = ball(), np.array([0.0, 0.0, 1.0])
+    until(page, lambda: not are_there(page, HAND, ELBOW), "no handles of a hand")
+    start, up = ball(session), np.array([0.0, 0.0, 1.0])
     drag_through(page, session, [start + up * (0.8 * BALL_ARROW + way) for way in np.linspace(0.0, 0.06, 8)])
     assert isinstance(session.held, BallTarget)
-    until(page, lambda: np.linalg.norm(ball() - start - 0.06 * up) < 0.015, "the ball where its arrow is")
+
+    def missing() -> float:
+        return float(np.linalg.norm(ball(session) - start - 0.06 * up))
+
+    until(page, lambda: missing() < 0.015, "the ball where its arrow is")
     until(
         page,
-        lambda: np.linalg.norm(world_position(page, "/ball") - ball()) < 5e-3,
+        lambda: np.linalg.norm(world_position(page, "/ball") - ball(session)) < 5e-3,
         "the ball drawn where it is",
     )
     let_go(page, session, "arrow")
-    # And the ball itself: at a place on it where no arrow lies, across the view, to the left.
+
+
+def test_the_ball_itself_is_dragged(shared: Shared) -> None:
+    """Drag to the left, across the view, from a place without an arrow."""
+    page, session = shared.page, shared.session
+    enter(page, session, "ball")
     settled_view(page)
-    x, y = world_to_px(page, ball())
-    x1, _ = world_to_px(page, ball() + np.array([0.0, BALL_RADIUS, 0.0]))
+    before = ball(session)
+    x, y = world_to_px(page, before)
+    x1, _ = world_to_px(page, before + np.array([0.0, BALL_RADIUS, 0.0]))
     radius = abs(x1 - x)
-    before, taken = ball(), (x - 0.6 * radius, y + 0.45 * radius)
-    pull_pixels(page, taken, (-1.2 * radius, 0.0))
+    pull_pixels(page, (x - 0.6 * radius, y + 0.45 * radius), (-1.2 * radius, 0.0))
     until(page, lambda: isinstance(session.held, BallTarget), "taking the ball itself")
-    until(page, lambda: world_to_px(page, ball())[0] < x - radius, "the ball where it was pulled")
-    assert np.linalg.norm(ball() - before) > 0.05
+    until(page, lambda: world_to_px(page, ball(session))[0] < x - radius, "the ball where it was pulled")
+    assert np.linalg.norm(ball(session) - before) > 0.05
     let_go(page, session, "ball")
 
+
+def test_the_handle_is_on_the_hand_in_experiments_with_a_handle(shared: Shared) -> None:
     for scene in ("solo", "master_slave"):
-        enter(page, session, scene)
-        until(
-            page,
-            lambda: np.linalg.norm(world_position(page, HAND) - hand(session)) < 2e-3,
-            "the handle on the hand",
-        )
+        enter(shared.page, shared.session, scene)
+        see_handle_on_hand(shared.page, shared.session)
+
+
+def test_robots_follow_a_dragged_figure(shared: Shared) -> None:
+    page, session = shared.page, shared.session
     enter(page, session, "imitation")
     q = ask(session, lambda s: s.simulation.positions.copy())
+
+    def moved() -> float:
+        return float(np.abs(ask(session, lambda s: s.simulation.positions.copy()) - q).max())
+
     pull_the_figure(page, session)
-    until(
-        page,
-        lambda: np.abs(ask(session, lambda s: s.simulation.positions.copy()) - q).max() > 0.15,
-        "robots that follow",
-    )
+    until(page, lambda: moved() > 0.15, "robots that follow")
     screenshot(page, "scene-figure-dragged")
     page.mouse.up()
 
     enter(page, session, "hold")
-    until(page, lambda: are_there(HAND) and not are_there("/person/body"), "the hand's handle, and no figure")
-
-    # Two makes are drawn where they are, and one gives way.
-    ask(
-        session,
-        lambda s: [
-            s.change(key, value)
-            for key, value in {"robot": "ur5_panda", "rig": "table", "autopilot": True}.items()
-        ],
+    until(
+        page,
+        lambda: are_there(page, HAND) and not are_there(page, "/person/body"),
+        "the hand's handle, and no figure",
     )
+
+
+def test_two_makes_are_drawn_at_their_places_while_one_avoids(shared: Shared) -> None:
+    page, session = shared.page, shared.session
+    makes = {"robot": "ur5_panda", "rig": "table", "autopilot": True}
+    ask(session, lambda s: [s.change(key, value) for key, value in makes.items()])
     until(page, lambda: session.simulation.sample().activation > 0.5, "a meeting")
     ask(session, lambda s: s.change("speed", 0.25))
     run = session.simulation
@@ -146,11 +165,8 @@ def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_draw
 
         def off(path: str = path, joint: int = arm.joints.stop, name: str = arm.name) -> float:
             drawn = world_position(page, f"/arms/{name}/base{path}")
-            return float(
-                np.linalg.norm(
-                    drawn - ask(session, lambda s: s.simulation.kinematics.joint_point(joint).copy())
-                )
-            )
+            real = ask(session, lambda s: s.simulation.kinematics.joint_point(joint).copy())
+            return float(np.linalg.norm(drawn - real))
 
         until(page, lambda off=off: off() < 0.02, f"the {arm.name} arm drawn where it is")
     screenshot(page, "scene-two-makes")

@@ -1,4 +1,4 @@
-"""No control of the page moves by itself, whatever comes and goes beside it while the autopilot runs."""
+"""No control of the page moves while notices appear and disappear under the autopilot."""
 
 import re
 from time import perf_counter
@@ -30,13 +30,13 @@ WATCH = """() => {
   };
   look();
 }"""
-"""Note at every drawn frame which control is at another place than at first, and which notices there are."""
+"""Records, at every drawn frame, controls that are not at their first place, and the notices."""
 
 SETTINGS = re.compile("All settings|Fewer settings")
 """The last control of the page."""
 
 AT_ONCE = 16
-"""Frames of the server between two looks at the page."""
+"""Server frames between two checks of the page."""
 
 
 def first_screen(page: Page, opened: ByHand, query: str) -> None:
@@ -49,13 +49,13 @@ def first_screen(page: Page, opened: ByHand, query: str) -> None:
 
     until(page, built, "a page that is built")
     page.locator("#duet-note").wait_for(state="detached")
-    # The page was built by the machine's clock; from now on the frames are faster than that.
+    # The page was built in real time; from now on the frames run faster.
     opened.now = perf_counter()
     wait_frames(page, 10)
 
 
 def watched(page: Page, opened: ByHand, seconds: float) -> dict[str, object]:
-    """What a page has seen of its controls during some seconds of the run."""
+    """A page's record of its controls during some seconds of the run."""
     page.evaluate(WATCH)
     for _ in range(round(seconds / FRAME / AT_ONCE)):
         for _ in range(AT_ONCE):
@@ -67,12 +67,12 @@ def watched(page: Page, opened: ByHand, seconds: float) -> dict[str, object]:
     return seen
 
 
-def test_no_control_moves_when_a_notice_comes_or_goes(by_hand: Made, page_at: PageAt) -> None:
+def test_no_control_moves_when_a_notice_appears_or_disappears(by_hand: Made, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900), by_hand(sessions=2)
-    # A retreat that slow is overtaken now and then.
+    # The approach is sometimes faster than this slow retreat.
     first_screen(page, opened, "panel=small&v=0.05")
     seen = watched(page, opened, 12.0)
-    assert isinstance(seen["notices"], list) and len(seen["notices"]) > 1, "a notice that comes or goes"
+    assert isinstance(seen["notices"], list) and len(seen["notices"]) > 1, "the notices did not change"
     assert seen["controls"] and seen["moved"] == {}, seen
 
 
@@ -85,22 +85,22 @@ def test_no_control_moves_in_a_minute_of_autopilot(
     by_hand: Made, page_at: PageAt, scene: str, panel: str, width: int, height: int
 ) -> None:
     page, opened = page_at(width, height), by_hand(sessions=2)
-    first_screen(page, opened, f"panel={panel}&scene={scene}")
-    seen = watched(page, opened, 60.0)
+    first_screen(page, opened, f"panel={panel}&scene={scene}&speed=2")
+    seen = watched(page, opened, 30.0)
     assert seen["controls"] and seen["moved"] == {}, seen
 
 
 ROOM = """() => {
   const bottom = document.querySelector('.duet-what').getBoundingClientRect().bottom;
   const status = document.querySelector('.duet-status[role=status]').getBoundingClientRect();
-  const pause = [...document.querySelectorAll('button')].find(one => /Pause|Go on/.test(one.textContent)).getBoundingClientRect();
+  const pause = [...document.querySelectorAll('button')].find(one => /Pause|Continue/.test(one.textContent)).getBoundingClientRect();
   const shown = document.querySelector('.duet-what > span').getBoundingClientRect();
   return { kept: status.height, blank: pause.top - shown.bottom, tip: bottom - shown.bottom };
 }"""
 """Heights between the tip and the clock [CSS px]."""
 
 
-def test_between_tip_and_clock_there_is_room_for_two_lines_alone(by_hand: Made, page_at: PageAt) -> None:
+def test_the_gap_between_tip_and_clock_holds_only_two_lines(by_hand: Made, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900), by_hand(sessions=2)
     first_screen(page, opened, "panel=small")
     room = page.evaluate(ROOM)

@@ -1,4 +1,4 @@
-"""Every symbol of the page says one sentence: in every language, and by pointer, finger and key."""
+"""Every symbol of the page has one sentence, in every language, shown by pointer, finger and key."""
 
 import re
 
@@ -25,7 +25,7 @@ from tests.browser import PageAt, until
 from tests.test_imports import ROOT
 
 LONGEST = 20
-"""Words of a sentence."""
+"""Longest sentence [words]."""
 
 COVERED = """([tooltip, symbol]) => {
   const box = tooltip.getBoundingClientRect();
@@ -35,7 +35,7 @@ COVERED = """([tooltip, symbol]) => {
     return width && other.checkVisibility() && !apart;
   }).map((other) => other.outerHTML.slice(0, 80));
 }"""
-"""Symbols and controls that a tooltip lies over."""
+"""Symbols and controls under a tooltip."""
 
 
 def frame_of(query: str) -> Frame:
@@ -45,7 +45,7 @@ def frame_of(query: str) -> Frame:
     return Frame(0.0, session, session, simulation, None, sample, chosen, Pace(True, 1.0, False))
 
 
-def test_every_symbol_that_is_drawn_has_a_sentence() -> None:
+def test_every_drawn_symbol_has_a_sentence() -> None:
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "app").rglob("static/*.js")]
     drawn = {name for source in sources for name in re.findall(r'"data-symbol": "(\w+)"', source)}
     lists = [
@@ -53,7 +53,7 @@ def test_every_symbol_that_is_drawn_has_a_sentence() -> None:
         for source in sources
         for found in re.findall(r"const SYMBOLS = \[(.*?)\]", source)
     ]
-    assert len(lists) == 2, "the symbols that light up, and those of formulas"
+    assert len(lists) == 2, "not two lists: highlighted symbols, and symbols of formulas"
     drawn |= {name for names in lists for name in names}
     lines = [line for plot in TIME_PLOTS.values() for line in plot.lines]
     lines += [
@@ -78,7 +78,7 @@ def test_every_term_and_every_entry_of_the_cards_legend_has_a_sentence(law: str)
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("query", ["", "avoid=guided", "avoid=both", "scene=ball", "scene=solo"])
-def test_a_sentence_is_short_and_names_who_gives_way(language: Language, query: str) -> None:
+def test_a_sentence_is_short_and_names_the_avoiding_arm(language: Language, query: str) -> None:
     set_language(language)
     sentences = symbol_sentences(frame_of(query))
     set_language("en")
@@ -98,7 +98,7 @@ def said(page: Page) -> list[str]:
 
 
 def says(page: Page, symbol: Locator, beginning: str) -> None:
-    """Assert that a symbol has its sentence beside it, described for those who hear it, over no other symbol or control."""
+    """Check that a symbol's sentence is shown next to it and covers no other symbol or control."""
     until(
         page,
         lambda: [text[: len(beginning)] for text in said(page)] == [beginning],
@@ -119,7 +119,7 @@ def test_pointer_finger_and_focus_show_the_sentence(house: OpenHouse, page_at: P
     for place in (lam, violet, d_m, page.locator("#duet-contact .term[data-symbol=v]")):
         place.wait_for()
 
-    # By pointer, which may go on to the sentence itself; Escape takes it away.
+    # By pointer, which may move on to the sentence; Escape closes it.
     for symbol, beginning in (
         (lam, "λ: how much the silver arm gives way."),
         (violet, "λ: how much the silver arm gives way."),
@@ -131,12 +131,12 @@ def test_pointer_finger_and_focus_show_the_sentence(house: OpenHouse, page_at: P
         says(page, symbol, beginning)
         tooltip = page.locator("[role=tooltip]:not([hidden])")
         tooltip.hover()
-        assert said(page), "the pointer is on it"
+        assert said(page), "the sentence closed under the pointer"
         page.keyboard.press("Escape")
         until(page, lambda: said(page) == [], "Escape takes it away")
         page.mouse.move(640, 420)
 
-    # By keys, on symbols that Tab reaches.
+    # By keys, on symbols that Tab can focus.
     for symbol, beginning in ((lam, "λ:"), (violet, "λ:"), (d_m, "d_m:")):
         assert symbol.evaluate("(one) => one.tabIndex") == 0
         symbol.focus()
@@ -145,7 +145,7 @@ def test_pointer_finger_and_focus_show_the_sentence(house: OpenHouse, page_at: P
         assert page.locator(f"#{described}").text_content() == said(page)[0]
         page.keyboard.press("Escape")
         until(page, lambda: said(page) == [], "Escape takes it away")
-        assert symbol.evaluate("(one) => one === document.activeElement"), "the focus stays"
+        assert symbol.evaluate("(one) => one === document.activeElement"), "the focus is lost"
         symbol.blur()
     violet.focus()
     says(page, violet, "λ:")

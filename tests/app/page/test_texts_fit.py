@@ -1,5 +1,4 @@
-"""No text of the page is cut off, covered or written over another one: at first sight, on every tab of the controls, and in the steps of
-every lesson, in windows of three sizes, in three languages, with wide and with narrow letters."""
+"""Cut, covered and overlapping texts are found, test fonts apply, and a row of tabs fits."""
 
 import sys
 
@@ -39,8 +38,10 @@ def test_flaws_are_found(page_at: PageAt) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no fontconfig")
 @pytest.mark.parametrize(("font", "regular", "bold"), [("wide", 0.613, 0.675), ("narrow", 0.556, 0.556)])
-def test_every_list_of_fonts_leads_to_ours(font: Font, regular: float, bold: float, page_at: PageAt) -> None:
-    """Advance widths of the letter a, in units of the font's size: of DejaVu Sans, and of Helvetica."""
+def test_every_font_list_resolves_to_the_test_font(
+    font: Font, regular: float, bold: float, page_at: PageAt
+) -> None:
+    """Parameters: advance widths of the letter a [font sizes], of DejaVu Sans and of Helvetica."""
     page = page_at(300, 200, font=font)
     page.set_content("<span>aaaaaaaaaa</span>")
     measure = "(span, font) => { span.style.font = font; return span.getBoundingClientRect().width / 1000; }"
@@ -63,7 +64,7 @@ BROKEN_ROWS = """() => [...document.querySelectorAll('[role=tablist]')].filter(r
     && [...tab.querySelectorAll('svg, span')].some(part => part.clientWidth > 1 || part.getBoundingClientRect().width > 1));
   return whole ? [] : [tabs.map((tab, i) => [tab.textContent.trim(), tab.title, places[i].top, places[i].right - box.right])];
 })"""
-"""Rows of tabs that take more than one line, stick out of their panel, or have a tab without a picture, a name or a tip."""
+"""Faulty rows of tabs: several lines, wider than the panel, or a tab without icon and name or without tip."""
 
 
 ROW = (
@@ -75,7 +76,7 @@ FILL = """names => { const row = document.querySelector('[role=tablist]');
 
 
 @pytest.mark.parametrize("font", FONTS)
-def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font, page_at: PageAt) -> None:
+def test_a_row_of_tabs_drops_icons_then_names_until_it_fits(font: Font, page_at: PageAt) -> None:
     page, names = page_at(600, 200, font=font), ["Law", "Arms", "Robot", "Compare", "View", "Keys"]
     style, script = ((STATIC / name).read_text(encoding="utf-8") for name in ("style.css", "tab_row.js"))
     page.set_content(f"<!doctype html><style>{style}</style><script>{script}</script><body>{ROW}")
@@ -84,7 +85,7 @@ def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font,
     def becomes(level: str) -> None:
         until(page, lambda: row.get_attribute("data-duet-tabs") == level, f"a row of {level}")
         assert page.evaluate(BROKEN_ROWS) == []
-        # What is not seen is heard, and is the tip.
+        # A hidden name is still the tip and the accessible name.
         assert [tab.get_attribute("title") for tab in row.get_by_role("tab").all()] == names
         assert all(row.get_by_role("tab", name=name, exact=True).count() == 1 for name in names)
         seen = {"both": (True, True), "names": (False, True), "icons": (True, False)}[level]
@@ -101,7 +102,7 @@ def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font,
     becomes("icons")
     page.set_viewport_size({"width": 600, "height": 200})
     becomes("both")
-    # Larger text, a longer name, one more tab: each is measured once more, and so is its end.
+    # Larger text, a longer name, one more tab: the row is measured again after each change and its undoing.
     for size, level in (("60px", "icons"), ("13px", "both")):
         row.evaluate("(row, size) => { row.style.fontSize = size; }", size)
         becomes(level)

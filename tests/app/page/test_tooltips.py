@@ -11,7 +11,7 @@ TIPPED = ".mantine-Slider-root, .mantine-Input-input, .mantine-Flex-root > .mant
 """Controls of the first screen with a hint."""
 
 LEAST = 10
-"""How many there are at least."""
+"""Least number of such controls."""
 
 COVERED = """() => {
   const tooltip = [...document.querySelectorAll('.mantine-Tooltip-tooltip')].find(one => one.checkVisibility());
@@ -28,7 +28,7 @@ COVERED = """() => {
   const outside = a.left < 0 || a.top < 0 || a.right > innerWidth || a.bottom > innerHeight;
   return { hint: tooltip.textContent, outside, met: met.map(one => one.getAttribute('aria-label') || one.textContent || one.id) };
 }"""
-"""The hint in view, and which controls other than its own it covers."""
+"""The visible hint, and the controls that it covers, except its own."""
 
 
 NAME = "one => one.getAttribute('aria-label') || one.textContent || one.outerHTML"
@@ -57,7 +57,7 @@ def test_no_hint_covers_another_control(house: OpenHouse, page_at: PageAt, width
             or box["y"] + box["height"] > height
         ):
             continue
-        # Over the scene there is no hint.
+        # The scene has no hint.
         page.mouse.move(width / 2, height / 3)
         until(page, lambda: hint(page) is None, "no hint")
         page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)

@@ -1,4 +1,4 @@
-"""What the panel, the card and the plots say is true at the moment at which they say it: random settings, postures and people."""
+"""Texts of panel, card and plots are true when they are shown, for random settings, postures and people."""
 
 import math
 import re
@@ -31,7 +31,7 @@ FALLS = 0.02
 
 
 def untrue(simulation: Simulation) -> list[str]:
-    """Sentences of the newest step that are not so in it."""
+    """False sentences about the newest step."""
     sample, run = simulation.sample(), simulation.settings
     if sample.pair < 0:
         return []
@@ -71,7 +71,7 @@ def untrue(simulation: Simulation) -> list[str]:
 
 
 @pytest.mark.parametrize("index", range(24))
-def test_no_sentence_is_untrue_at_the_moment_at_which_it_is_shown(index: int) -> None:
+def test_no_sentence_is_false_when_it_is_shown(index: int) -> None:
     random = random_run(38, index)
     for extreme in ({}, {"v": 0.0, "dm": 0.3}):
         run = random.settings
@@ -99,7 +99,7 @@ def test_no_sentence_is_untrue_at_the_moment_at_which_it_is_shown(index: int) ->
 
 
 def belied(was: Sample, said: int, promise: str, sample: Sample, dt: float) -> list[str]:
-    """What was said of d and is belied by the next step, in which the same bodies are the closest."""
+    """Statements about d that the next step contradicts; none if another pair is closest then."""
     if sample.pair != was.pair:
         return []
     rate = (sample.distance - was.distance) / dt

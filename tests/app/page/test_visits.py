@@ -1,4 +1,4 @@
-"""Visitors who come and go: they leave nothing behind and are no news, and a page at rest is sent nothing."""
+"""Visits leave no objects and no log lines behind, and a page at rest receives nothing."""
 
 import gc
 import os
@@ -15,10 +15,10 @@ from tests.tools.monkey.visitor import assert_sound
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="counts through /proc, which only Linux has")
-def test_visits_leave_nothing_behind_and_are_no_news(
+def test_visits_leave_no_objects_and_no_log_lines_behind(
     house: OpenHouse, arrive: Arrive, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Weak references, as gc.get_objects() breaks a tuple(generator) that another thread is in the midst of.
+    # Weak references: gc.get_objects() breaks a tuple(generator) that another thread is evaluating.
     sessions, begin = weakref.WeakSet[Session](), Session.__init__
 
     def remembered(session: Session, *args: object, **options: object) -> None:
@@ -47,7 +47,7 @@ def test_visits_leave_nothing_behind_and_are_no_news(
     witness.wait(alone)
     witness.run_on(0.05)
     before = count()
-    # What each of them leaves is counted together; two of them go with a hand at the handle.
+    # The remains of all visits are counted together; two visitors leave during a drag.
     for number in range(6):
         visit(number)
     witness.wait(alone)
@@ -71,7 +71,7 @@ def test_an_idle_frame_sends_nothing(
     one.ask(lambda s: s.control.halt.set("visitor"))
     for scene, ghost in (("hold", "frozen"), ("ball", "off"), ("imitation", "off")):
         one.ask(lambda s, scene=scene, ghost=ghost: [s.change("scene", scene), s.change("ghost", ghost)])
-        # Plots, link and numbers have periods of their own, so that the last of them comes a little later.
+        # Plots, link and numbers have different periods, so that the last one is sent a little later.
         quiet, frames, numbers = 0, -1, 0
         for _ in range(400):
             one.ask(lambda s: s.simulation.steps)
@@ -80,6 +80,6 @@ def test_an_idle_frame_sends_nothing(
             if quiet == 40:
                 break
         assert quiet == 40 and numbers > 0, scene
-        # A change is sent: the silence is not that of a broken page.
+        # A change is sent: the page was silent, not broken.
         one.ask(lambda s: s.change("n", s.settings.run.law.order + 1.0))
         one.visitor.wait_for(lambda v, frames=frames: v.received.frames > frames)

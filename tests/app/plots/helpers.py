@@ -1,4 +1,4 @@
-"""Runs to plot, a panel of plots that needs no browser, and ways to read what it shows."""
+"""Runs to plot, a panel of plots without a browser, and readers of its contents."""
 
 import re
 from contextlib import nullcontext
@@ -26,7 +26,7 @@ DETAILS: tuple[Details, ...] = get_args(Details)
 def played(
     scene: str = "hold", law: str = "smooth_priority", robot: RobotName = "lwr", seconds: float = 1.5
 ) -> Simulation:
-    """An experiment that its own person has moved for a while; not to be moved on."""
+    """An experiment after some seconds with its own person. Shared: do not step it."""
     settings = RunSettings(scene=scene, robot=robot, law=LawSettings(law=law))
     return moved(settings, lambda simulation: simulation.time >= seconds)
 
@@ -36,7 +36,7 @@ def text(html: str) -> str:
 
 
 def paths(html: str, kind: str) -> list[np.ndarray]:
-    """The points of the lines of a kind, in thousandths of the chart's width and height."""
+    """Points of a kind's lines [thousandths of the chart's width and height]."""
     return [
         np.array([[float(v) for v in point.split()] for point in re.findall(r"(-?\d+ -?\d+)", d)])
         for d in re.findall(rf'<path class="{kind}" d="M([^"]*)"', html)
@@ -44,7 +44,7 @@ def paths(html: str, kind: str) -> list[np.ndarray]:
 
 
 def marks(html: str, kind: str) -> list[tuple[float, float]]:
-    """Where the marks of a kind are, in shares of the chart's width and height."""
+    """Places of a kind's marks [shares of the chart's width and height]."""
     found = re.findall(rf'<b class="{kind}" style="left:([\d.]+)%;top:([\d.]+)%">', html)
     return [(float(x) / 100.0, float(y) / 100.0) for x, y in found]
 
@@ -68,7 +68,7 @@ class Gui:
         return self._add(self.blocks, content=content, **options)
 
     def add_uplot(self, **options: Any) -> Any:
-        """A plot; viser asks for arrays of one length here."""
+        """A plot. viser requires arrays of equal length here."""
         assert (
             len(options["data"]) == len(options["series"])
             and len({len(line) for line in options["data"]}) == 1
@@ -89,7 +89,7 @@ def go_on(session: Session, seconds: float) -> None:
 
 
 class ShownPanel:
-    """A session without a clock, and its panel of plots without a browser."""
+    """A session without a clock, with its panel of plots, without a browser."""
 
     def __init__(self, scene: str, details: Details = "none", **page: Any) -> None:
         self.session = Session(Settings(RunSettings(scene=scene), PageSettings(details=details, **page)))
@@ -98,7 +98,7 @@ class ShownPanel:
         self.panel = Plots(gui, tab, self.session.settings.page, 150)
 
     def show(self, after: float = 0.0, wait: float = 1.0, **changes: Any) -> list[Any]:
-        """Change settings, simulate for `seconds`, and show a frame a while later; the plots."""
+        """Change settings, simulate `after` seconds, show a frame `wait` seconds later. Return the plots."""
         for key, value in changes.items():
             self.session.change(key, value)
         go_on(self.session, after)

@@ -1,4 +1,4 @@
-"""What stands beside the time plots: lines, the curve of Fig. 2, all laws, the closest pairs, and the section on stability."""
+"""The charts: lines, Fig. 2, all laws, the closest pairs, and stability."""
 
 import math
 import re
@@ -44,7 +44,7 @@ def test_a_line_with_fewer_points_is_the_same_line(values: list[float], span: fl
     assert (np.diff(points[:, 0]) >= 0).all() and points[0, 0] == 0.0 and points[-1, 0] == 1000.0
     drawn = np.interp(1000.0 * xs, points[:, 0], points[:, 1])
     meant = 1000.0 * np.clip((span - ys) / (2.0 * span), -1.0, 2.0)
-    # In thousandths: rounding of two ends, and what is left out; steeper lines leave more room for the rounding of x.
+    # In thousandths: rounding of both ends and omitted points; steeper lines allow for the rounding of x.
     slope = np.abs(np.diff(meant)).max(initial=0.0) * len(values) / 1000.0
     assert np.abs(drawn - meant).max() <= 1.5 + 1.5 * slope
 
@@ -61,16 +61,16 @@ def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: str, d
         FRAME.down(sample.activation), abs=6e-4
     )
     (line,) = paths(html, "lam")
-    # Across a jump either end will do; the curve is drawn with straight pieces.
+    # At a jump both ends are valid; the curve has straight pieces.
     near = np.interp(1000.0 * x + np.array([-4.0, 0.0, 4.0]), line[:, 0], line[:, 1])
     assert near.min() - 12.0 <= 1000.0 * y <= near.max() + 12.0
     assert len(paths(html, "faint")) == 3 and text(html).count("n = ") == 3
-    # A line of text is a fifth of the lowest chart: no name is beside another one, however near the curves are.
+    # A text line has 1/5 of the lowest chart's height: names do not overlap, even for close curves.
     assert np.diff([y for _, y in marks(html, "name faint")]).min() > 0.2
     assert len(paths(curve_html(shown, shown, sample, 150), "ghost")) == 1
 
 
-def test_distances_to_draw_at_include_both_sides_of_every_kink() -> None:
+def test_drawn_distances_include_both_sides_of_every_kink() -> None:
     xs = distances(LawSettings(critical_distance=0.15, influence_distance=0.3))
     assert (np.diff(xs) > 0.0).all() and xs[0] == 0.0 and xs[-1] == FAR
     for kink in (0.15, 0.3):
@@ -90,7 +90,7 @@ def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
     for law in (name, running):
         kind = f"law{list(LAWS).index(law) + 1}"
         (points,) = paths(html, kind)
-        assert points[0, 0] == 0.0 and points[-1, 0] == 1000.0, "from 0 to 2 d_m"
+        assert points[0, 0] == 0.0 and points[-1, 0] == 1000.0, "the line does not go from 0 to 2 d_m"
         for d in (0.05, 0.22, 0.28):
             rate = all_laws(simulation.settings.law)[law].line_rate(d, now.pull, now.approach, now.square)
             meant = 1000.0 * min(max((span - rate) / (2.0 * span), -1.0), 2.0)
@@ -98,7 +98,7 @@ def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
                 meant, abs=12.0
             ), (law, d)
         assert len(marks(html, f"digit {kind}")) == 1
-    assert html.count('stroke-width="3.2"') == 1 and html.count("digit ") == 2, "no line of another law"
+    assert html.count('stroke-width="3.2"') == 1 and html.count("digit ") == 2, "a line of another law"
     ((x, y),) = marks(html, f"dot law{list(LAWS).index(running) + 1}")
     assert x == pytest.approx(now.distance / far, abs=1e-3)
     assert y == pytest.approx(min(max((span - now.rate) / (2.0 * span), 0.0), 1.0), abs=1e-3)
@@ -108,7 +108,7 @@ def test_a_ticked_law_is_compared_at_the_present_pull(name: str) -> None:
     )
 
 
-def test_every_line_of_the_laws_has_a_look_of_its_own() -> None:
+def test_every_line_of_the_laws_has_its_own_look() -> None:
     simulation, ghost = played("hold"), played("hold", "barrier_qp")
     ticked = {"strict_switched": 0, "unprotected": 1, "potential_field": 2}
     html = laws_html(simulation, ghost, contact(simulation, simulation.sample()), 150, ticked)
@@ -117,7 +117,7 @@ def test_every_line_of_the_laws_has_a_look_of_its_own() -> None:
     )
     assert [list(LAWS)[int(law) - 1] for law, _, _ in found] == [*ticked, "barrier_qp", "smooth_priority"]
     assert len({(width, dash) for _, width, dash in found}) == 5
-    assert laws_legend(simulation) == (), "the numbers name them"
+    assert laws_legend(simulation) == (), "a legend although numbers name the laws"
 
 
 def test_a_fourth_tick_takes_the_place_of_the_oldest() -> None:
@@ -126,7 +126,7 @@ def test_a_fourth_tick_takes_the_place_of_the_oldest() -> None:
         laws.tick(name)
     assert laws.places == {"barrier_qp": 0, "lever": 1, "unprotected": 2}
     laws.tick("drawn_curve")
-    assert laws.places == {"lever": 1, "unprotected": 2, "drawn_curve": 0}, "the others keep their looks"
+    assert laws.places == {"lever": 1, "unprotected": 2, "drawn_curve": 0}, "another law's look has changed"
     laws.tick("unprotected")
     laws.tick("no such law")
     assert laws.places == {"lever": 1, "drawn_curve": 0}
@@ -135,7 +135,7 @@ def test_a_fourth_tick_takes_the_place_of_the_oldest() -> None:
     assert list(again.places) == ["lever", "drawn_curve"]
 
 
-def test_a_law_of_a_file_is_the_thick_line() -> None:
+def test_a_custom_law_is_the_thick_line() -> None:
     simulation = played("hold")
     now = contact(simulation, simulation.sample())
 
@@ -150,7 +150,7 @@ def test_a_law_of_a_file_is_the_thick_line() -> None:
     assert [name for _, _, name in laws_legend(simulation)] == ["mine.py"]
 
 
-def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> None:
+def test_numbers_at_the_charts_have_the_decimal_sign_of_the_language() -> None:
     simulation = played("hold", seconds=4.0)
     sample = simulation.sample()
     now = contact(simulation, sample)
@@ -159,12 +159,12 @@ def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> No
     assert len(re.findall(r"\d,\d", words)) > 8 and not re.findall(r"\d\.\d", words)
 
 
-def test_a_number_on_the_axis_of_the_microscope_has_the_sign_of_minus() -> None:
+def test_negative_numbers_on_the_microscopes_axis_have_a_true_minus() -> None:
     assert [text for _, text in ticks_of(-0.03, 0.01)] == ["−0.03", "−0.02", "−0.01", "0.00", "0.01"]
 
 
-def test_the_axis_of_speeds_does_not_breathe() -> None:
-    """A pull that comes and goes within what v asks for anyway leaves the axis as it is."""
+def test_the_axis_of_speeds_does_not_change_with_a_small_pull() -> None:
+    """The axis stays the same for pulls below v."""
     simulation = played("hold")
     now = contact(simulation, simulation.sample())
     axes = set[str]()
@@ -174,7 +174,7 @@ def test_the_axis_of_speeds_does_not_breathe() -> None:
     assert len(axes) == 1
 
 
-def test_the_strips_show_who_was_closest_when() -> None:
+def test_the_strips_show_the_closest_pair_at_each_time() -> None:
     simulation, buffer = Simulation(RunSettings(scene="ball", point="arm")), RollingSeries()
     for _ in range(2400):
         simulation.step(None)
@@ -210,7 +210,7 @@ FREE, ALONG, BETWEEN = (
     np.array([0.5, 0.0, 0.0, 0.0]),
     np.array([0.5, 0.0, 0.0, 0.1]),
 )
-"""J_d orthogonal to it, inside it, and in between."""
+"""J_d orthogonal to J_b, inside its row space, and in between."""
 
 
 def at(row: Array, lam: float = 0.7, J_b: Array | None = HAND) -> Analysis:
@@ -242,7 +242,7 @@ def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> No
 @pytest.mark.parametrize(
     ("analysis", "norm", "rate", "says"),
     [
-        (at(BETWEEN), 0.042, -0.013, "The error shrinks all the same: |e| = 42 mm, −13 mm/s."),
+        (at(BETWEEN), 0.042, -0.013, "The error still shrinks: |e| = 42 mm, −13 mm/s."),
         (at(FREE), 0.042, -0.013, "The error shrinks: |e| = 42 mm, −13 mm/s."),
         (at(BETWEEN), 0.042, 0.013, "The error grows: |e| = 42 mm, +13 mm/s."),
         (at(FREE), 0.042, 0.013, "The error grows even so: |e| = 42 mm, +13 mm/s."),
@@ -264,7 +264,7 @@ def test_the_condition_in_words(analysis: Analysis, holds: bool, why: str) -> No
         ),
         (at(ALONG), 0.0001, -0.0001, "There is no error to bring down."),
         (at(ALONG), 0.0001, 0.1, "The error grows: |e| = 0 mm, +100 mm/s."),
-        (at(ALONG, J_b=None), 0.1, -0.2, "The error shrinks all the same: |e| = 5.7°, −11.5°/s."),
+        (at(ALONG, J_b=None), 0.1, -0.2, "The error still shrinks: |e| = 5.7°, −11.5°/s."),
         (at(ALONG), math.nan, 0.0, "The error is not known."),
     ],
 )
@@ -286,7 +286,7 @@ def test_the_ranks(analysis: Analysis, says: str) -> None:
     assert HtmlReader(ranks_text(analysis)).text == says
 
 
-def test_every_number_of_section_three_stands_in_the_panel() -> None:
+def test_every_number_of_section_three_is_in_the_panel() -> None:
     a = at(BETWEEN, lam=0.5)
     html = stability_html(a, 0.1, -0.02, 0.0123, -0.0045, None)
     text = HtmlReader(html).text.replace("−", "-")
@@ -309,8 +309,8 @@ def test_every_number_of_section_three_stands_in_the_panel() -> None:
         (-0.01, "−0.01000: falls"),
     ],
 )
-def test_the_rate_of_v_in_words_without_a_sign_of_a_rounded_zero(rate: float, says: str) -> None:
-    """A number that trembles around zero must not make the panel flicker."""
+def test_the_rate_of_v_in_words_has_no_sign_at_a_rounded_zero(rate: float, says: str) -> None:
+    """Otherwise numbers around zero would make the panel flicker."""
     text = HtmlReader(stability_html(at(BETWEEN), 0.1, 0.0, 0.01, rate, rate)).text
     assert f"0.01000, {says}" in text and "−0.00000" not in text and "+0.00000" not in text
     assert ("rises" in text, "falls" in text) == ("rises" in says, "falls" in says)
@@ -331,7 +331,7 @@ NUMBERS = st.tuples(*4 * [st.floats()], st.none() | st.floats())
 
 
 @given(st.integers(0, 1000), st.floats(0.0, 1.0), st.booleans(), NUMBERS)
-def test_any_numbers_make_sound_html(seed: int, lam: float, posture: bool, numbers: Any) -> None:
+def test_any_numbers_make_valid_html(seed: int, lam: float, posture: bool, numbers: Any) -> None:
     random = np.random.default_rng(seed)
     J_b = None if posture else random.normal(size=(3, 7))
     html = stability_html(at(random.normal(size=7) * 0.3, lam, J_b), *numbers)
@@ -342,7 +342,7 @@ def test_any_numbers_make_sound_html(seed: int, lam: float, posture: bool, numbe
 
 
 @pytest.mark.parametrize("joints", [False, True])
-def test_laps_count_from_where_the_circle_begins_and_in_a_replay_too(joints: bool) -> None:
+def test_laps_count_from_the_circles_beginning_also_in_a_replay(joints: bool) -> None:
     def gaps(simulation: Simulation) -> list[float]:
         return [
             float(gap) for gap in re.findall(r"lap \d: ([\d.]+)", laps_html(simulation, None, joints, 150))
@@ -355,7 +355,7 @@ def test_laps_count_from_where_the_circle_begins_and_in_a_replay_too(joints: boo
         while later.time < end:
             later.step(None)
     assert len(gaps(at_once)) == 2 and gaps(later) == pytest.approx(gaps(at_once), abs=0.011)
-    # A replay keeps a row every 1/32 s, and not all of them from the beginning.
+    # A replay keeps one row per 1/32 s, and may lack the first ones.
     history, rows = at_once.history, at_once.history.table()
     for begin in (0, 40):
         kept = rows[begin::6]

@@ -1,4 +1,4 @@
-"""The panel of plots: what is shown, what if, what is sent and how often."""
+"""The panel of plots: shown plots, "what if", and sent updates."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -23,7 +23,7 @@ from tests.blocking_client import BlockingClient
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_everything_can_be_shown_in_every_experiment(scene: str) -> None:
+def test_every_plot_can_be_shown_in_every_experiment(scene: str) -> None:
     shown = ShownPanel(scene, ghost="unprotected")
     go_on(shown.session, 0.4)
     for details in DETAILS:
@@ -36,12 +36,12 @@ def test_everything_can_be_shown_in_every_experiment(scene: str) -> None:
             assert plot.data[0][-1] == pytest.approx(shown.session.simulation.sample().time)
         captions = [block for block in shown.gui.blocks if block.visible and "duet-title" in block.content]
         assert len(captions) == len(meant)
-        # On a phone each caption stands right above its plot.
+        # On a phone each caption is directly above its plot.
         orders = [block.order for block in (*captions, *visible)]
         assert len(set(orders)) == len(orders)
 
 
-def test_nothing_is_sent_to_what_is_hidden() -> None:
+def test_nothing_is_sent_to_hidden_plots() -> None:
     shown = ShownPanel("hold", "lambda")
     third = [shown.show(0.2) for _ in range(3)][-1][2]
     shown.show(plot="laws")
@@ -94,7 +94,7 @@ def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive)
         guest.visitor.set_value("also draw", f"{NOT_DRAWN}{place} {law}")
         guest.visitor.wait_for(lambda _, law=f"{place} {law}": law in drawn())
     assert drawn() == {"1 Smooth priority", "6 Barrier QP", "15 Unprotected", "5 Potential field"}
-    # The row says what is ticked, not what was chosen last.
+    # The row shows the ticked laws, not the last choice.
     guest.visitor.wait_for(lambda _: said() == row()[0] == "6 Barrier QP, 15 Unprotected, 5 Potential field")
     guest.visitor.set_value("also draw", row()[0])
     guest.visitor.set_value("also draw", f"{MARK}6 Barrier QP")
@@ -102,7 +102,7 @@ def test_a_visitor_ticks_laws_below_their_plot(house: OpenHouse, arrive: Arrive)
     assert drawn() == {"1 Smooth priority", "15 Unprotected", "5 Potential field"}
 
 
-def test_ten_refreshes_a_second_at_most() -> None:
+def test_at_most_ten_refreshes_a_second() -> None:
     shown = ShownPanel("master_slave", "joints")
     for _ in range(90):
         shown.show(0.03, wait=1.0 / 30.0)
@@ -112,16 +112,16 @@ def test_ten_refreshes_a_second_at_most() -> None:
     assert [len(plot.sent) for plot in shown.show()] == before
 
 
-def test_a_ghost_costs_nothing_while_there_is_none() -> None:
+def test_a_missing_ghost_costs_nothing() -> None:
     shown = ShownPanel("hold")
     distance = shown.show(1.0)[0]
     assert [len(line) for line in distance.data[4:]] == [0, 0]
     sent = len(distance.sent)
     shown.show(1.0, ghost="unprotected")
-    # It was the run itself until then. Without a first value the page would find no range for the axis.
+    # Before, the ghost equals the run. Without a first value the page would find no range for the axis.
     own, ghost = distance.data[1], distance.data[4]
     assert np.isfinite(ghost).all() and (ghost[:7] == own[:7]).all()
-    # The lines stay the ones that they were: a chart that is made again would flicker.
+    # The series are not replaced: a rebuilt chart would flicker.
     assert not any(name == "series" for name, _ in distance.sent[sent:])
     assert shown.says("ghost") == 2
     shown.show(ghost="off")
@@ -144,7 +144,7 @@ def test_what_if_is_drawn_over_the_run() -> None:
         inside = plot.data[0] < times[-1] - WINDOW / POINTS
         assert (line[inside] == value).all() and np.isnan(line[-1])
     assert shown.says("what if") == 2
-    # The longer answer after the short one: other times, so that nothing can be compared element by element.
+    # An answer with other times, which cannot be compared element by element with the first one.
     answer = SimpleNamespace(times=times[::2], distance=np.full(100, 0.3), squared_error=np.full(100, 0.02))
     assert np.nanmax(shown.show()[0].data[-1]) == 0.3
     assert shown.says("what if") == 2
@@ -164,7 +164,7 @@ def test_another_experiment_changes_lines_and_names() -> None:
     assert sum(name == "series" for name, _ in error.sent) == 1
 
 
-def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> None:
+def test_a_second_avoiding_arm_does_not_blank_the_plot() -> None:
     shown = ShownPanel("imitation")
     error = shown.show(0.6, avoid="free")[1]
     assert [len(line) for line in error.data[2:]] == [0, 0, 0]
@@ -181,7 +181,7 @@ def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> Non
     )
 
 
-def test_another_theme_dresses_all_plots_again() -> None:
+def test_another_theme_restyles_all_plots() -> None:
     shown = ShownPanel("hold", "joints")
     before = [plot.series[1]["stroke"] for plot in shown.show()]
     shown.panel.dress(PageSettings(theme="dark", profile="projector"), 200)
@@ -189,7 +189,7 @@ def test_another_theme_dresses_all_plots_again() -> None:
     assert len(plots) == 3 and all(
         plot.series[1]["stroke"] != old for plot, old in zip(plots, before, strict=True)
     )
-    # What the page makes again gets no data in that moment, and is begun afresh.
+    # A plot that the page rebuilds gets no data at that moment, and is filled later.
     sent = [len(plot.sent) for plot in plots]
     shown.show(0.3)
     assert [plot.sent[n:] for n, plot in zip(sent, plots, strict=True)] == [[("visible", False)]] * 3
@@ -209,7 +209,7 @@ def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
     ]
 
 
-def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive) -> None:
+def test_restyled_plots_and_plots_added_in_a_pause_are_complete(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
     press(one, "pause")
@@ -236,8 +236,8 @@ def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive) -> None:
     received = one.visitor.received
     frames, size, begin = received.frames, received.bytes, one.session.simulation.time
     one.run_on(3.0)
-    # What is under way arrives while the run stands still.
+    # The waiting messages arrive while the run is paused.
     simulated = one.ask(lambda s: (s.control.toggle_pause(), s.simulation.time)[1]) - begin
-    # A frame simulates a tenth of a second at most; on a machine at leisure there are about 30 a second.
+    # A frame simulates at most 0.1 s; on an idle machine there are about 30 frames per second.
     one.visitor.wait_for(lambda _: received.frames - frames >= 10 * simulated)
     assert (received.bytes - size) / simulated <= 150_000

@@ -1,4 +1,4 @@
-"""The time plots: columns and colours of every experiment; bins lose no extreme and no step, and the ghost's lie beside the run's."""
+"""Time plots: columns and colours of every experiment; bins keep extremes and steps, also the ghost's."""
 
 import math
 import re
@@ -22,7 +22,7 @@ from scenes.two_arms import Autopilot
 from tests.app.plots.helpers import DETAILS, SCENES, played
 
 
-def test_where_no_plot_that_is_asked_for_is_possible_the_first_two_are_shown() -> None:
+def test_the_first_two_plots_replace_impossible_ones() -> None:
     alone = RunSettings(scene="solo")
     assert cells(alone, "none", ("pairs",)) == first_plots(alone) and cells(
         alone, "none", ("pairs", "rates")
@@ -46,7 +46,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: str) -> N
                 assert line.column in COLUMNS
                 for palette in PALETTES.values():
                     assert re.fullmatch(r"#[0-9a-f]{6}", colour_of(line, palette))
-            # Not two lines of one colour without another cue.
+            # Lines of one colour need another cue.
             own = [(line.colour, line.dash) for line in plot.lines if line.run == "own"]
             assert len(set(own)) == len(own)
     unit = time_plot_of("error", simulation).unit
@@ -54,7 +54,7 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: str) -> N
 
 
 def test_a_plot_has_the_same_lines_in_every_experiment() -> None:
-    """The page would make one with other lines again, in the moment in which its data change too."""
+    """The page would rebuild a plot with other lines while its data change."""
     settings = [RunSettings(scene=scene) for scene in ("hold", "master_slave", "imitation")]
     settings += [
         RunSettings(scene="imitation", avoid="both"),
@@ -67,7 +67,7 @@ def test_a_plot_has_the_same_lines_in_every_experiment() -> None:
         ), name
 
 
-def test_a_column_for_every_plot() -> None:
+def test_the_layout_has_a_column_for_every_plot() -> None:
     for shown in (
         ("distance", "error"),
         ("distance", "error", "laws"),
@@ -104,7 +104,7 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     assert desired == sample.desired[own][:4].tolist()
 
 
-def test_bins_of_an_arm_alone_have_an_elbow_and_no_distance() -> None:
+def test_bins_of_a_single_arm_have_an_elbow_and_no_distance() -> None:
     buffer = RollingSeries()
     buffer.feed(played("solo"))
     _, distance, elbow, error = buffer.newest([COLUMNS["d"], COLUMNS["elbow"], COLUMNS["e"]])
@@ -125,7 +125,7 @@ def test_changes_of_the_closest_pair_are_counted_once() -> None:
 
 
 @given(st.lists(st.sampled_from([0.3, 1.0, math.nan, math.inf]), min_size=2, max_size=12), st.booleans())
-def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
+def test_a_drawable_line_begins_with_a_known_value(values: list[float], follows: bool) -> None:
     line = np.array(values)
     before = line.copy()
     drawn = drawable(line, follows)
@@ -140,7 +140,7 @@ def test_a_line_is_drawable(values: list[float], follows: bool) -> None:
 
 
 @pytest.mark.parametrize("late", [0, 700])
-def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
+def test_a_ghost_uses_the_bins_of_the_run(late: int) -> None:
     simulation = Simulation(RunSettings())
     person = simulation.source()
     for _ in range(late):
@@ -162,7 +162,7 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     before = times < late * 0.005 - 1e-6
     assert np.array_equal(mine[:, :, before], beside[:, :, before], equal_nan=True)
     assert np.array_equal(RollingSeries().bins.at(numbers, columns, mine), mine, equal_nan=True)
-    # Of a ghost whose newest bin is far away nothing is shown.
+    # A ghost with a newest bin far in the past is not shown.
     for _ in range(4400):
         simulation.step(None)
     own.feed(simulation)
@@ -171,7 +171,7 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
 
 
 @pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 40, 47.0)])
-def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
+def test_bins_keep_every_dip(dt: float, batch: int, seconds: float) -> None:
     settings = RunSettings(dt=dt)
     simulation, buffer = Simulation(settings, 100_000), RollingSeries()
     person = Autopilot(simulation.room, settings.guided, settings.seed)
@@ -182,7 +182,7 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     buffer.feed(simulation)
     table = simulation.history.table()
     numbers = buffer.bins.numbers
-    # Bins cover the last 20 s; the oldest of them may begin a little later than the newest step minus 20 s.
+    # Bins cover the last 20 s; the oldest one may begin slightly later.
     width = WINDOW / POINTS
     times = buffer.bins.ends(numbers)
     assert len(times) == min(POINTS, math.ceil(seconds / width))
@@ -241,7 +241,7 @@ runs = st.tuples(
     st.integers(2, 4000),
     st.integers(1, 70),
 )
-"""Seed, time step, number of signals, of steps, and of steps taken in at once."""
+"""Seed, time step, number of signals, number of steps, and steps per batch."""
 
 
 def signals(seed: int, dt: float, columns: int, steps: int) -> tuple[Array, Array]:
@@ -289,14 +289,14 @@ def test_the_extremes_of_every_bin_are_drawn(run: tuple[int, float, int, int, in
         rows = np.flatnonzero(numbers == number)
         inside, came_from = values[rows], values[max(rows[0] - 1, 0)]
         end = times[rows[-1]]
-        # The line within the bin, from where it comes in.
+        # The line within the bin, from its entry on.
         here = (xs > before) & (xs <= end)
         edges = [np.interp(x, xs, line) for x in (max(before, xs[0]), end) for line in lines.T]
         for column, line in enumerate(lines.T):
             reached = np.concatenate([line[here], edges[column::columns]])
             assert reached.max() >= inside[:, column].max() - 2.0 * TOLERANCE
             assert reached.min() <= inside[:, column].min() + 2.0 * TOLERANCE
-            # Nothing is drawn that was not there.
+            # The line does not exceed the data.
             if here.any():
                 assert line[here].max() <= max(inside[:, column].max(), came_from[column]) + 2.0 * TOLERANCE
         before = end
@@ -320,7 +320,7 @@ def test_a_single_step_is_drawn_as_an_edge(
         np.testing.assert_allclose((xs[up[0]], xs[up[0] + 1]), (times[at - 1], times[at]), atol=1e-12)
 
 
-def test_a_straight_line_costs_few_points_and_a_slope_is_no_step() -> None:
+def test_a_straight_line_needs_few_points_and_a_slope_is_not_a_step() -> None:
     times: Array = np.linspace(0.0, 20.0, 4001)
     for values in (np.zeros(4001), 3.0 * times):
         xs, lines = drawn(binned(times, values[:, None], 20), [0])
@@ -342,7 +342,7 @@ def test_corners_stay_while_the_window_moves() -> None:
         before = corners
 
 
-def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
+def test_missing_values_stay_missing_and_the_ring_drops_old_ones() -> None:
     times: Array = np.linspace(0.0, 3.99, 400)
     values = np.column_stack([times, np.full(400, np.nan), np.full(400, np.inf)])
     values[100:, 1] = 1.0
@@ -350,7 +350,7 @@ def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
     _, lines = drawn(bins, [0, 1, 2])
     assert np.isnan(lines[0, 1]) and lines[-1, 1] == 1.0 and np.isinf(lines[:, 2]).all()
     assert bins.at(np.array([0]), [1])[LAST, 0, 0] != 1.0
-    # After a long pause only what is new is there.
+    # After a long pause only the new value remains.
     bins.take(np.array([4.0 + 2.0 * WINDOW]), np.array([[7.0, 8.0, 9.0]]))
     assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[[LOW, HIGH, AT_HIGH], 0, 0].tolist() == [
         7.0,

@@ -1,4 +1,4 @@
-"""Recorded runs to keep, made once, and what is in an exported film."""
+"""Recorded runs, computed once, and readers of exported films."""
 
 import gzip
 import json
@@ -21,7 +21,7 @@ SCENES = tuple(EXPERIMENTS)
 def piece(
     scene: str, seconds: float = 3.0, window: float = 99.0, lively: bool = False, law: str = "smooth_priority"
 ) -> tuple[Recorded, Array]:
-    """A piece of a run with the experiment's own person, and its table; in a lively one the settings change twice."""
+    """Part of a run with the experiment's own person, and its table. `lively`: the settings change twice."""
     settings = given_settings(scene=scene, law=law, ball="cross" if scene == "ball" else "still")
     changes: dict[float, dict[str, Any]] = (
         {0.45: {"dm": 0.11}, 0.7: {"k": 3.0, "dt": 0.004, "v": 0.4}} if lively else {}
@@ -37,7 +37,7 @@ def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def read_scene(data: bytes) -> dict[str, Any]:
-    """What a recording in viser's format says, without its arrays."""
+    """Contents of a recording in viser's format, without its arrays."""
     (size,) = struct.unpack_from("<Q", data)
     body = zstandard.ZstdDecompressor().decompress(data[8:], max_output_size=size)
     (length,) = struct.unpack_from("<Q", body)

@@ -1,4 +1,4 @@
-"""A replay stands where the run was, to the last bit."""
+"""A replay equals the run to the last bit."""
 
 from functools import cache
 
@@ -16,7 +16,7 @@ from tests.app.recording.runs import SCENES, piece
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_any_moment_is_as_it_was(scene: str) -> None:
+def test_any_replayed_moment_equals_the_run(scene: str) -> None:
     recorded, table = piece(scene, 3.0, 1.6, lively=True)
     replay = Replay(make_film(recorded))
     targets = [encoded(target) for target in recorded.targets()]
@@ -44,7 +44,7 @@ def lively() -> Replay:
 
 @settings(max_examples=40)
 @given(st.floats(allow_nan=True, allow_infinity=True))
-def test_any_time_at_all_is_a_moment(time: float) -> None:
+def test_any_time_has_a_nearest_moment(time: float) -> None:
     replay = lively()
     step = replay.nearest(time)
     assert 1 <= step <= replay.steps
@@ -62,12 +62,12 @@ def test_every_step_has_its_time_and_every_time_its_step() -> None:
         assert replay.step == step
     replay.seek_step(-3)
     assert replay.step == 1
-    # A row of the table is of the time before its step.
+    # A row of the table has the time before its step.
     _, table = piece("hold", 3.0, 99.0, lively=True)
     np.testing.assert_allclose(times[:-1], table[1:, COLUMN["t"]], atol=1e-9)
 
 
-def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_playing_makes_every_step_and_stops_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_module, "BUDGET", float("inf"))
     recorded, table = piece("hold")
     replay = Replay(make_film(recorded))
@@ -88,18 +88,18 @@ def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytes
     assert replay.playing and replay.step == 1
 
 
-def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_playing_leaves_time_for_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_module, "BUDGET", 0.0)
     replay = Replay(make_film(piece("hold")[0]))
     replay.toggle()
     replay.advance(1.0)
     assert replay.step == 1 + 8 and replay.playing
-    # What was not made in time is not made up for later.
+    # Missed steps are not made up.
     replay.advance(0.015)
     assert replay.step == 1 + 8 + 3
 
 
-def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
+def test_plots_of_a_replay_show_the_past_and_keep_every_dip() -> None:
     recorded, table = piece("hold", 6.0)
     replay = Replay(make_film(recorded))
     buffer = RollingSeries()
@@ -109,7 +109,7 @@ def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
         times, distances = buffer.newest([COLUMNS["d"]])
         assert times[-1] == pytest.approx(time, abs=0.02) and times[0] < 0.2
         live = table[: replay.step]
-        # As many bins as the page had then, and the smallest distance in every one of them.
+        # The same bins as in the live run, with the smallest distance of each.
         bins = np.unique((live[:, COLUMN["t"]] * 8.0).astype(int), return_index=True)[1]
         np.testing.assert_array_equal(distances, np.minimum.reduceat(live[:, COLUMN["d"]], bins))
 

@@ -1,4 +1,4 @@
-"""What the tests of the background have computed: in a module of its own, so that a worker need not load what tests need."""
+"""Jobs of the tests, in a separate module, so that a worker does not load the tests' imports."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ def double(number: float) -> float:
 
 
 def wait_for(path: Path) -> str:
-    """Leave a mark, wait for a file unless it is not wanted any more, and return its content."""
+    """Content of a file, after waiting for it while the job is wanted; notes its beginning in `begun`."""
     with (path.parent / "begun").open("a") as out:
         out.write(f"{path.name}\n")
     pause = threading.Event()
@@ -42,6 +42,6 @@ def die() -> None:
 
 
 def who() -> tuple[int, int, bool, str]:
-    """Which process this is, how it lets others go first, whether it minds Ctrl+C, and its threads for linear algebra."""
+    """Process id, niceness, whether SIGINT is ignored, and number of threads for linear algebra."""
     ignores = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     return os.getpid(), os.nice(0), ignores, os.environ.get("OPENBLAS_NUM_THREADS", "")

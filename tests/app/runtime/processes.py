@@ -1,4 +1,4 @@
-"""Waiting for processes, and looking whether they are alive."""
+"""Waiting for processes, and checks whether they are alive."""
 
 import os
 import select
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 PATIENCE = 120.0
-"""Starting a process takes a while on a busy machine."""
+"""Longest wait [s]; a process starts slowly on a busy machine."""
 
 
 def until(
@@ -21,7 +21,7 @@ def until(
 
 
 def gone(pid: int) -> bool:
-    """Whether a process has ended, and been waited for if it is this one's child; an orphan is waited for by another."""
+    """True if a process has ended; a child of this process must also have been waited for."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:

@@ -1,4 +1,4 @@
-"""What is computed beside the frames: a queue that keeps its promises, and workers that die unnoticed."""
+"""Background computations: the queue's rules, and replacement of dead workers."""
 
 import logging
 import multiprocessing
@@ -26,13 +26,13 @@ def finish(*jobs: Job) -> None:
 
 
 def load(pool: JobPool) -> tuple[int, int]:
-    """The number of jobs that run, and of those that wait."""
+    """Numbers of running and waiting jobs."""
     with pool._lock:
         return len(pool._running), len(pool._waiting)
 
 
 def tell(path: Path, word: str) -> None:
-    """Write the file that a job waits for, which is there when the word is."""
+    """Write the file that a job waits for, atomically."""
     draft = path.with_suffix(".draft")
     draft.write_text(word, encoding="utf-8")
     draft.replace(path)
@@ -44,13 +44,13 @@ def begun(folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def others() -> set[BaseProcess]:
-    """Processes of tests before."""
+    """Processes of earlier tests."""
     return set(multiprocessing.active_children())
 
 
 @pytest.fixture(scope="module")
 def shared(others: set[BaseProcess]) -> Iterator[JobPool]:
-    """One worker for all tests that leave it alive."""
+    """Pool with one worker, for all tests that do not kill it."""
     background = JobPool(1)
     yield background
     background.close()
@@ -58,7 +58,7 @@ def shared(others: set[BaseProcess]) -> Iterator[JobPool]:
 
 @pytest.fixture
 def busy(shared: JobPool, tmp_path: Path) -> Iterator[Callable[[], None]]:
-    """The only worker is busy until this is called."""
+    """Function that frees the busy worker."""
     until(lambda: load(shared) == (0, 0))
     dispatcher = tmp_path / "dispatcher"
     job = shared.submit("other", "wait", wait_for, dispatcher)
@@ -84,7 +84,7 @@ def test_a_job_is_done_and_wakes_its_owner(others: set[BaseProcess], shared: Job
     assert [child.pid for child in set(multiprocessing.active_children()) - others] == [number]
 
 
-def test_the_newest_request_has_the_place_of_the_older_ones(
+def test_the_newest_request_replaces_older_ones(
     shared: JobPool, tmp_path: Path, busy: Callable[[], None]
 ) -> None:
     words = tmp_path / "words"
@@ -101,7 +101,7 @@ def test_the_newest_request_has_the_place_of_the_older_ones(
     assert words.read_text().split("\n") == ["4", "other owner", "other kind", ""]
 
 
-def test_an_owner_that_goes_takes_their_jobs_along(shared: JobPool, tmp_path: Path) -> None:
+def test_a_leaving_owners_jobs_are_cancelled(shared: JobPool, tmp_path: Path) -> None:
     owner, other = object(), object()
     running = shared.submit(owner, "a", wait_for, tmp_path / "never")
     begun(tmp_path)
@@ -116,7 +116,7 @@ def test_an_owner_that_goes_takes_their_jobs_along(shared: JobPool, tmp_path: Pa
     until(lambda: load(shared) == (0, 0))
 
 
-def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, tmp_path: Path) -> None:
+def test_an_urgent_job_goes_first_and_the_others_restart(shared: JobPool, tmp_path: Path) -> None:
     patient = shared.submit("me", "long", wait_for, tmp_path / "dispatcher")
     begun(tmp_path)
     words = tmp_path / "words"
@@ -146,7 +146,7 @@ def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) 
     jobs = [shared.submit(owner, "a", double, 1.0) for owner in owners]
     assert [job.state for job in jobs] == ["waiting"] * 3 + ["failed"] * 2
     assert jobs[-1].message == BUSY
-    # A new request in place of a waiting one is always possible.
+    # A new request may always replace a waiting one.
     assert shared.submit(owners[2], "a", double, 2.0).state == "waiting"
     for owner in owners:
         shared.cancel(owner)
@@ -157,7 +157,7 @@ def test_the_queue_is_bounded(shared: JobPool, monkeypatch: pytest.MonkeyPatch) 
     [(refuse, (), ""), (stumble, (), "ZeroDivisionError"), (double, (threading.Lock(),), "pickle")],
     ids=["a visitor's mistake", "a mistake of ours", "arguments that cannot be sent"],
 )
-def test_a_failure_has_a_message_and_fails_alone(
+def test_a_failed_job_has_a_message_and_affects_no_other(
     shared: JobPool,
     caplog: pytest.LogCaptureFixture,
     function: Callable[..., Any],
@@ -187,7 +187,7 @@ def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> Non
     assert (dying.state, dying.message) == ("failed", ENDED) and "ended from outside" in caplog.text
     assert [job.result for job in after] == [0.0, 2.0, 4.0]
     assert len(set(multiprocessing.active_children()) - others) == 1
-    # Killed while it waits for work.
+    # Kill the worker while it waits for work.
     for child in set(multiprocessing.active_children()) - others:
         child.kill()
         child.join()
@@ -200,11 +200,11 @@ def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> Non
     background.close()
 
 
-def test_closing_ends_everything_soon(tmp_path: Path) -> None:
+def test_closing_ends_jobs_and_workers_soon(tmp_path: Path) -> None:
     others = set(multiprocessing.active_children())
     assert 1 <= JobPool().workers <= 4
     background = JobPool(1)
-    assert set(multiprocessing.active_children()) == others, "nothing is started before it is needed"
+    assert set(multiprocessing.active_children()) == others, "a worker was started too early"
     running = background.submit("me", "a", wait_for, tmp_path / "never")
     begun(tmp_path)
     waiting = background.submit("me", "b", double, 1.0)
@@ -256,7 +256,7 @@ def test_a_running_job_is_stopped_by_a_newer_one(shared: JobPool, tmp_path: Path
 
 
 def stop_by_a_newer_one(jobs: Jobs, folder: Path) -> Job:
-    """Ask for a job in place of one that runs; return that."""
+    """A running job after another one has replaced it."""
     old = jobs.submit("me", "a", wait_for, folder / "never")
     begun(folder)
     new = jobs.submit("me", "a", double, 4.0)

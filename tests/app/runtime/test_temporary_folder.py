@@ -1,4 +1,4 @@
-"""A folder goes with its process, and with the next start where that was killed; those of the living and of others stay."""
+"""A folder is removed with its process or at the next start; those of living processes and others stay."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def owner(folder: Path) -> "tuple[subprocess.Popen[str], Path]":
-    """A process with a folder of its own."""
+    """A process, and its temporary folder."""
     command = [sys.executable, "-c", OWNER]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True, env=os.environ | {"TMPDIR": str(folder)}
@@ -37,14 +37,14 @@ def owner(folder: Path) -> "tuple[subprocess.Popen[str], Path]":
     return process, Path(process.stdout.readline().strip())
 
 
-def test_what_a_killed_process_left_goes_and_the_rest_stays(here: Path) -> None:
+def test_only_the_folder_of_a_killed_process_is_removed(here: Path) -> None:
     with TemporaryFolder("mine") as mine:
         killed, left = owner(here)
         living, kept = owner(here)
         try:
             killed.send_signal(signal.SIGKILL)
             killed.wait()
-            # Of another program, and of a process that has not come to its lock.
+            # Folders of another program, and of a process that has no lock yet.
             others = [here / "duet-notes", here / "other-1"]
             for other in others:
                 other.mkdir()
@@ -65,12 +65,12 @@ def test_what_a_killed_process_left_goes_and_the_rest_stays(here: Path) -> None:
             for process in (living, killed):
                 assert process.stdout is not None
                 process.stdout.close()
-    assert not mine.path.parent.exists() and kept.is_dir(), "SIGTERM leaves it, too"
+    assert not mine.path.parent.exists() and kept.is_dir(), "SIGTERM must leave the folder"
     remove_abandoned()
     assert not kept.exists()
 
 
-def test_it_goes_at_the_end_of_its_process(here: Path) -> None:
+def test_a_folder_is_removed_at_the_end_of_its_process(here: Path) -> None:
     code = OWNER.replace("signal.pause()", "")
     done = subprocess.run(
         [sys.executable, "-c", code],

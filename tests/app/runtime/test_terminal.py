@@ -1,4 +1,4 @@
-"""Every command in a process of its own: Ctrl+C, an output that is closed or full, and a locale without UTF-8."""
+"""Every command in a separate process: Ctrl+C, a closed or full output, and a locale without UTF-8."""
 
 import errno
 import os
@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Final, NamedTuple
 from urllib.parse import quote
 from urllib.request import urlopen
 
@@ -27,7 +27,7 @@ pytestmark = [
 
 ROOT: Final = Path(__file__).parents[3]
 OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"))
-# Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
+# If the tests run in the background, their child processes would inherit that Ctrl+C is ignored.
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
 VISITOR: Final = f"""{HEARS}
@@ -64,7 +64,7 @@ def law(situation):
     return _law(situation)
 """
 COMPLAINT: Final = re.compile(r"lwr-duet: |Traceback|Exception ignored|[\w.]+(Error|Exception)\b")
-"""How a line begins that Duet or Python complains in. Warnings of other packages depend on their versions, and are not promised."""
+"""Beginning of a complaint of Duet or Python. Warnings of other packages depend on their versions."""
 FOREIGN_WARNING: Final = re.compile(r"^(?P<file>\S.*?):\d+: \w*Warning: .*\n(?:  .*\n)?", re.MULTILINE)
 Process = subprocess.Popen[bytes]
 Moment = Callable[[Process, Path], object]
@@ -74,7 +74,7 @@ Moment = Callable[[Process, Path], object]
 def started(
     command: Sequence[str], folder: Path, more: Mapping[str, str] = {}
 ) -> Iterator[tuple[Process, Path]]:
-    """A command in a group of its own, as a shell starts it; and the file that gets what it says on stderr. `more`: of the environment."""
+    """A command in its own process group, and its stderr file. `more`: environment variables."""
     said = folder / "stderr"
     with said.open("wb") as errors:
         process = subprocess.Popen(
@@ -99,12 +99,12 @@ def complaints(said: str) -> list[str]:
 
 
 def own_words(said: str) -> str:
-    """What is on stderr, without the warnings about files of other packages."""
+    """stderr without warnings about files of other packages."""
     return FOREIGN_WARNING.sub(lambda warning: warning[0] if warning["file"].startswith(OURS) else "", said)
 
 
 def in_utf_8(text: str) -> str:
-    """An argument that a process gets as UTF-8, also where the tests run in another locale."""
+    """An argument that reaches a process as UTF-8, also if the tests run in another locale."""
     return os.fsdecode(text.encode())
 
 
@@ -139,13 +139,13 @@ def answering(process: Process, folder: Path) -> None:
     address = out.readline()
     assert b"Duet is at" in address
     assert out.readline().endswith(b".\n") and out.readline() == b"Ctrl+C ends it.\n"
-    # A signal in the very moment of the last write would write the line again.
+    # A signal during the last write would repeat the line.
     with urlopen(address.split()[3].decode(), timeout=PATIENCE) as answer:
         assert answer.status == 200
 
 
 def reading_heads(process: Process, folder: Path) -> list[socket.socket]:
-    """A hundred connections whose requests are not whole, so that the server looks at them again and again."""
+    """100 connections with incomplete requests, which the server reads repeatedly."""
     out: IO[bytes] | None = process.stdout
     assert out is not None
     port = int(out.readline().split()[3].decode().rpartition(":")[2])
@@ -211,21 +211,21 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="groups of processes are read from /proc")
 @pytest.mark.parametrize("case", INTERRUPTIONS)
-def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_path: Path) -> None:
+def test_ctrl_c_ends_a_command_silently_and_leaves_nothing(case: str, tmp_path: Path) -> None:
     command, moment = INTERRUPTIONS[case]
     assert main(["new-law", str(tmp_path / "law.py")]) == 0
     with (tmp_path / "law.py").open("a", encoding="utf-8") as law:
         law.write(MARK)
     with started([part.replace("{}", str(tmp_path)) for part in command], tmp_path) as (process, said):
         held = moment(process, tmp_path)
-        # As a terminal does it: all of the group get the signal, and an impatient person presses twice.
+        # As in a terminal: the whole group gets the signal, and an impatient user presses twice.
         for _ in range(2):
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGINT)
         out, _ = process.communicate(timeout=PATIENCE)
         until(lambda: not group(process.pid))
     del held
-    # On a machine where nothing has run yet, the log says that loops are compiled.
+    # At the first run on a machine, the log mentions the compilation of loops.
     unsaid = re.compile(r"import time:|[\d-]+ [\d:,]+ INFO duet\.")
     words = [
         line for line in own_words(said.read_text(encoding="utf-8")).splitlines() if not unsaid.match(line)
@@ -234,7 +234,7 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     assert out == b"" and len(words) == (1 if case == "sweep" else 0), (out, words)
     if (tmp_path / "calls").exists():
         until(lambda: gone(int((tmp_path / "calls").read_text(encoding="utf-8"))))
-    # No draft, and nothing that is only begun.
+    # No draft and no incomplete file.
     left = {path.name for path in tmp_path.iterdir() if path.suffix in ("", ".py") or path.name == "out.csv"}
     assert left <= {"law.py", "calls", "begun", "stderr", "table", "__pycache__"}
 
@@ -251,91 +251,124 @@ OUTPUTS = [
 ]
 
 
+def program(arguments: Sequence[str]) -> list[str]:
+    return [sys.executable, "-m", "app", *arguments]
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(
-    arguments: list[str],
-) -> None:
-    command = [sys.executable, "-m", "app", *arguments]
-    # The server's end is the same, whichever way its output is lost.
+def test_a_closed_pipe_is_not_an_error(arguments: list[str]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "wb") as out:
-        done = ended(command, stdout=out)
+        done = ended(program(arguments), stdout=out)
     assert done.returncode == 0 and complaints(done.stderr.decode()) == [], done.stderr
-    if arguments[0] == "serve":
-        return
-    if arguments[0] == "run":
-        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", *command])
-        assert done.returncode == 0 and complaints(done.stderr.decode()) == [], done.stderr
-    if not Path("/dev/full").exists():
-        pytest.skip("no device that is always full")
+
+
+@pytest.mark.thorough
+def test_a_closed_output_is_not_an_error() -> None:
+    run = program(["run", "--seconds", "0.05"])
+    done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", *run])
+    assert done.returncode == 0 and complaints(done.stderr.decode()) == [], done.stderr
+
+
+needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+
+
+# Not for the server: it ends in the same way for any lost output.
+@needs_full
+@pytest.mark.thorough
+@pytest.mark.parametrize("arguments", OUTPUTS[:2], ids=" ".join)
+def test_a_full_output_is_reported(arguments: list[str]) -> None:
     with open("/dev/full", "wb") as full:
-        done = ended(command, stdout=full)
-        # The reason of a failure counts where it cannot be said, too.
-        assert arguments[0] != "run" or ended([*command[:3], "run", "--dm", "9"], stderr=full).returncode == 2
+        done = ended(program(arguments), stdout=full)
     assert done.returncode == 1
     full_device = f"lwr-duet: the output cannot be written ({os.strerror(errno.ENOSPC)})."
     assert complaints(done.stderr.decode()) == [full_device], done.stderr
 
 
+@needs_full
 @pytest.mark.thorough
-def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> None:
-    law, out, again = (
-        tmp_path / in_utf_8("größe.py"),
-        tmp_path / in_utf_8("über.csv"),
-        tmp_path / "nochmal.json",
-    )
-    # A name that no locale reads is in the file, and was what could not be written.
-    odd = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.py")
-    odd_in_utf_8 = os.fsencode(odd).decode("utf-8", "surrogateescape")
+def test_the_exit_code_is_right_if_stderr_is_full() -> None:
+    with open("/dev/full", "wb") as full:
+        assert ended(program(["run", "--dm", "9"]), stderr=full).returncode == 2
+
+
+KEY: Final = in_utf_8("Küchentürschloss")
+
+
+class Spoken(NamedTuple):
+    """Output and files of commands in a locale without UTF-8.
+
+    Attributes:
+        lines: standard output.
+        errors: stderr, without warnings about files of other packages.
+    """
+
+    lines: list[str]
+    errors: str
+    law: Path
+    csv: Path
+    odd: str
+
+
+@pytest.fixture(scope="module")
+def spoken(tmp_path_factory: pytest.TempPathFactory) -> Spoken:
+    """Results of all commands, in one process because loading is slow."""
+    folder = tmp_path_factory.mktemp("spoken")
+    law, out = folder / in_utf_8("größe.py"), folder / in_utf_8("über.csv")
+    # A name that is not valid in any locale.
+    odd = os.fsdecode(os.fsencode(folder) + b"/\xff.py")
+    sweep = ["sweep", "--over", "n=1:2", "--seconds", "0.1", "--workers", "1"]
+    lessons = ["lessons", "--check", "--only", "strict-priority"]
     commands = [
         ["--help"],
         ["new-law", str(law)],
         ["new-law", odd],
         ["run", "--seconds", "0.1", "--law-file", str(law), "--csv", str(out)],
         ["law-test", str(law)],
-        ["lessons", "--check", "--only", "strict-priority", "--out", str(again)],
-        [
-            "sweep",
-            "--over",
-            "n=1:2",
-            "--seconds",
-            "0.1",
-            "--workers",
-            "1",
-            "--out",
-            str(tmp_path / in_utf_8("δ")),
-        ],
-        ["run", "--inputs", str(tmp_path / in_utf_8("ž.csv"))],
-        ["serve", "--no-open", "--store", "memory", "--port", "0", "--key", in_utf_8("Küchentürschloss")],
+        [*lessons, "--out", str(folder / "nochmal.json")],
+        [*sweep, "--out", str(folder / in_utf_8("δ"))],
+        ["run", "--inputs", str(folder / in_utf_8("ž.csv"))],
+        ["serve", "--no-open", "--store", "memory", "--port", "0", "--key", KEY],
     ]
-    # In one process, as loading the program takes longer than most of them.
     every = ["-X", "warn_default_encoding", "-c", EVERY, *(part for one in commands for part in (*one, ";"))]
-    with started(every, tmp_path, C_LOCALE) as (process, errors):
+    with started(every, folder, C_LOCALE) as (process, errors):
         assert process.stdout is not None
-        said = []
+        said: list[str] = []
         while not said or "Duet is at" not in said[-1]:
             said.append(process.stdout.readline().decode("utf-8", "surrogateescape"))
             assert said[-1], errors.read_text(encoding="utf-8")
-        # A key that was given is not printed.
-        assert (
-            said[-1].endswith("/?key=KEY\n")
-            and "Küchen" not in said[-1]
-            and quote("Küchentürschloss") not in said[-1]
-        )
         process.terminate()
         process.wait(PATIENCE)
-    said_of_ours = own_words(errors.read_text(encoding="utf-8", errors="surrogateescape"))
-    assert "Traceback" not in said_of_ours and "EncodingWarning" not in said_of_ours, said_of_ours
-    codes = [line for line in said if line.startswith("code ")]
-    assert codes == [f"code {code}\n" for code in (0, 0, 0, 0, 1, 0, 0, 2)], said_of_ours
-    text = "".join(said) + said_of_ours
-    assert (
-        all(word in text for word in ("Žlajpah", "größe.py", odd_in_utf_8, "ž.csv", "d ≥"))
-        and "\\u" not in text
-    )
-    assert "law(situation)" in Path(odd).read_text(encoding="utf-8")
-    assert "größe.py" in law.read_text(encoding="utf-8") and "# law = größe.py\n" in out.read_text(
-        encoding="utf-8"
-    )
+    words = own_words(errors.read_text(encoding="utf-8", errors="surrogateescape"))
+    return Spoken(said, words, law, out, odd)
+
+
+@pytest.mark.thorough
+def test_without_utf_8_every_command_has_the_right_exit_code(spoken: Spoken) -> None:
+    assert "Traceback" not in spoken.errors and "EncodingWarning" not in spoken.errors, spoken.errors
+    codes = [line for line in spoken.lines if line.startswith("code ")]
+    assert codes == [f"code {code}\n" for code in (0, 0, 0, 0, 1, 0, 0, 2)], spoken.errors
+
+
+@pytest.mark.thorough
+def test_without_utf_8_every_command_prints_utf_8(spoken: Spoken) -> None:
+    odd_in_utf_8 = os.fsencode(spoken.odd).decode("utf-8", "surrogateescape")
+    text = "".join(spoken.lines) + spoken.errors
+    assert [word for word in ("Žlajpah", "größe.py", odd_in_utf_8, "ž.csv", "d ≥") if word not in text] == []
+    assert "\\u" not in text
+
+
+@pytest.mark.thorough
+def test_without_utf_8_files_are_written_in_utf_8(spoken: Spoken) -> None:
+    assert "law(situation)" in Path(spoken.odd).read_text(encoding="utf-8")
+    assert "größe.py" in spoken.law.read_text(encoding="utf-8")
+    assert "# law = größe.py\n" in spoken.csv.read_text(encoding="utf-8")
+
+
+@pytest.mark.thorough
+def test_a_given_key_is_not_printed(spoken: Spoken) -> None:
+    address = spoken.lines[-1]
+    assert address.endswith("/?key=KEY\n")
+    assert "Küchen" not in address and quote("Küchentürschloss") not in address

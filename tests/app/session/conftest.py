@@ -1,4 +1,4 @@
-"""A session at its start, on a machine on which no step and no action takes any time, or as much as is said."""
+"""A session at its start, on a machine with instant steps and actions, or with a given step time."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ def session() -> Session:
 
 
 def slow_down(monkeypatch: pytest.MonkeyPatch, simulation: Simulation, cost: list[float]) -> None:
-    """From now on a step of this simulation takes `cost[0]` [s], and nothing else takes any time."""
+    """From now on a step of this simulation takes `cost[0]` [s]; nothing else takes time."""
     clock, step = [0.0], simulation.step
 
     def slow(target: Any) -> None:
@@ -49,6 +49,6 @@ def bits(session: Session) -> bytes:
 
 
 def go(session: Session, seconds: float) -> None:
-    """Let a session run for so long, in frames of a tenth of a second."""
+    """Advance a session by `seconds` in frames of 0.1 s."""
     for _ in range(round(seconds / 0.1)):
         session.advance(0.1)

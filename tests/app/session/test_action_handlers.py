@@ -1,4 +1,4 @@
-"""An action is done by the handler of its type: one, or a second one that goes first."""
+"""An action is done by the handler of its type; a second handler may precede it."""
 
 import pytest
 
@@ -7,15 +7,15 @@ from app.session.actions import Action, Pause, Reset, SetSetting
 
 
 class Draw(Action):
-    """A class of actions."""
+    """A base class of actions."""
 
 
 class DrawLine(Draw):
-    """One of them."""
+    """A subclass of `Draw`."""
 
 
 class Book:
-    """Handlers that write down what they are asked."""
+    """Handler that records its actions. `takes`: its answer."""
 
     def __init__(self, name: str, done: list[str], takes: bool = True) -> None:
         self.name, self.done, self.takes = name, done, takes
@@ -33,7 +33,7 @@ def test_an_action_reaches_the_handler_of_its_type_and_no_other() -> None:
     assert done == ["pause: Pause"]
 
 
-def test_a_second_meaning_goes_first_and_says_whether_it_has_done_the_action() -> None:
+def test_a_first_handler_precedes_and_reports_if_it_did_the_action() -> None:
     handlers, done = ActionHandlers(), list[str]()
     replay = Book("replay", done)
     handlers.add(Pause, Book("run", done, takes=False))
@@ -45,7 +45,7 @@ def test_a_second_meaning_goes_first_and_says_whether_it_has_done_the_action() -
     assert [one.name for one in handlers.of(Pause) if isinstance(one, Book)] == ["replay", "run"]
 
 
-def test_a_handler_of_a_class_does_its_subclasses() -> None:
+def test_a_handler_of_a_class_also_handles_subclasses() -> None:
     handlers, done = ActionHandlers(), list[str]()
     handlers.add(Draw, Book("any", done))
     handlers.do(DrawLine())
@@ -56,17 +56,17 @@ def test_a_handler_of_a_class_does_its_subclasses() -> None:
 
 
 @pytest.mark.parametrize("first", [False, True])
-def test_an_action_without_a_handler_is_named(first: bool) -> None:
+def test_an_action_without_a_handler_is_an_error_that_names_it(first: bool) -> None:
     handlers = ActionHandlers()
     if first:
-        # A second meaning is none without a first one.
+        # `add_first` alone does not count as a handler.
         handlers.add_first(SetSetting, lambda action: False)
     assert handlers.of(SetSetting) == ()
     with pytest.raises(TypeError, match=r"SetSetting\(key='dm', value=0.2\): no handler of SetSetting"):
         handlers.do(SetSetting("dm", 0.2))
 
 
-def test_two_handlers_of_one_type_in_one_table_are_a_mistake() -> None:
+def test_two_handlers_of_one_type_in_one_table_are_refused() -> None:
     handlers = ActionHandlers()
     for add in (handlers.add, handlers.add_first):
         add(Pause, lambda action: False)
@@ -74,7 +74,7 @@ def test_two_handlers_of_one_type_in_one_table_are_a_mistake() -> None:
             add(Pause, lambda action: False)
 
 
-def test_a_page_covers_its_session_until_it_closes() -> None:
+def test_a_pages_handlers_precede_the_sessions_until_it_closes() -> None:
     handlers, page, done = ActionHandlers(), ActionHandlers(), list[str]()
     handlers.add_first(Pause, Book("replay", done, takes=False))
     handlers.add(Pause, Book("run", done))

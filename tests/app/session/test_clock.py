@@ -1,4 +1,4 @@
-"""One visitor's clock never loses, repeats or reorders a step; why a run stands still, and how it starts again."""
+"""A visitor's clock never loses, repeats or reorders a step; reasons of a pause; resets."""
 
 import itertools
 from collections.abc import Callable
@@ -32,7 +32,7 @@ from tests.app.session.conftest import DT, bits, go, slow_down
 
 
 @given(st.lists(st.floats(0.0, LONGEST_GAP), min_size=1, max_size=50), st.sampled_from(SPEEDS))
-def test_no_step_is_lost_however_frames_are_cut(frames: list[float], speed: float) -> None:
+def test_no_step_is_lost_for_any_frame_lengths(frames: list[float], speed: float) -> None:
     clock, made = Clock(speed), 0
     for elapsed in frames:
         due = clock.due(elapsed, DT, speed)
@@ -42,9 +42,9 @@ def test_no_step_is_lost_however_frames_are_cut(frames: list[float], speed: floa
     assert not clock.pace(False).slowed
 
 
-def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
+def test_frame_lengths_do_not_affect_the_arms(session: Session) -> None:
     other = Session(Settings())
-    # Remainders add up: after 12 ms two steps are made, and 2 ms are owed.
+    # Remainders add up: after 12 ms two steps are made, and 2 ms remain.
     assert [session.advance(elapsed) for elapsed in (0.1, 0.012, 0.003, 0.0049, 0.0001)] == [20, 2, 1, 0, 1]
     assert session.simulation.time == pytest.approx(24 * DT)
     for _ in range(22):
@@ -55,8 +55,8 @@ def test_how_frames_are_cut_does_not_reach_the_arms(session: Session) -> None:
     assert bits(session) == bits(other)
 
 
-def test_nothing_moves_while_paused_and_no_time_is_owed_afterwards(session: Session) -> None:
-    session.advance(0.0349)  # 4.9 ms are owed
+def test_nothing_moves_in_a_pause_and_no_time_is_made_up_later(session: Session) -> None:
+    session.advance(0.0349)  # 4.9 ms remain
     before = session.simulation.positions.tobytes(), session.simulation.steps
     session.control.toggle_pause()
     assert session.pace.paused and session.pace.rate == 0.0
@@ -82,11 +82,11 @@ def test_single_steps(session: Session) -> None:
     session.control.single_step()
     assert session.advance(0.0) == 2
     assert session.simulation.steps == 13
-    # A step is a step, however it was asked for.
+    # Single steps equal the steps of a moving run.
     straight = Session(Settings())
     straight.advance(13 * DT)
     assert bits(session) == bits(straight)
-    # One that was overtaken by going on is not made later: both keys in one frame.
+    # A step and a continuation in one frame: the step is not made later.
     session.control.single_step()
     session.control.toggle_pause()
     assert session.advance(0.05) == 10
@@ -97,7 +97,7 @@ def test_single_steps(session: Session) -> None:
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
-def test_time_goes_at_the_chosen_speed(session: Session, speed: float) -> None:
+def test_the_run_has_the_chosen_speed(session: Session, speed: float) -> None:
     session.change("speed", speed)
     assert session.advance(0.08) == round(0.08 * speed / DT)
     for _ in range(60):
@@ -117,15 +117,13 @@ def test_time_goes_at_the_chosen_speed(session: Session, speed: float) -> None:
         (1.75, -1, 1.0),
     ],
 )
-def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: int, then: float) -> None:
+def test_slower_and_faster_stop_at_the_limits(session: Session, speed: float, by: int, then: float) -> None:
     session.change("speed", speed)
     session.change("speed", next_speed(session.settings.page.speed, by))
     assert session.settings.page.speed == then
 
 
-def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(
-    session: Session, monkeypatch: MonkeyPatch
-) -> None:
+def test_a_slow_machine_slows_the_run_down_and_reports_it(session: Session, monkeypatch: MonkeyPatch) -> None:
     cost = [BUDGET / 2]
     slow_down(monkeypatch, session.simulation, cost)
     made = [session.advance(0.08) for _ in range(20)]
@@ -134,7 +132,7 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(
     table = session.simulation.history.table()
     assert len(table) == sum(made) == session.simulation.steps
     assert np.allclose(np.diff(table[:, 0]), DT)
-    # What was missed is not owed, and a machine that recovers is no longer called slow.
+    # Missed steps are not made up, and a recovered machine is no longer reported as slow.
     cost[0] = 0.0
     assert session.advance(0.08) == 16
     for _ in range(20):
@@ -145,7 +143,7 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(
 def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: MonkeyPatch) -> None:
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
-    # What drawing takes is left to it, until steps would get next to nothing.
+    # Drawing gets its time, until the steps would get almost none.
     assert 10 * budget_of(10, 0.02) == pytest.approx(SLOWEST - 0.02) and 10 * budget_of(
         10, 0.3
     ) == pytest.approx(LEAST)
@@ -155,7 +153,7 @@ def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypa
     assert session.advance(LONGEST_GAP) == 20 and session.control.stepping == pytest.approx(
         20 * BUDGET / 50.0
     )
-    # However many they are, each goes on.
+    # Each session makes at least one step, for any number of sessions.
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 3
     assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 1000)) == 1
     session.control.toggle_pause()
@@ -163,12 +161,12 @@ def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypa
     assert session.control.stepping == 0.0
 
 
-def test_slower_than_real_time_is_said_without_flicker() -> None:
+def test_slower_than_real_time_is_reported_without_flicker() -> None:
     clock, said = Clock(1.0), []
     for late in [True] * 40 + [False, True] * 60 + [False] * 100 + [True, False, False, False] * 30:
         clock.note(0 if late else 6, 6, 1.0 / 32.0, DT)
         said.append(clock.pace(False).slowed)
-    # Once it is said it stays while every second frame is late; where every fourth one is, it is not said at all.
+    # The report stays while every second frame is late; it does not appear if every fourth one is.
     assert [said[0], *(now for before, now in itertools.pairwise(said) if now != before)] == [
         False,
         True,
@@ -178,17 +176,17 @@ def test_slower_than_real_time_is_said_without_flicker() -> None:
 
 
 @pytest.mark.parametrize("gap", [LONGEST_GAP * 1.01, 3.0, 86_400.0])
-def test_a_long_gap_is_not_caught_up(session: Session, gap: float) -> None:
+def test_a_long_gap_is_not_made_up(session: Session, gap: float) -> None:
     assert session.advance(gap) == round(LONGEST_GAP / DT)
     assert session.advance(0.01) == 2
 
 
-def test_a_step_longer_than_a_frame_is_saved_up_for(session: Session) -> None:
+def test_a_step_longer_than_a_frame_is_made_in_later_frames(session: Session) -> None:
     session.change("dt", 0.02)
     assert [session.advance(0.008) for _ in range(5)] == [0, 0, 1, 0, 1]
 
 
-def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session: Session) -> None:
+def test_a_hurried_run_has_the_same_bits_and_continues_at_its_speed(session: Session) -> None:
     other = Session(Settings())
     session.control.halt.set("visitor")
     session.control.hurry(3.0)
@@ -201,10 +199,10 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
 
 
 @pytest.mark.parametrize("end", ["pause", "halt", "reset"])
-def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(
+def test_a_paused_or_restarted_run_no_longer_hurries(
     session: Session, end: str, monkeypatch: MonkeyPatch
 ) -> None:
-    # Every look at the clock uses up a frame's share.
+    # Each reading of the clock uses up a frame's budget.
     looks = itertools.count()
     monkeypatch.setattr(run_control, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
     session.control.hurry(3.0)
@@ -220,12 +218,12 @@ def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(
         assert session.advance(0.0) == 0
 
 
-def test_a_run_out_of_sight_stands_still_and_its_hurry_goes_on(session: Session) -> None:
+def test_a_hidden_run_pauses_and_continues_its_hurry_later(session: Session) -> None:
     session.advance(0.05)
     for reason in ("visitor", "hidden", "teacher"):
         session.control.halt.set(reason)
     session.control.hurry(1.0)
-    # What is not the visitor's to lift stays.
+    # The reasons that a visitor cannot remove stay.
     assert session.control.halt == {"hidden", "teacher"}
     session.control.halt.set("teacher", False)
     assert session.paused and [session.advance(0.5) for _ in range(5)] == [0] * 5
@@ -246,7 +244,7 @@ Ask = Callable[[RunControl], None]
 )
 @pytest.mark.parametrize("posted", [True, False], ids=["by the page", "before the frame"])
 @pytest.mark.parametrize("paused", [True, False], ids=["paused before", "running before"])
-def test_no_step_is_made_while_the_teacher_stops_it(
+def test_no_step_is_made_while_the_teacher_halts_the_run(
     session: Session, ask: Ask, action: Action, posted: bool, paused: bool
 ) -> None:
     session.advance(0.05)
@@ -261,7 +259,7 @@ def test_no_step_is_made_while_the_teacher_stops_it(
         assert session.advance(0.05) == 0
     session.post(SetSetting("dm", 0.2))
     session.advance(0.05)
-    assert session.settings.run.law.critical_distance == 0.2, "anything but a step"
+    assert session.settings.run.law.critical_distance == 0.2, "a setting was not changed"
     assert session.paused and session.simulation.steps == before
     session.control.halt.set("teacher", False)
     assert session.paused == paused and session.advance(0.0) == 0
@@ -275,7 +273,7 @@ CHANGES = [{}, {"guided": "left"}, {"rig": "table", "law": "unprotected"}, {"dt"
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_reset_is_a_fresh_start_to_the_last_bit(session: Session, change: dict[str, Any]) -> None:
+def test_a_reset_run_equals_a_new_one_to_the_last_bit(session: Session, change: dict[str, Any]) -> None:
     session.advance(0.0349)
     session.hand.hold(HandTarget(np.array([0.3, 0.1, 0.9])))
     session.advance(0.1)

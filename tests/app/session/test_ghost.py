@@ -1,4 +1,4 @@
-"""A second run: the ghost under the very same hand."""
+"""The ghost: a second run under the same hand."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -75,7 +75,7 @@ GHOSTS = st.none() | st.sampled_from(tuple(ghosts()))
 @pytest.mark.thorough
 @settings(max_examples=40)
 @given(st.lists(st.tuples(ACTIONS, GHOSTS), min_size=5, max_size=25))
-def test_whatever_is_done_in_any_scene_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:
+def test_a_ghost_never_changes_the_run_for_any_actions(actions: list[tuple[Any, Any]]) -> None:
     alone, haunted = at(), at()
     for action, new in actions:
         if new is not None:
@@ -92,7 +92,7 @@ def test_whatever_is_done_in_any_scene_the_run_does_not_notice(actions: list[tup
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_ghost_with_the_same_settings_is_the_run_in_any_scene(scene: str) -> None:
+def test_a_ghost_with_the_same_settings_equals_the_run_in_any_scene(scene: str) -> None:
     session = at(scene, ball="cross")
     go(session, 1.0)
     session.change("ghost", "frozen")
@@ -101,14 +101,14 @@ def test_a_ghost_with_the_same_settings_is_the_run_in_any_scene(scene: str) -> N
     go(session, 0.5)
     ghost = table(session.ghost)
     assert len(ghost) == 300 and ghost.tobytes() == table(session.simulation)[-300:].tobytes()
-    # Also as a link brings it, from the first step on.
+    # Also from the first step on, as after a link.
     session = at(scene, "frozen", ball="cross")
     assert the_ghost(session).settings == session.settings.run
     go(session, 0.5)
     assert table(session.ghost).tobytes() == table(session.simulation).tobytes()
 
 
-def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() -> None:
+def test_a_frozen_ghost_keeps_law_and_gain_and_others_follow_the_run() -> None:
     session = at()
     session.change("dm", 0.12)
     session.change("k", 3.0)
@@ -128,7 +128,7 @@ def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() 
         assert the_ghost(session).settings == replace(session.settings.run, law=frozen.law, gain=3.0)
     go(session, 1.0)
     assert the_ghost(session).law.activation(0.13) < 1.0 == the_ghost(session).law.activation(0.12)
-    # Choosing it again is another moment.
+    # A new choice freezes the present settings.
     session.change("ghost", "off")
     assert session.ghost is None
     session.change("ghost", "frozen")
@@ -141,7 +141,7 @@ def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() 
         )
 
 
-def test_a_ghost_begins_where_the_run_is_and_follows_the_same_hand() -> None:
+def test_a_ghost_begins_at_the_runs_state_and_follows_the_same_hand() -> None:
     session = at(ghost="unprotected")
     go(session, 6.0)
     simulation = session.simulation
@@ -175,7 +175,7 @@ def test_reset_resets_both() -> None:
 @pytest.mark.parametrize(
     "change", ["scene=master_slave", "rig=table", "guided=left", "scene=ball", "scene=solo"]
 )
-def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
+def test_another_room_or_role_has_a_new_ghost(change: str) -> None:
     session = at(ghost="unprotected")
     go(session, 6.0)
     old = the_ghost(session)
@@ -188,7 +188,7 @@ def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
     assert ghost.history.count == 100
 
 
-def test_a_machine_that_cannot_keep_up_is_so_for_both(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_slow_machine_slows_run_and_ghost_together(monkeypatch: pytest.MonkeyPatch) -> None:
     session = at(ghost="barrier_qp")
     ghost = the_ghost(session)
     slow_down(monkeypatch, ghost, [BUDGET / 2.0])

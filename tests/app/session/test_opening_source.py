@@ -1,4 +1,4 @@
-"""The opening of a page with its usual settings: what is moved by it, what is not, and how a session goes on in it."""
+"""The opening of a default page: conditions, reset and restored sessions."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def opened(session: Session) -> Session:
     return session
 
 
-def test_a_session_begins_with_it_only_if_the_page_is_to(session: Session, opened: Session) -> None:
+def test_a_session_begins_with_the_opening_only_if_the_page_opens(session: Session, opened: Session) -> None:
     go(opened, 2.0)
     assert opened.hand.source.opening
     assert bits(opened) != run(Settings().run, 2.0).table.tobytes()
@@ -27,7 +27,7 @@ def test_a_session_begins_with_it_only_if_the_page_is_to(session: Session, opene
     assert not other.hand.source.opening
 
 
-def test_a_reset_begins_it_again_and_its_inputs_are_recorded(opened: Session) -> None:
+def test_a_reset_restarts_the_opening_and_its_inputs_are_recorded(opened: Session) -> None:
     go(opened, 1.0)
     first, recorded = bits(opened), opened.inputs.window()
     assert recorded is not None
@@ -35,13 +35,13 @@ def test_a_reset_begins_it_again_and_its_inputs_are_recorded(opened: Session) ->
     go(opened, 1.0)
     assert opened.hand.source.opening and bits(opened) == first
     opened.reset()
-    # The recorded inputs lead to the same bits without it.
+    # The recorded inputs give the same bits without the opening.
     for target in recorded.targets(opened.simulation):
         opened.simulation.step(target)
     assert bits(opened) == first
 
 
-def test_who_lets_the_autopilot_go_on_later_does_not_see_it_again(opened: Session) -> None:
+def test_the_opening_does_not_return_with_the_autopilot(opened: Session) -> None:
     go(opened, 1.0)
     opened.change("autopilot", False)
     opened.change("autopilot", True)
@@ -60,7 +60,9 @@ def test_who_lets_the_autopilot_go_on_later_does_not_see_it_again(opened: Sessio
         ("scene", "solo"),
     ],
 )
-def test_other_arms_tasks_and_seeds_begin_without_it(opened: Session, key: str, value: object) -> None:
+def test_other_arms_tasks_and_seeds_begin_without_the_opening(
+    opened: Session, key: str, value: object
+) -> None:
     opened.change(key, value)
     opened.reset()
     go(opened, 0.5)
@@ -69,7 +71,7 @@ def test_other_arms_tasks_and_seeds_begin_without_it(opened: Session, key: str, 
 
 
 @pytest.mark.parametrize("seconds", [1.0, 25.0])
-def test_a_session_goes_on_in_it_to_the_same_bits(opened: Session, seconds: float) -> None:
+def test_a_session_continues_in_the_opening_to_the_same_bits(opened: Session, seconds: float) -> None:
     go(opened, seconds)
     state = state_of(opened)
     other = Session(opened.settings)
@@ -97,12 +99,12 @@ def test_a_session_goes_on_in_it_to_the_same_bits(opened: Session, seconds: floa
         ),
     ],
 )
-def test_a_link_that_asks_for_something_is_another_page(query: dict[str, str], usual: bool) -> None:
+def test_a_link_with_a_request_does_not_open_the_default_page(query: dict[str, str], usual: bool) -> None:
     assert asks_for_nothing(query) is usual
 
 
 @pytest.mark.parametrize("query", [{}, {"theme": "dark", "embed": "1"}])
-def test_on_a_usual_page_arms_glide_along_things_and_its_link_says_so(query: dict[str, str]) -> None:
+def test_on_a_default_page_arms_glide_and_its_link_keeps_it(query: dict[str, str]) -> None:
     settings, problems = first_settings(query, Settings())
     assert settings.run == RunSettings(world=True) and not problems
     assert from_query(to_query(settings), Settings()) == (settings, ())
@@ -111,15 +113,17 @@ def test_on_a_usual_page_arms_glide_along_things_and_its_link_says_so(query: dic
 @pytest.mark.parametrize(
     "query", [{"whole": "1"}, {"seed": "1"}, {"world": "0"}, {"lesson": "1"}, {"push": "x"}, {"attack": "x"}]
 )
-def test_a_link_that_does_not_name_it_replays_without(query: dict[str, str]) -> None:
+def test_a_link_without_the_setting_opens_a_run_without_gliding(query: dict[str, str]) -> None:
     assert first_settings(query, Settings())[0].run == RunSettings()
     assert not first_settings({}, Settings(RunSettings(rig="table")))[0].run.world
+    assert first_settings({}, Settings(), glides_as_usual=False)[0].run == RunSettings()
+    assert first_settings({"world": "1"}, Settings(), glides_as_usual=False)[0].run.world
 
 
 @pytest.mark.parametrize(
     ("link", "usual"), [("", True), ("theme=dark", True), ("autopilot=1&seed=3", False), ("seed=1", False)]
 )
-def test_the_page_begins_with_it_unless_its_link_says_otherwise(
+def test_a_page_begins_with_the_opening_unless_its_link_says_otherwise(
     by_hand: Made, link: str, usual: bool
 ) -> None:
     opened = by_hand(sessions=8)
@@ -129,3 +133,10 @@ def test_the_page_begins_with_it_unless_its_link_says_otherwise(
         opened.frame()
     assert session.simulation.steps and session.hand.source.opening is usual
     assert isinstance(session.hand.source._active, Opening) is usual
+
+
+@pytest.mark.parametrize("glides", [True, False])
+def test_a_server_option_sets_gliding_of_the_default_page(by_hand: Made, glides: bool) -> None:
+    opened = by_hand(sessions=8, glides_as_usual=glides)
+    opened.let_in("")
+    assert visitor_of(opened).session.settings.run == RunSettings(world=glides)

@@ -1,4 +1,4 @@
-"""Both arms are held at once: the pair of targets is recorded, interpolated, checked in files, and ended by a reset."""
+"""Both arms held at once: the pair of targets is recorded, interpolated, checked in files, and reset."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ HELD = st.one_of(
 
 
 @given(st.none() | HELD, HELD)
-def test_what_two_people_want_is_kept_to_the_last_bit(
+def test_a_pair_of_targets_is_recorded_to_the_last_bit(
     first: HandTarget | LinkTarget | None, second: HandTarget | LinkTarget
 ) -> None:
     code, numbers = encoded(PairTarget(first, second))
@@ -39,7 +39,7 @@ def test_what_two_people_want_is_kept_to_the_last_bit(
     assert encoded(found) == (code, numbers) and encoded(found.first) == encoded(first)
 
 
-def test_finer_steps_go_between_what_both_want() -> None:
+def test_finer_steps_interpolate_both_targets() -> None:
     a, b = np.zeros(3), np.ones(3)
     middle = target_between(
         PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5
@@ -47,12 +47,12 @@ def test_finer_steps_go_between_what_both_want() -> None:
     assert isinstance(middle, PairTarget) and middle.first is not None
     assert isinstance(middle.first, HandTarget) and middle.first.position[0] == 0.5
     assert isinstance(middle.second, LinkTarget) and middle.second.position[0] == 0.5
-    # Only one of them has let go.
+    # Only one person has let go.
     other = target_between(PairTarget(HandTarget(a), HandTarget(a)), PairTarget(None, HandTarget(b)), 0.5)
     assert isinstance(other, PairTarget) and np.array_equal(other.second[0], 0.5 * b)
 
 
-def test_what_is_held_of_the_other_arm_counts_in_experiments_for_two_and_until_a_reset() -> None:
+def test_the_other_hand_counts_only_in_experiments_for_two_until_a_reset() -> None:
     session, held = Session(BOTH), HandTarget(np.zeros(3))
     session.hand.other = held
     target = session.target()

@@ -1,4 +1,4 @@
-"""What features keep with a session: one object of each class, whose bytes outlive the session."""
+"""Parts of features in a session: one object of each class; its saved bytes outlive the session."""
 
 from typing import ClassVar
 
@@ -42,7 +42,7 @@ def test_a_session_has_one_part_of_each_class() -> None:
     assert isinstance(one.parts.of(Word), Word)
 
 
-def test_parts_are_saved_and_restored_whether_they_are_asked_for_or_not() -> None:
+def test_parts_are_saved_and_restored_with_or_without_use() -> None:
     session = Session(Settings())
     parts = SessionParts(session)
     assert parts.saved() == {}
@@ -51,13 +51,13 @@ def test_parts_are_saved_and_restored_whether_they_are_asked_for_or_not() -> Non
     assert saved == {"count": b"3", "word": b"open"}
     late = SessionParts(session)
     late.restore(saved)
-    assert late.saved() == saved, "a part of a feature that is missing here is not lost"
+    assert late.saved() == saved, "the part of a missing feature is lost"
     assert late.of(Count).value == 3 and late.saved() == saved
     early = SessionParts(session)
     word = early.of(Word)
     early.restore(saved)
     assert word.text == "open" and early.of(Count).value == 3
-    # What has ended since is not restored again.
+    # An emptied part is not restored again.
     word.text = ""
     assert early.saved() == {"count": b"3"}
 

@@ -1,4 +1,4 @@
-"""What is posted to a session is done in order at the beginning of the next frame: one value a control, within a budget."""
+"""Posted actions are done in order in the next frame, one value per control, within a budget."""
 
 import ast
 import logging
@@ -29,7 +29,7 @@ from app.settings import PageSettings, Settings
 from tests.app.posted_call import post_call
 
 
-def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(
+def test_a_failed_post_does_not_stop_other_posts_or_the_clock(
     session: Session, caplog: pytest.LogCaptureFixture
 ) -> None:
     done: list[str] = []
@@ -49,7 +49,7 @@ def clock(session: Session) -> SimpleNamespace:
     return clock
 
 
-def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: Session) -> None:
+def test_repeated_steps_are_all_done_up_to_a_limit(session: Session) -> None:
     session.control.halt.set("visitor")
     for _ in range(5):
         session.post(SingleStep())
@@ -65,7 +65,7 @@ def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: 
 @pytest.mark.parametrize(
     ("cost", "first"), [(0.4, [0, 10, 20, 31, 41, 51, 62]), (5.0, [0, 11, 22, 33, 44, 55, 66])]
 )
-def test_actions_go_on_in_the_next_frame(
+def test_actions_beyond_the_budget_continue_in_the_next_frame(
     session: Session, clock: SimpleNamespace, cost: float, first: list[int]
 ) -> None:
     done: list[int] = []
@@ -81,10 +81,10 @@ def test_actions_go_on_in_the_next_frame(
 
 
 @pytest.mark.parametrize("rate", [30, 600])
-def test_four_rebuilds_a_second_and_the_last_one_asked_for(
+def test_four_rebuilds_a_second_and_the_last_requested_one(
     session: Session, clock: SimpleNamespace, rate: int
 ) -> None:
-    """Another scene at every wish, for three seconds, at 32 frames a second."""
+    """Another scene in each request, for 3 s, at 32 frames per second."""
     wishes = islice(cycle(("ball", "solo", "hold", "master_slave")), 3 * rate - 2)
     built: list[float] = []
     frame, asked = 1.0 / 32.0, 0.0
@@ -124,7 +124,7 @@ def test_four_rebuilds_a_second_and_the_last_one_asked_for(
         *(("guided", ("left", "right")), ("plot", ("curve", "none"))),
     ],
 )
-def test_whatever_is_built_again_counts(
+def test_every_kind_of_rebuild_counts(
     session: Session, clock: SimpleNamespace, key: str, choices: tuple[str, ...]
 ) -> None:
     done: list[str] = []
@@ -132,20 +132,20 @@ def test_whatever_is_built_again_counts(
         post_call(session, lambda choice=choice: (session.change(key, choice), done.append(choice))[0])
     for _ in range(10):
         session.advance(0.0)
-    assert len(done) in (MOST_REBUILDS, MOST_REBUILDS + 1)  # The first may be what there is already.
+    assert len(done) in (MOST_REBUILDS, MOST_REBUILDS + 1)  # The first may equal the present value.
     clock.now += PERIOD
     session.advance(0.0)
     assert len(done) > MOST_REBUILDS + 2
 
 
-def test_what_builds_nothing_is_not_held_back(session: Session, clock: SimpleNamespace) -> None:
+def test_changes_without_a_rebuild_are_not_delayed(session: Session, clock: SimpleNamespace) -> None:
     for i in range(20):
         post_call(session, lambda i=i: session.change("dm", 0.1 + 0.005 * i))
     session.advance(0.0)
     assert not len(session.posts) and session.settings.run.law.critical_distance == pytest.approx(0.195)
 
 
-def test_what_waits_is_done_in_order_or_dropped() -> None:
+def test_waiting_actions_are_done_in_order_or_dropped() -> None:
     done: list[Action] = []
     queue = ActionQueue(done.append, lambda: 0.0)
     for action in (
@@ -169,8 +169,8 @@ def test_what_waits_is_done_in_order_or_dropped() -> None:
     assert len(done) == 6 and not len(queue)
 
 
-def test_nothing_is_queued_but_values() -> None:
-    """What product code posts is made there from a class or is the value of a variable: no lambda, no partial, no method to call."""
+def test_only_values_are_queued() -> None:
+    """Product code posts instances or variables: no lambda, partial or method."""
     posted: list[ast.expr] = []
     for path in Path(app.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -186,7 +186,9 @@ def test_nothing_is_queued_but_values() -> None:
     ]
 
 
-def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest.LogCaptureFixture) -> None:
+def test_an_action_without_a_handler_is_logged_and_skipped(
+    session: Session, caplog: pytest.LogCaptureFixture
+) -> None:
     class Unknown(Action):
         """An action that has no handler."""
 

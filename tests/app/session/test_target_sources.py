@@ -1,4 +1,4 @@
-"""What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, a recorded run, a file or a camera."""
+"""Sources of the arm's motion: autopilot, held hand, nudges by key, guest source."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -17,7 +17,7 @@ from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Ta
 from tests.app.session.conftest import DT, bits, go
 
 
-def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
+def test_the_autopilot_begins_at_the_present_hand(session: Session) -> None:
     session.change("autopilot", False)
     hand = session.simulation.kinematics.hand_pose(session.simulation.guided).translation.copy()
     session.hand.hold(HandTarget(hand + np.array([0.0, 0.0, 0.1])))
@@ -41,7 +41,7 @@ PEOPLE = {
 
 
 @pytest.mark.parametrize("scene", PEOPLE)
-def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) -> None:
+def test_every_experiment_has_its_own_person(session: Session, scene: str) -> None:
     session.advance(0.1)
     session.change("scene", scene)
     session.change("ball", "cross")
@@ -60,7 +60,7 @@ TARGETS = (HandTarget(PLACE), JointTarget(np.zeros(7)), BallTarget(PLACE), Angle
 
 
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: type(target).__name__)
-def test_what_is_taken_hold_of_takes_over_at_once(session: Session, target: Target) -> None:
+def test_a_held_target_takes_over_at_once(session: Session, target: Target) -> None:
     session.advance(0.1)
     assert session.settings.page.autopilot and session.target() is not None
     session.hand.hold(target)
@@ -87,7 +87,7 @@ CHANGES: list[tuple[str, Any]] = [
 
 
 @pytest.mark.parametrize(("key", "value"), CHANGES)
-def test_another_person_or_place_starts_from_the_beginning(session: Session, key: str, value: Any) -> None:
+def test_another_person_or_place_restarts_the_source(session: Session, key: str, value: Any) -> None:
     session.advance(0.1)
     first = session.target()
     session.change("dm", 0.12)
@@ -111,7 +111,7 @@ def test_another_person_or_place_starts_from_the_beginning(session: Session, key
         )
 
 
-def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> None:
+def test_a_guest_source_moves_the_arm_until_a_hand_holds_it(session: Session) -> None:
     session.advance(0.1)
     session.hand.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
@@ -123,7 +123,7 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     assert session.held is None and session.settings.page.autopilot
     session.advance(0.1)
     assert np.allclose(asked, np.arange(20) * DT)
-    # A hand goes first; the guest then begins again from the beginning, like the autopilot.
+    # A hand has priority; the guest then restarts, like the autopilot.
     session.hand.hold(HandTarget(np.zeros(3)))
     session.advance(0.1)
     assert len(asked) == 20
@@ -144,7 +144,7 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     assert len(asked) == 23
 
 
-def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
+def test_nudges_add_up_to_a_limit(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     session.hand.nudge(np.array([0.0, 0.0, 0.02]))
@@ -175,7 +175,7 @@ def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | Non
         assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
 
 
-def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
+def test_a_nudge_moves_the_ball_but_not_a_person(session: Session) -> None:
     session.change("scene", "ball")
     columns = session.simulation.room.ball
     assert columns is not None
@@ -193,14 +193,14 @@ def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
         session.advance(0.1)
     assert session.held.position[0] == BALL_ROOM
     assert abs(session.simulation.positions[columns][0] - BALL_ROOM) < 0.02
-    # A person's own arms are not nudged.
+    # A nudge does not move a person's arms.
     session.change("scene", "imitation")
     session.change("autopilot", True)
     session.hand.nudge(np.array([0.0, 0.02, 0.0]))
     assert session.held is None and session.settings.page.autopilot
 
 
-def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_robot_changes_nothing(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(settings: RunSettings) -> Room:
         raise BadSetting(f"{settings.robot} needs a package that is not installed.")
 

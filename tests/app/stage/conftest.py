@@ -1,4 +1,4 @@
-"""A guest whose arms rest at first, and what stands on the guest's stage."""
+"""A guest with arms at rest at first, and readers of the guest's 3-D view."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -20,18 +20,18 @@ TURN = (1.0, 0.0, 0.0, 0.0)
 
 @pytest.fixture
 def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
-    """A guest whose arms rest at first."""
+    """A guest with arms at rest at first."""
     yield arrive(house(), "autopilot=0&gizmo=1")
 
 
 def change(guest: Guest, **settings: Any) -> None:
-    """Change settings, and wait until the page shows them; frames are not counted, as a run that stands may send one alone."""
+    """Change settings, and wait until the page shows them. A paused run may send only one frame."""
     guest.ask(lambda s: [s.change(key, value) for key, value in settings.items()])
     settle(guest)
 
 
 def settle(guest: Guest) -> None:
-    """Wait until the page shows the present state: messages come in order, and the last one is about the background."""
+    """Wait until the page shows the present state; the background is the last message."""
     for theme in ("dark", "light"):
         before = guest.visitor.received.messages["BackgroundImageMessage"]
         guest.ask(lambda s, theme=theme: s.change("theme", theme))
@@ -41,7 +41,7 @@ def settle(guest: Guest) -> None:
 
 
 def drawn(visitor: BlockingClient) -> set[str]:
-    """Names of all nodes that are more than a branch of the tree."""
+    """Names of all nodes that draw something."""
     return {
         name
         for name, node in list(visitor.mirror.nodes.items())
@@ -50,7 +50,7 @@ def drawn(visitor: BlockingClient) -> set[str]:
 
 
 def place(guest: Guest, node: str) -> Array:
-    """Where a node stands in its parent; nan while it is not there."""
+    """Position of a node in its parent; nan while it does not exist."""
     shown = guest.visitor.mirror.nodes.get(node)
     return np.full(3, np.nan) if shown is None else np.array(shown["position"], float)
 
@@ -61,7 +61,7 @@ def visible(guest: Guest, node: str) -> bool:
 
 
 def pause_when(guest: Guest, true: Callable[[Session], object]) -> None:
-    """Stop the run in the very frame in which something is true of it."""
+    """Pause the run in the first frame for which `true` holds."""
 
     def look(s: Session) -> bool:
         if not s.paused and true(s):
@@ -94,7 +94,7 @@ def ball(s: Session) -> Array:
 
 
 def pull(guest: Guest, node: str, phase: str, taken: Array, to: Array) -> None:
-    """One step of pulling a node across the view."""
+    """One step of a node's drag across the view."""
     guest.visitor.wait_for(lambda visitor: node in visitor.mirror.grabbable)
     guest.visitor.pull(node, phase, taken.tolist(), to.tolist())
 

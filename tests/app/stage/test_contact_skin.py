@@ -1,4 +1,4 @@
-"""λ in the scene: a skin of d_m on the obstacle, a tint of the arm that gives way, and a key that switches both off."""
+"""λ in the 3-D view: a skin of d_m on the obstacle, a tint of the avoiding arm, and a key for both."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ LOOK = """() => { const all = __viserMutable.nodeRefFromName, seen = {};
         if (/^.arms.(left|right).base.j1$/.test(name) && !transparent) seen[name] = color.b - color.g;
     });
     return seen; }"""
-"""How the skins and the line are drawn, and how purple the first link of each arm is."""
+"""Materials of the skins and the line, and the purple of each arm's first link."""
 
 PAINT = """() => { const seen = {};
     __viserMutable.nodeRefFromName['/arms/right/base']?.traverse(({ isMesh, material }) => {
@@ -42,11 +42,11 @@ PAINT = """() => { const seen = {};
         seen[material.name] = ['#' + material.color.getHexString(), tinted.b - tinted.g];
     });
     return seen; }"""
-"""Colours of the orange arm's parts, and how purple they are."""
+"""Colours of the orange arm's parts, and their purple."""
 
 
 def shells(guest: Guest, kind: str) -> list[str]:
-    """Nodes of the skins, or of the capsules, that are seen."""
+    """Visible nodes of `kind`: "skin" or "capsule"."""
     return [name for name in drawn(guest.visitor) if f"/{kind}_of_" in name and visible(guest, name)]
 
 
@@ -55,7 +55,7 @@ def tint(guest: Guest, arm: str) -> float:
 
 
 @pytest.mark.parametrize("half", [0.0, 0.2])
-def test_the_mesh_is_the_body_grown(half: float) -> None:
+def test_the_mesh_is_the_body_enlarged_by_d_m(half: float) -> None:
     shape = coal.Capsule(0.07, 2.0 * half) if half else coal.Sphere(0.07)
     vertices, faces = capsule_mesh(shape, 0.15)
     ends = np.array([0.0, 0.0, -half]), np.array([0.0, 0.0, half])
@@ -65,13 +65,13 @@ def test_the_mesh_is_the_body_grown(half: float) -> None:
     outward = middles - np.stack(
         [0.0 * middles[:, 0], 0.0 * middles[:, 0], np.clip(middles[:, 2], -half, half)], axis=1
     )
-    # All faces look outwards, as only their front is drawn; at the poles they have no area.
+    # All faces point outwards, as only their front is drawn; at the poles they have no area.
     assert ((normals * outward).sum(axis=1) >= -1e-9).all() and (
         np.linalg.norm(normals, axis=1) > 1e-9
     ).mean() > 0.8
 
 
-def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
+def test_the_skin_is_d_m_thick_and_attached_to_the_obstacle(one: Guest) -> None:
     change(one, rig="table", dm=0.2)
     press(one, "pause")
     one.visitor.wait_for(lambda _: len(shells(one, "skin")) == 1 and len(shells(one, "capsule")) == 2)
@@ -91,7 +91,7 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
 
     distance, point, obstacle = one.ask(near)
     (skin,) = shells(one, "skin")
-    # The orange arm is the obstacle of the silver one.
+    # The orange arm is the silver arm's obstacle.
     assert (
         obstacle.startswith("right")
         and skin.startswith("/arms/right")
@@ -103,7 +103,7 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
     inside = drawn_pose(one, skin).actInv(point)[None]
     ends = np.array([0.0, 0.0, -half]), np.array([0.0, 0.0, half])
     assert beyond(inside, *ends, radius)[0] == pytest.approx(distance - 0.2, abs=2e-3)
-    # A larger d_m makes the same node larger.
+    # A larger d_m enlarges the same node.
     change(one, dm=0.25)
     one.visitor.wait_for(
         lambda v: (
@@ -120,14 +120,14 @@ def test_d_m_is_written_once_on_the_rim(one: Guest) -> None:
     nodes = one.visitor.mirror.nodes
     (rim,) = [name for name in drawn(one.visitor) if "/rim_around_" in name and visible(one, name)]
     (skin,) = shells(one, "skin")
-    assert rim.split("/rim_around_") == skin.split("/skin_of_"), "on the link of the bubble"
+    assert rim.split("/rim_around_") == skin.split("/skin_of_"), "not on the skin's link"
     middle = np.asarray(nodes[skin]["position"], float)
     assert np.linalg.norm(np.asarray(nodes[rim]["position"], float) - middle) > 0.2, (
-        "beyond d_m of the body's axis"
+        "within d_m of the body's axis"
     )
 
 
-def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
+def test_the_avoiding_arm_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
     change(one, rig="table", speed=2.0, autopilot=True)
     pause_when(one, lambda s: s.simulation.sample().activation > 0.5)
     settle(one)
@@ -151,7 +151,7 @@ def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest)
     )
 
 
-def test_an_overlap_is_red_and_said_in_a_word(one: Guest) -> None:
+def test_an_overlap_is_red_and_named(one: Guest) -> None:
     change(one, law="unprotected", speed=2.0, autopilot=True)
     pause_when(one, lambda s: s.simulation.sample().distance < -0.002)
     settle(one)
@@ -161,7 +161,7 @@ def test_an_overlap_is_red_and_said_in_a_word(one: Guest) -> None:
     assert tuple(np.array(nodes["/closest/line"]["colors"]).reshape(-1, 3)[0]) == alarm
     capsules = shells(one, "capsule")
     assert len(capsules) == 2 and {tuple(nodes[name]["color"]) for name in capsules} == {alarm}
-    # Apart again, the words and the colour are those of d and λ.
+    # Without an overlap, words and colour show d and λ again.
     one.ask(lambda s: s.reset())
     settle(one)
     assert nodes["/closest/distance"]["text"].startswith("d = ")
@@ -173,21 +173,21 @@ def test_an_overlap_is_red_and_said_in_a_word(one: Guest) -> None:
     [
         ({"scene": "hold"}, "right"),
         ({"scene": "hold", "avoid": "guided"}, "left"),
-        # Where both give way, yours is the obstacle, whatever the law sees of the pairs.
+        # If both avoid, the guided arm is the obstacle for any treatment of pairs.
         ({"scene": "hold", "avoid": "both", "pairs": "soft"}, "right"),
         ({"scene": "hold", "guided": "left"}, "left"),
         ({"scene": "ball", "point": "hand"}, "ball"),
         ({"scene": "ball", "point": "arm"}, "ball"),
     ],
 )
-def test_who_is_the_obstacle(changes: dict[str, Any], obstacle: str) -> None:
+def test_the_obstacle_of_each_experiment(changes: dict[str, Any], obstacle: str) -> None:
     simulation = Simulation(given_settings(**changes))
     simulation.step(None)
     found = bodies_of_pair(simulation, simulation.sample().pair)[1]
     assert simulation.room.geometry.geometryObjects[found].name.split(" ")[0] == obstacle
 
 
-def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_orange(
+def test_the_page_draws_rims_a_line_on_top_and_a_tint_except_on_orange(
     house: OpenHouse, page_at: PageAt
 ) -> None:
     page = page_at(700, 560)
@@ -208,7 +208,7 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_ora
     until(page, as_it_should, "rims, line and tint")
     page.keyboard.press("o")
     until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
-    # An orange arm that gives way stays orange.
+    # An avoiding orange arm stays orange.
     page.keyboard.press("o")
     ask(session, lambda s: [s.change(key, value) for key, value in (("avoid", "both"), ("picture", "fine"))])
     until(
@@ -217,13 +217,13 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_ora
         "purple covers",
     )
     assert page.evaluate(PAINT)["body"][0] == ORANGE
-    # There the colours are those of the vertices, and only what is grey of them takes on the tint.
+    # The fast picture has vertex colours; only its grey parts take the tint.
     ask(session, lambda s: s.change("picture", "fast"))
     until(page, lambda: page.evaluate(PAINT).get("paint", ("", 0.0))[1] > 0.1, "a tint of the fast picture")
     assert page.evaluate(PAINT)["paint"][0] == "#ffffff"
 
 
-def test_another_nearest_link_fades_in_while_the_one_before_fades_out(
+def test_a_new_nearest_link_fades_in_while_the_old_one_fades_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     made: dict[str, viser.MeshHandle] = {}
@@ -255,7 +255,7 @@ def test_another_nearest_link_fades_in_while_the_one_before_fades_out(
             ]
 
         (full,) = opacities()
-        # The other arm gives way now, so that the skin is around this one.
+        # Now the guided arm avoids, so that the skin moves to the other arm.
         session.change("avoid", "guided")
         skin.show(freeze(session, 0.25 * FADE))
         assert opacities() == pytest.approx([0.75 * full, 0.25 * full], abs=1e-3)

@@ -1,4 +1,4 @@
-"""The first view of another first task: a wall hides no joint of the arm, and a cart's foot is in the picture."""
+"""The first view of other first tasks: a wall hides no joint, and a cart's foot is in the picture."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ ASPECTS = (1440 / 900, 1024 / 768, 390 / 844)
 
 
 def hidden(eye: Array, point: Array, wall: Array) -> bool:
-    """True if the drawn wall is between an eye and a point (3,)."""
+    """True if the drawn wall is between the camera `eye` and `point`, (3,) each."""
     turn = turn_of(wall)
     a, b = (turn.T @ (place - wall[:3]) for place in (eye, point))
     if a[0] * b[0] >= 0.0:
@@ -27,7 +27,7 @@ def hidden(eye: Array, point: Array, wall: Array) -> bool:
 
 
 @pytest.mark.parametrize("first", [WALL, ALL])
-def test_a_wall_hides_neither_joints_nor_hand_while_it_comes_and_goes(first: str) -> None:
+def test_a_moving_wall_hides_no_joint_and_no_hand(first: str) -> None:
     simulation = Simulation(RunSettings(scene="first_task", first=first, dt=0.01))
     source, columns = simulation.source(), simulation.room.wall
     assert columns is not None
@@ -42,7 +42,7 @@ def test_a_wall_hides_neither_joints_nor_hand_while_it_comes_and_goes(first: str
         wall, points = simulation.positions[columns], np.vstack([joints(simulation), hands(simulation)])
         assert not any(hidden(eye, point, wall) for eye in eyes for point in points)
         before += any(hidden(usual, point, wall) for point in points)
-    # From the usual side of a single arm it does.
+    # From the usual side of a single arm the wall does hide some.
     assert before > 20
 
 

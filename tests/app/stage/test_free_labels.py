@@ -1,4 +1,4 @@
-"""Labels of the closest pair are never cut at the picture's edge or covered by plots, sheet and card."""
+"""Labels of the closest pair are never cut at the edge or covered by plots, sheet and card."""
 
 import numpy as np
 import pytest
@@ -16,11 +16,11 @@ from tests.app.page.test_camera_follow import Watched, pictures
 from tests.app.stage.conftest import drawn, settle, visible
 
 EXACTLY = 0.01
-"""[CSS px]."""
+"""Tolerance [CSS px]."""
 
 
 def free(picture: FreePicture, at: Array, size: tuple[float, float]) -> bool:
-    """True if a label with the middle of its lower edge at a point of the picture is within one of its free parts."""
+    """True if a label is inside one of the picture's free parts. `at`: middle of its lower edge."""
     (x, y), (width, height), off = at.tolist(), size, EXACTLY
     corners = (x - width / 2.0 + off, y - height + off), (x + width / 2.0 - off, y - off)
     return any(all(part.contains(*corner) for corner in corners) for part in picture.free)
@@ -47,21 +47,21 @@ def test_a_label_that_would_be_cut_moves_into_the_free_part(lesson: bool) -> Non
             assert free(picture, after, label), (place, after)
             assert not was_free or (kept == place).all()
             assert free(picture, before, label) or not was_free
-            # It stays as deep in the scene, so that it keeps its size.
+            # Its depth stays the same, and so does its size.
             assert abs((kept - place) @ axes(pose.eye - pose.look_at)[2]) < 1e-9
             moved += not was_free
     assert moved > 100
 
 
-def test_a_place_without_a_picture_stays() -> None:
+def test_a_place_outside_any_picture_is_not_moved() -> None:
     picture, label = next(pictures(False)), (100.0, 18.0)
     eye, behind = np.array([2.0, 0.0, 1.0]), np.array([4.0, 5.0, 1.0])
     kept, was_free = kept_free(PointView(Pose(eye, np.array([0.0, 0.0, 1.0]), 1.0)), picture, behind, label)
-    assert was_free and (kept == behind).all(), "behind the eye"
+    assert was_free and (kept == behind).all(), "moved although behind the camera"
     simulation = Simulation(RunSettings())
     watched = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
     place = np.array([0.0, 9.0, 0.0])
-    assert watched.follow.keep_free(place, label)[1], "no camera is known"
+    assert watched.follow.keep_free(place, label)[1], "moved without a known camera"
     watched.follow.first_view(simulation, 0.0)
     assert not watched.follow.keep_free(place, label)[1]
     watched.camera.position, watched.camera.look_at, watched.follow.left_alone = (
@@ -69,13 +69,11 @@ def test_a_place_without_a_picture_stays() -> None:
         np.zeros(3),
         True,
     )
-    assert watched.follow.keep_free(place, label)[1], "straight down"
+    assert watched.follow.keep_free(place, label)[1], "moved in a view straight down"
 
 
-def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(
-    house: OpenHouse, arrive: Arrive
-) -> None:
-    """The camera looks past the arms, so that the closest pair is at an edge, or beyond it."""
+def test_labels_stay_in_the_picture_after_a_turn_of_the_camera(house: OpenHouse, arrive: Arrive) -> None:
+    """The camera looks past the arms: the closest pair is at an edge of the picture or outside it."""
     opened = house()
     guest = arrive(opened, "autopilot=0")
     follow = visitor_of(opened).view.cameras[visitor_of(opened).client.client_id]
@@ -93,4 +91,4 @@ def test_the_labels_of_the_scene_stay_in_the_picture_of_who_turns_the_camera(
         at = project(pose, (picture.width, picture.height), np.array([node["position"]]))[0]
         assert free(picture, at, label_size(node["text"], 1.0)), (aside, at)
         seen.add(any(visible(guest, name) for name in rims))
-    assert seen == {True, False}, "d_m is hidden where it would be cut"
+    assert seen == {True, False}, "the label d_m is never hidden, or always"

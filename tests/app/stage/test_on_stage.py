@@ -1,4 +1,4 @@
-"""What stands on the stage is drawn where it is, and taken hold of: links, hand and elbow, master and slave, ghost, ball, and figure."""
+"""Objects of the 3-D view are drawn at their places and can be dragged."""
 
 import math
 from typing import get_args
@@ -39,10 +39,10 @@ from tests.app.stage.conftest import (
 )
 
 
-def test_the_hand_of_the_single_arm(one: Guest) -> None:
+def test_the_single_arms_hand_follows_its_handle(one: Guest) -> None:
     change(one, scene="solo")
     visitor, start = one.visitor, one.ask(hand)
-    # Where only the position is asked for, there is nothing to turn.
+    # A position task has no rotation handles.
     visitor.wait_for(
         lambda v: np.abs(place(one, HAND) - start).max() < 2e-3 and v.mirror.nodes[HAND]["disable_rotations"]
     )
@@ -52,7 +52,7 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 5e-3)
     visitor.move_gizmo(HAND, phase="end")
     one.wait(lambda s: s.held is None)
-    # Released, the place stays there, and so do hand and handle.
+    # After the release, place, hand and handle stay there.
     one.run_on(1.0)
     assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
     wanted = one.ask(lambda s: wanted_pose(s.hand)[0])
@@ -77,7 +77,7 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest) -> None
     ):
         change(one, robot=made, task=task)
         press(one, "reset")
-        # The handles of another robot are new ones; a pull at an old one ends with it.
+        # Another robot gets new handles; a drag of an old handle ends.
         settle(one)
         elbow, start, frame, foot = one.ask(state)
         q = pin.Quaternion(frame @ pin.rpy.rpyToMatrix(0.3, 0.0, 0.0))
@@ -90,10 +90,10 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest) -> None
         one.wait(lambda s: s.held is None)
 
 
-def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
+def test_the_circle_is_drawn_and_the_hand_cannot_be_held(one: Guest) -> None:
     change(one, scene="solo", path="circle", speed=2.0)
     nodes = one.visitor.mirror.nodes
-    # Each node of the page is a message of its own: the line may arrive before the last handle has left.
+    # Each node is a separate message: the line may arrive before the last handle is removed.
     one.visitor.wait_for(
         lambda v: "/path/line" in v.mirror.nodes and not {HAND, ELBOW, "/path/A"} & v.mirror.nodes.keys()
     )
@@ -106,14 +106,14 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
     assert one.session.held is None and one.session.settings.page.autopilot == press_left
     one.run_on(2.0)
     one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
-    # The trace is where the hand has been: near the circle.
+    # The trace shows the hand's path, near the circle.
     trace = np.array(nodes["/trace"]["points"], float).reshape(-1, 3)
     assert np.abs(np.linalg.norm(trace - centre, axis=1) - solo.RADIUS).max() < 0.01
     change(one, path="stay")
     one.visitor.wait_for(lambda v: "/path/line" not in v.mirror.nodes and HAND in v.mirror.nodes)
 
 
-def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
+def test_the_master_is_dragged_and_the_slaves_wanted_posture_is_shown(one: Guest) -> None:
     change(one, scene="master_slave", avoid="free", speed=2.0)
     one.visitor.wait_for(
         lambda _: not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish"))
@@ -123,7 +123,7 @@ def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) 
     goal = start + 0.7 * (other - start)
     drag(one, HAND, goal, one.visitor.mirror.nodes[HAND]["wxyz"])
     comes(one, lambda s: float(np.linalg.norm(hand(s) - goal)), 0.05)
-    # The slave would mirror it into the master; it gives way, and how it ought to stand is drawn beside it.
+    # Mirroring would lead the slave into the master: it avoids, and its wanted posture is drawn as well.
     one.visitor.wait_for(lambda _: visible(one, "/wish/left/base"))
     assert "/wish/right/base" not in drawn(one.visitor)
     press(one, "pause")
@@ -139,7 +139,7 @@ def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) 
         assert between == pytest.approx(abs(angle - q), abs=1e-3)
 
 
-def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest) -> None:
+def test_a_ghost_is_visible_where_it_differs_and_removed_when_off(one: Guest) -> None:
     press(one, "ghost")
     assert one.session.settings.page.ghost == "frozen" and one.session.ghost is not None
     one.run_on(0.2)
@@ -155,7 +155,7 @@ def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest)
 def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
     change(one, scene="ball")
     start = one.ask(home)
-    # The letters stand a little beyond its ends.
+    # The letters are slightly beyond its ends.
     beyond = 0.07 * PATH / np.linalg.norm(PATH)
     for name, end in (("A", start - beyond), ("B", start + PATH + beyond)):
         one.visitor.wait_for(lambda v, name=name: v.mirror.nodes.get(f"/path/{name}", {}).get("text") == name)
@@ -167,7 +167,7 @@ def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
     one.visitor.wait_for(lambda v: v.mirror.nodes["/trace"].get("visible"))
 
 
-def test_the_control_point_hangs_on_the_arm(one: Guest) -> None:
+def test_the_control_point_is_attached_to_the_arm(one: Guest) -> None:
     change(one, scene="ball", point="arm")
     press(one, "pause")
     one.visitor.wait_for(lambda v: "/ball" in v.mirror.nodes)
@@ -190,7 +190,7 @@ def test_the_control_point_hangs_on_the_arm(one: Guest) -> None:
         node = one.visitor.mirror.nodes[name]
         assert node["radius"] == POINT_RADIUS and 0.0 < node["opacity"] < 1.0
         q, closest = one.ask(measured)
-        # Along the nested nodes it comes out where the detector has it: a radius from the closest point.
+        # The nested nodes give the detector's place: one radius from the closest point.
         middle = drawn_pose(one, name).translation
         assert np.linalg.norm(closest - middle) == pytest.approx(POINT_RADIUS, abs=2e-3), part
         toward = (q[-3:] - middle) / np.linalg.norm(q[-3:] - middle)
@@ -199,18 +199,18 @@ def test_the_control_point_hangs_on_the_arm(one: Guest) -> None:
     one.visitor.wait_for(lambda _: points() == [])
 
 
-def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
+def test_the_ball_itself_is_dragged_across_the_view(one: Guest) -> None:
     change(one, scene="ball")
     middle = one.ask(ball)
     taken = middle + np.array([BALL_RADIUS, 0.0, 0.0])
     way = np.array([0.0, 0.12, -0.03])
     pull(one, "/ball", "start", taken, taken)
     one.wait(lambda s: isinstance(s.held, BallTarget))
-    # Taken at its surface, it does not jump.
+    # Held at its surface, the ball does not jump.
     assert np.linalg.norm(one.session.held.position - middle) < 1e-6  # type: ignore[union-attr]
     pull(one, "/ball", "update", taken, taken + way)
     comes(one, lambda s: float(np.linalg.norm(ball(s) - middle - way)), 2e-3)
-    # Odd places are not followed, far ones end at the edge of the room.
+    # Bad places are ignored; far ones are limited to the edge of the room.
     pull(one, "/ball", "update", taken, np.array([1e7, 0.0, 0.0]))
     one.run_on(0.1)
     assert np.abs(one.session.held.position).max() <= 2.6  # type: ignore[union-attr]
@@ -218,7 +218,7 @@ def test_the_ball_itself_is_pulled_across_the_view(one: Guest) -> None:
     one.wait(lambda s: s.held is None)
 
 
-def test_the_figure_stands_where_its_arms_are() -> None:
+def test_the_figure_is_drawn_at_its_arms() -> None:
     point = np.array([0.2, -0.3, 0.1])
     assert_allclose(on_person(on_stage(point)), point, atol=1e-12)
     ends = [on_stage(p) for p in arm_points(Figure().angles()[0], "left")]
@@ -243,13 +243,13 @@ def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:
             lambda _, side=side, wrist=wrist: np.allclose(drawn_wrist(one, side), on_stage(wrist), atol=2e-3)
         )
     assert not visible(one, "/person/lost")
-    # The autopilot is that person: without it no person is seen.
+    # The autopilot plays the person: without it no person is visible.
     press(one, "autopilot")
     one.visitor.wait_for(lambda _: visible(one, "/person/lost"))
 
 
-def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
-    """To take hold of the figure makes it the person, also where a clip was imitated before."""
+def test_the_figure_is_dragged_and_the_robots_follow(one: Guest) -> None:
+    """Taking hold of the figure makes it the person, also after a clip."""
     change(one, scene="imitation", clip="wave", autopilot=True)
     one.run_on(0.5)
     one.ask(lambda s: s.change("autopilot", False))
@@ -271,7 +271,7 @@ def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
     moved = np.abs(one.ask(lambda s: s.simulation.positions.copy()) - q)
     left = one.session.simulation.room.arm("left").joints
     assert moved[left].max() > 0.2
-    # It stays as it was pulled; a reset lets it stand as at the start; another source takes over.
+    # The figure keeps its posture; a reset restores the first one; another source takes over.
     assert np.linalg.norm(drawn_wrist(one, "left") - goal) < 5e-3
     press(one, "reset")
     one.visitor.wait_for(lambda _: np.linalg.norm(drawn_wrist(one, "left") - first) < 5e-3)
@@ -284,9 +284,7 @@ def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
 BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
 
 
-def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
-    house: OpenHouse, arrive: Arrive
-) -> None:
+def test_nodes_are_at_the_links_and_a_resting_joint_is_not_sent(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened, "autopilot=0")
     guest.ask(lambda s: s.control.toggle_pause())
@@ -295,7 +293,7 @@ def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
 
 
 def arm_moves(guest: Guest, scene: SceneApi, name: RobotName) -> None:
-    """Look at five poses of an arm that is made, and at one joint of each a little farther; it is gone in the end."""
+    """Check a new arm in five postures and with one joint moved in each, and its removal."""
     visitor, model, is_default = guest.visitor, robot(name).model, name == "lwr"
     arm = (
         ArmView(scene, "/arm", BASE, "ghost", False)
@@ -309,7 +307,7 @@ def arm_moves(guest: Guest, scene: SceneApi, name: RobotName) -> None:
     assert paths == [arm.link(joint) for joint in range(model.njoints)]
     shapes = [f"{path}/{SHAPE}" for path in paths]
     visitor.wait_for(lambda v: set(paths) | set(shapes) <= set(v.mirror.nodes))
-    # What hangs on a mesh waits until that is loaded: only frames have something below them.
+    # A node below a mesh waits until that is loaded: only frames have children.
     assert {visitor.mirror.nodes[path]["type"] for path in paths} == {"FrameMessage"}
     assert not [
         node for node in visitor.mirror.nodes if node.startswith(tuple(f"{shape}/" for shape in shapes))
@@ -345,27 +343,27 @@ OFFSET = np.array([0.0, 0.05, 0.08])
 
 @pytest.fixture
 def guest(house: OpenHouse, arrive: Arrive) -> Guest:
-    """A guest whose arms rest, without arrows."""
+    """A guest with arms at rest, without arrows."""
     return arrive(house(), "autopilot=0")
 
 
 def point(s: Session) -> Array:
-    """The point that is pulled, on the fifth link."""
+    """Place of the dragged point on the fifth link."""
     return s.simulation.kinematics.data.oMi[s.simulation.guided.joint(5)].act(OFFSET)
 
 
 @pytest.mark.parametrize("scene", ["hold", "master_slave", "solo"])
-def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
+def test_a_link_is_dragged(guest: Guest, scene: str) -> None:
     change(guest, scene=scene, speed=2.0)
     arm, link = ("arm" if scene == "solo" else "right"), LINK.format("arm" if scene == "solo" else "right")
-    # Only the orange arm, and not its base; no arrows, and no mark before something is pulled.
+    # Only the orange arm without its base can be dragged; no arrows, and no mark before a drag.
     links = {f"/arms/{arm}/base" + "".join(f"/j{i}" for i in range(1, joint + 1)) for joint in range(1, 8)}
     guest.visitor.wait_for(lambda v: set(v.mirror.grabbable) == links)
     assert not any(name.startswith("/gizmo") for name in drawn(guest.visitor))
     assert not visible(guest, "/grip/point")
     start = guest.ask(point)
     frame, _ = guest.ask(lambda s: swivel_frame(s.hand))
-    # The way on which the elbow swivels, so that every hand lets it.
+    # The elbow's swivel direction, which every hand task permits.
     goal = start + 0.05 * (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
     pull(guest, link, "start", start, start)
     guest.wait(lambda s: isinstance(s.held, LinkTarget))
@@ -377,7 +375,7 @@ def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
     guest.visitor.wait_for(lambda _: visible(guest, "/grip/point") and visible(guest, "/grip/line"))
     guest.visitor.wait_for(lambda _: np.linalg.norm(place(guest, "/grip/point") - guest.ask(point)) < 2e-3)
     guest.visitor.wait_for(lambda _: np.allclose(place(guest, "/grip/place"), goal))
-    # Another one's end means nothing; its own lets go, and the arm stays where it came to.
+    # The end of another link's drag is ignored; its own end releases it, and the arm stays.
     pull(guest, link.removesuffix("/j5"), "end", start, goal)
     guest.run_on(0.1)
     assert guest.session.held is not None
@@ -387,14 +385,14 @@ def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
     there = guest.ask(point)
     guest.run_on(1.0)
     assert np.linalg.norm(guest.ask(point) - there) < (0.05 if scene == "solo" else 0.01)
-    # The arrow keys go on from there.
+    # The arrow keys continue from there.
     press(guest, "up")
     guest.wait(lambda s: isinstance(s.held, HandTarget))
 
 
-def test_odd_pulls_are_not_followed_and_a_change_lets_go(guest: Guest) -> None:
+def test_bad_drags_are_ignored_and_a_change_releases_the_link(guest: Guest) -> None:
     link, far = LINK.format("right"), np.array([1e7, 0.0, 0.0])
-    # An update without a start, and a start that is nowhere.
+    # An update without a start, and a start at an invalid place.
     pull(guest, link, "update", np.zeros(3), np.ones(3))
     pull(guest, link, "start", np.array([np.nan, 0.0, 0.0]), np.ones(3))
     guest.run_on(0.1)
@@ -418,7 +416,7 @@ def test_odd_pulls_are_not_followed_and_a_change_lets_go(guest: Guest) -> None:
     assert guest.session.held is None
 
 
-def test_a_pull_is_replayed_and_the_past_cannot_be_taken_hold_of(guest: Guest) -> None:
+def test_a_drag_is_replayed_and_a_replayed_arm_cannot_be_held(guest: Guest) -> None:
     link, start = LINK.format("right"), guest.ask(point)
     goal = start + np.array([0.0, 0.06, 0.08])
     pull(guest, link, "start", start, start)
@@ -430,5 +428,5 @@ def test_a_pull_is_replayed_and_the_past_cannot_be_taken_hold_of(guest: Guest) -
     guest.wait(lambda s: s.player.past is not None)
     guest.visitor.wait_for(lambda v: not v.mirror.grabbable)
     guest.visitor.wait_for(lambda _: visible(guest, "/grip/point"))
-    # The past begins where the link was taken.
+    # The replay begins at the drag's start.
     guest.visitor.wait_for(lambda _: np.allclose(place(guest, "/grip/place"), goal))

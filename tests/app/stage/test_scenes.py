@@ -1,4 +1,4 @@
-"""Every experiment shows its own things and nothing of the one before, to every visitor, in every look, and all of them at first sight."""
+"""Every experiment shows exactly its own objects, in every look, all in the first view."""
 
 from contextlib import suppress
 from typing import Any, get_args
@@ -33,7 +33,7 @@ TELLING = set().union(*EXPECTED.values())
 
 
 def unlike(one: BlockingClient, other: BlockingClient) -> list[str]:
-    """What one page shows and the other does not, or elsewhere: a browser may think that a node is the one whose name it has."""
+    """Differences of two pages: missing or displaced nodes. A browser may confuse nodes of the same name."""
     mine, theirs = drawn(one), drawn(other)
     found = [name for name in mine ^ theirs if not name.startswith("/wish")]
     for name in mine & theirs:
@@ -46,7 +46,7 @@ def unlike(one: BlockingClient, other: BlockingClient) -> list[str]:
     return found
 
 
-def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHouse, one: Guest) -> None:
+def test_every_scene_shows_its_own_objects_and_none_of_the_previous(house: OpenHouse, one: Guest) -> None:
     opened = house()
     way: list[tuple[str, RobotName, str]] = [
         *((scene, "lwr", "torso") for scene in SCENES),
@@ -61,7 +61,7 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
             fresh.wait_for(
                 lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/room" in v.mirror.nodes
             )
-            # Handles are put where they belong in the first frames after they were made.
+            # New handles get their places in the first frames.
             with suppress(TimeoutError):
                 fresh.wait_for(
                     lambda v, fresh=fresh: v.received.frames >= 4 and not unlike(one.visitor, fresh)
@@ -69,7 +69,7 @@ def test_every_scene_shows_its_own_and_nothing_of_the_one_before(house: OpenHous
             assert unlike(one.visitor, fresh) == [], (scene, robot)
             shown = {name for name in drawn(fresh) if not name.startswith("/wish")}
         assert (shown & TELLING) >= EXPECTED[scene], scene
-        # A trace is seen once the hand has moved; all else that the texts name is seen from the first frame on.
+        # A trace is visible once the hand has moved; all other named objects from the first frame on.
         one.visitor.wait_for(
             lambda _, scene=scene: all(visible(one, name) for name in EXPECTED[scene] - {"/trace"})
         )
@@ -97,7 +97,7 @@ def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pyte
 
     monkeypatch.setattr(one.visitor.mirror, "take", listen)
     spec = specs(RunSettings)["scene"]
-    # An order in which every scene is seen from elsewhere than the one before.
+    # In this order every scene has another view than the previous one.
     for scene in ("solo", "master_slave", "ball", "imitation", "hold"):
         before = one.visitor.received.messages["SetCameraPositionMessage"]
         change(one, scene=scene)
@@ -105,7 +105,7 @@ def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pyte
             lambda v, before=before: v.received.messages["SetCameraPositionMessage"] > before
         )
         one.visitor.wait_for(lambda _, scene=scene: said[-1:] == [spec.options()[scene]])
-    # A setting that moves no arm leaves the visitor's own view alone.
+    # A setting that moves no arm does not change the visitor's view.
     before = one.visitor.received.messages["SetCameraPositionMessage"]
     change(one, dm=0.1, theme="dark", ghost="frozen")
     assert one.visitor.received.messages["SetCameraPositionMessage"] == before
@@ -125,7 +125,7 @@ def test_another_look_reaches_every_part(one: Guest) -> None:
                 assert node["font_screen_scale"] == pytest.approx(1.15 * 1.3), name
         before = {name: node["glb_data"] for name, node in looks.items() if node["type"] == "GlbMessage"}
         settle(one)
-        # Nothing that the theme does not change is sent again, though it changes twice.
+        # The theme changes twice, but data that do not depend on it are not sent again.
         nodes = list(one.visitor.mirror.nodes.items())
         after = {name: node["glb_data"] for name, node in nodes if node.get("type") == "GlbMessage"}
         assert all(after[name] is data for name, data in before.items())
@@ -133,7 +133,7 @@ def test_another_look_reaches_every_part(one: Guest) -> None:
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("robot", get_args(RobotName))
-def test_the_first_sight_shows_all(scene: str, robot: RobotName) -> None:
+def test_the_first_view_shows_all_objects(scene: str, robot: RobotName) -> None:
     for rig in ("torso", "table"):
         simulation = Simulation(RunSettings(scene=scene, robot=robot, rig=rig))
         simulation.kinematics.update(simulation.positions)

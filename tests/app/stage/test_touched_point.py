@@ -1,4 +1,4 @@
-"""What stops an arm lights up in the scene, with a word."""
+"""The thing that stops an arm is highlighted and named in the 3-D view."""
 
 import numpy as np
 import pytest
@@ -39,14 +39,14 @@ def test_the_ball_touches_the_pedestal() -> None:
     assert touch.thing == "pedestal" and np.hypot(*(touch.point - base)[:2]) < 0.13
 
 
-def test_nothing_is_touched_at_the_start_and_nothing_lights_up_without_the_setting() -> None:
+def test_no_touch_at_the_start_and_no_highlight_without_the_setting() -> None:
     simulation = Simulation(given_settings(rig="table", world=True))
     simulation.world.update()
     assert simulation.stages is not None and simulation.stages.touches() == ()
     assert Simulation(given_settings(rig="table")).stages is None
 
 
-def test_the_scene_lights_up_with_a_word(one: Guest) -> None:
+def test_a_touched_thing_is_highlighted_and_named(one: Guest) -> None:
     change(one, rig="table", world=True, wmax=0.5)
 
     def drag(session: object) -> None:

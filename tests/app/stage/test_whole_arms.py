@@ -1,4 +1,4 @@
-"""An arm is drawn once all of its links are loaded, its hand with it."""
+"""An arm is drawn once all of its links are loaded, including the hand."""
 
 from playwright.sync_api import Page
 
@@ -21,7 +21,7 @@ WATCH = f"""(() => {{
   }};
   requestAnimationFrame(look);
 }})()"""
-"""Count how often a part of an arm is drawn with all of its links and without."""
+"""Counts how often a part of an arm is drawn with all of its links, and without."""
 
 
 def seen(page: Page) -> dict[str, int]:
@@ -38,7 +38,7 @@ def test_no_part_of_an_arm_is_drawn_before_its_hand(house: OpenHouse, page_at: P
     base, others = "__viserMutable.nodeRefFromName['/arms/right/base'].visible", "/arms/left/base"
     for link in (WRIST, "/base/j1/j2", "/base"):
         shape = f"/arms/right{link}/{SHAPE}"
-        # As long as viser has no such mesh, it is not loaded.
+        # A mesh that viser does not have counts as not loaded.
         page.evaluate(
             "name => { const all = __viserMutable.nodeRefFromName; window.kept = all[name]; delete all[name]; }",
             shape,

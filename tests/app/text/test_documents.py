@@ -1,4 +1,4 @@
-"""The documents that teachers read, as the server gives them out."""
+"""The documents for teachers, as the server sends them."""
 
 import re
 import tomllib
@@ -19,9 +19,9 @@ from tests.test_imports import ROOT
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_every_document_is_whole(name: str) -> None:
+def test_every_document_is_complete_with_valid_links(name: str) -> None:
     read = HtmlReader(document_page(name).decode())
-    # Nothing comes from elsewhere, and what it points to on this server exists.
+    # No resource comes from another server, and all links on this server exist.
     here = {link for link in read.links if not link.startswith(("https://", "data:"))}
     assert here <= {"../", *DOCUMENTS}
     title = DOCUMENTS[name].file.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
@@ -29,7 +29,7 @@ def test_every_document_is_whole(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
-def test_what_stands_around_a_document_is_in_the_readers_language(name: str) -> None:
+def test_the_frame_of_a_document_is_in_the_readers_language(name: str) -> None:
     page = document_page(name, "pseudo").decode()
     frame = page[: page.index("<main")] + page[page.index("</main>") :]
     assert '<html lang="en">' in page and '<main lang="en">' in page
@@ -63,17 +63,19 @@ def test_formulas_tables_and_numbers_of_equations() -> None:
         ("a\n![b](c.svg)\nd", "<p>a</p>\n<p>b</p><p>d</p>"),
     ],
 )
-def test_documents_and_lessons_have_one_reader(render: Callable[[str], str], text: str, made: str) -> None:
+def test_documents_and_lessons_have_the_same_renderer(
+    render: Callable[[str], str], text: str, made: str
+) -> None:
     html = re.sub("<svg.*?</svg>", "<svg>", str(render(text)), flags=re.DOTALL)
     assert re.sub(r'<a href="https?://[\w.]+" target="_blank" rel="noopener">', "<a>", html).strip() == made
 
 
-def test_links_lead_to_documents_from_documents_only() -> None:
+def test_links_to_documents_work_only_in_documents() -> None:
     assert '<a href="model">' in document_html("[m](model.md)")
     assert "<a" not in lesson_html("[m](model.md)") + document_html("[m](other.md)")
 
 
-def test_the_server_gives_them_out(house: OpenHouse) -> None:
+def test_the_server_sends_the_documents(house: OpenHouse) -> None:
     url = house().url
     with urllib.request.urlopen(f"{url}/documents/model", timeout=60) as answer:
         assert answer.read() == document_page("model")
@@ -81,12 +83,12 @@ def test_the_server_gives_them_out(house: OpenHouse) -> None:
         urllib.request.urlopen(f"{url}/documents/10-limits.notes", timeout=60)
 
 
-def test_what_is_cited_is_this_version_and_names_both_licences() -> None:
+def test_the_citation_has_this_version_and_the_readme_both_licences() -> None:
     text = DOCUMENTS["cite"].file.read_text(encoding="utf-8")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert re.findall(r"version = \{(.*?)\}", text) == [project["version"]]
     entries = dict(re.findall(r"^@(\w+)\{(\w+),$", text, re.MULTILINE))
-    # Both entries are whole: as many braces open as close.
+    # Both entries are complete: equally many opening and closing braces.
     assert set(entries) == {"software", "inproceedings"} and text.count("{") == text.count("}")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert "CC BY 4.0" in readme and "cite.md" in readme

@@ -1,4 +1,4 @@
-"""A text about the paper's d, said of another first task."""
+"""A text about the paper's d, rewritten for another first task."""
 
 import pytest
 from markupsafe import Markup
@@ -16,7 +16,7 @@ from scenes.quantities import ALL, DISTANCE, FIRST_TASKS, PARTS, SINGULAR, STOPS
         ("ḋ = 0.1 m/s, and d* is in a dead end", "ḣ = 0.1 rad/s, and h* is in a dead end"),
     ],
 )
-def test_symbols_row_and_units_are_those_of_the_first_task(text: str, said: str) -> None:
+def test_a_text_gets_symbols_row_and_units_of_the_first_task(text: str, said: str) -> None:
     stops = FIRST_TASKS[STOPS]
     assert in_symbols(text, stops).replace("h\N{COMBINING DOT ABOVE}", "ḣ") == said
     html = in_symbols(Markup(text), stops)
@@ -24,12 +24,12 @@ def test_symbols_row_and_units_are_those_of_the_first_task(text: str, said: str)
     assert in_symbols(text, DISTANCE) == text
 
 
-def test_only_the_row_of_a_wall_is_another_one() -> None:
+def test_only_the_row_of_a_wall_has_another_symbol() -> None:
     text = "d ≥ d_m [m], 3 mm, 1 m/s, "
     assert in_symbols(f"{text}J_d", FIRST_TASKS[WALL]) == f"{text}J_a"
 
 
-def test_the_least_of_all_margins_has_the_unit_of_what_it_is() -> None:
+def test_the_least_of_all_margins_has_the_unit_of_its_quantity() -> None:
     every = FIRST_TASKS[ALL]
     assert [quantity_of_pair(every, i).unit for i in range(len(PARTS[ALL]))] == ["m", "m/rad", "rad", "m"]
     assert quantity_of_pair(every, -1) is every

@@ -1,4 +1,4 @@
-"""The document on the model names the thresholds that the first tasks have."""
+"""The document on the model names the thresholds of the first tasks."""
 
 import inspect
 import re

@@ -22,7 +22,7 @@ def test_other_words_may_break(text: str) -> None:
     assert unbroken(text) == text
 
 
-def test_it_holds_in_all_that_makes_html() -> None:
+def test_every_html_builder_keeps_units() -> None:
     assert f"100{NO_BREAK}mm" in tr_html("this curve promises d ≥ {kept} mm while w ≤ v", kept="100")
     assert f"12{NO_BREAK}mm" in element("p", "12 mm")
     assert f"8.7{NO_BREAK}mm" in lesson_html("It rests 8.7 mm away.\n\n| d |\n|---|\n| 8.7 mm |")

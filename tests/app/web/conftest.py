@@ -1,4 +1,4 @@
-"""A server with one of everything on it, and clients that speak viser's protocol."""
+"""A server with one control of each kind, and clients that use viser's protocol."""
 
 import asyncio
 import itertools
@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
+import websockets
 
 from app.web.server import DuetServer
 from tests.blocking_client import BlockingClient
@@ -87,7 +88,7 @@ def join(room: Room) -> Iterator[Join]:
 
 
 def in_a_loop(work: Coroutine[Any, Any, Any]) -> Any:
-    """Do something in a thread of its own: where a browser is driven, this one has an event loop that is at work."""
+    """Result of a coroutine in a separate thread: with a browser, this thread has a running event loop."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(asyncio.run, work).result()
 
@@ -100,17 +101,21 @@ def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
         return error.code, {k.lower(): v for k, v in error.headers.items()}, error.read()
 
 
-def write(visitor: BlockingClient, frames: bytes) -> None:
+def socket_of(visitor: BlockingClient) -> websockets.ClientConnection:
     opened = visitor.visitor._socket
     assert opened is not None
-    visitor.loop.call_soon_threadsafe(opened.transport.write, frames)
+    return opened
+
+
+def write(visitor: BlockingClient, frames: bytes) -> None:
+    visitor.loop.call_soon_threadsafe(socket_of(visitor).transport.write, frames)
 
 
 _marks = itertools.count(1)
 
 
 def roundtrip(visitor: BlockingClient, room: Room) -> None:
-    """Return when the server has read all that `visitor` has sent: a connection's messages are read in order."""
+    """Wait until the server has read all messages of `visitor`; it reads a connection's messages in order."""
     mark = f"mark {next(_marks)}"
     visitor.set_value("note", mark)
     visitor.wait_for(lambda v: mark in room.values("note") or v.closed)

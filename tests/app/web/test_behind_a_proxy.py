@@ -1,4 +1,4 @@
-"""Duet behind a proxy that has it in a folder, or gives it another name: it works, or the page and the log say what is missing."""
+"""Duet behind a proxy with a folder or another host name: it works, or names the missing option."""
 
 import logging
 import re
@@ -20,9 +20,10 @@ from tests.browser import PageAt, screenshot, until, wait_ready
 
 
 class Proxy(socketserver.ThreadingTCPServer):
-    """Hands on what comes for one folder, without the folder's name; what it writes for Host: None leaves it.
+    """Proxy that forwards requests for one folder, without the folder's name.
 
-    `behind`: the server's port; `of_tabs`: of another server, which has what names a tab; 0 for the same.
+    `host`: new Host header, None keeps it. `behind`: the server's port. `of_tabs`: port of another server
+    for requests that name a tab; 0 for the same server.
     """
 
     allow_reuse_address = daemon_threads = True
@@ -33,7 +34,7 @@ class Proxy(socketserver.ThreadingTCPServer):
 
     @property
     def origin(self) -> str:
-        """Under which a browser opens it; every name below `localhost` is this computer."""
+        """Origin in the browser; every name below `localhost` is this computer."""
         return f"http://duet.localhost:{self.server_address[1]}"
 
 
@@ -64,7 +65,7 @@ class _Handing(socketserver.StreamRequestHandler):
 
 @pytest.fixture
 def proxies() -> Iterator[tuple[Proxy, Proxy]]:
-    """One that has us in a folder and writes a Host of its own, and one that leaves both as they are."""
+    """One proxy with a folder and its own Host header, and one without changes."""
     with Proxy("/lab/duet", "upstream") as rewriting, Proxy("", None) as keeping:
         for proxy in (rewriting, keeping):
             threading.Thread(target=proxy.serve_forever, args=(0.01,), daemon=True).start()
@@ -74,7 +75,7 @@ def proxies() -> Iterator[tuple[Proxy, Proxy]]:
 
 
 @pytest.mark.thorough
-def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its_own_of_two_servers(
+def test_both_proxies_work_once_allowed_and_a_tab_stays_with_its_server(
     proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt, caplog: pytest.LogCaptureFixture
 ) -> None:
     strict, page, (rewriting, keeping) = house(), page_at(700, 500, fresh=True), proxies
@@ -86,7 +87,7 @@ def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its
     screenshot(page, "address-not-known")
     assert f"start it with --allow-origin {rewriting.origin}" in caplog.text
     assert live_sessions(strict) == {}
-    # Of two servers behind the second proxy one has the tab, and the page comes from the other one.
+    # Behind the second proxy, one server has the tab and the other one sends the page.
     first, open_to_both = (house(allowed_origins=tuple(one.origin for one in proxies)) for _ in range(2))
     rewriting.behind = keeping.of_tabs = open_to_both.server.get_port()
     keeping.behind = first.server.get_port()
@@ -105,7 +106,7 @@ def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its
         assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
         link = page.locator(".duet-link input")
         expect(link).to_have_value(re.compile(rf"^{re.escape(one.origin + folder)}/\?"), timeout=60_000)
-        assert len(loads) == number, "it is not loaded again to look for its server"
+        assert len(loads) == number, "the page was reloaded to find its server"
     assert not live_sessions(first)
 
 

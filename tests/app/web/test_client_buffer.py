@@ -1,4 +1,4 @@
-"""What one browser alone is sent: what viser's own buffer would send it, in the same order, with fewer wake-ups."""
+"""A browser's buffer sends the same messages as viser's, in the same order, with fewer wake-ups."""
 
 import asyncio
 from collections.abc import Callable
@@ -43,7 +43,7 @@ pushed = st.lists(st.tuples(st.integers(0, 7), st.sampled_from("abc"), st.intege
 
 
 async def drained(made_in: Callable[..., MessageBuffer], batches: list[Batch]) -> list[Message]:
-    """All messages that a browser is sent, each batch pushed in one go."""
+    """All messages sent to a browser; each batch is pushed atomically."""
     sent: list[Message] = []
     buffer = made_in(asyncio.get_running_loop())
     buffer.window_duration_sec = 0.0
@@ -72,7 +72,7 @@ async def drained(made_in: Callable[..., MessageBuffer], batches: list[Batch]) -
 
 
 @given(st.lists(pushed, min_size=1, max_size=4))
-def test_a_browser_is_sent_what_viser_would_send(batches: list[Batch]) -> None:
+def test_a_browser_gets_the_same_messages_as_from_viser(batches: list[Batch]) -> None:
     ours = in_a_loop(drained(ClientBuffer, batches))
     assert ours == in_a_loop(drained(partial(MessageBuffer, persistent_messages=False), batches))
 
@@ -102,7 +102,7 @@ def test_a_frame_wakes_the_sender_once_and_an_idle_one_never() -> None:
             while got < len(batch):
                 got += len(await anext(windows))
             woken.append(calls)
-        # Outside of a frame, too: within `window_duration_sec`, and once for all.
+        # Also outside a frame: within `window_duration_sec`, one wake-up for all.
         calls = 0
         buffer.push(made(0, "/a", 1))
         buffer.push(made(0, "/b", 1))

@@ -1,4 +1,4 @@
-"""An entry waits from when it is dealt with until it is acted upon, dropped or replaced; meanwhile its control is left alone."""
+"""An entry waits until its action is done, dropped or replaced; its control is not written meanwhile."""
 
 from typing import Any
 
@@ -15,33 +15,33 @@ from tests.blocking_client import BlockingClient
 def entered(
     entries: Entries, control: str, value: int, into: list[int], queue: ActionQueue | None = None
 ) -> None:
-    """Deal with a message by which a value is entered; with a queue there is an action that acts upon it."""
+    """Process a message that enters a value; with a queue, an action applies it later."""
     with entries.taking(control, lambda: into.append(value)):
         if queue is not None:
             queue.put(NamedCall(control, lambda: into.append(10 * value)))
 
 
-def test_an_entry_waits_until_it_is_acted_upon() -> None:
+def test_an_entry_waits_until_its_action_is_done() -> None:
     entries, queue, done = Entries(), ActionQueue(do_call), list[int]()
     entries.deal(4)
     entered(entries, "a", 1, done, queue)
     assert entries.dealt_before("a") is None and entries.dealt_before("b") == 5 and done == []
     queue.put(PostedCall(lambda: done.append(7)))
     queue.do()
-    # The control has the value again before the action, which may write another one into it.
+    # The control gets the value back before the action, which may write another one.
     assert done == [1, 10, 7] and entries.dealt_before("a") == 5
 
 
-def test_an_entry_that_nothing_acts_upon_has_ended() -> None:
+def test_an_entry_without_an_action_ends_at_once() -> None:
     entries, done = Entries(), list[int]()
     entered(entries, "a", 1, done)
     assert done == [1] and entries.dealt_before("a") == 1
-    # What was refused before it was dealt with counts as well.
+    # Messages that were refused before count as well.
     entries.deal(3)
     assert entries.dealt_before("a") == 3
 
 
-def test_a_newer_entry_goes_on_waiting_when_the_one_before_ends() -> None:
+def test_a_newer_entry_still_waits_when_the_earlier_one_ends() -> None:
     entries, first, second, done = Entries(), ActionQueue(do_call), ActionQueue(do_call), list[int]()
     entered(entries, "a", 1, done, first)
     entered(entries, "a", 2, done, second)
@@ -51,7 +51,7 @@ def test_a_newer_entry_goes_on_waiting_when_the_one_before_ends() -> None:
     assert done == [10, 2, 20] and entries.dealt_before("a") == 2
 
 
-def test_what_replaces_or_drops_an_action_ends_its_entry() -> None:
+def test_a_replaced_or_dropped_action_ends_its_entry() -> None:
     entries, queue, done = Entries(), ActionQueue(do_call), list[int]()
     entered(entries, "a", 1, done, queue)
     queue.put(NamedCall("a", lambda: done.append(9)))
@@ -62,7 +62,7 @@ def test_what_replaces_or_drops_an_action_ends_its_entry() -> None:
     assert done == [1, 2] and entries.dealt_before("a") == 2 and len(queue) == 0
 
 
-def test_a_server_leaves_the_control_alone_and_says_what_it_had_dealt_with(
+def test_a_server_keeps_an_entered_value_and_counts_processed_messages(
     start: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     server, queue, stamps = start(), ActionQueue(do_call), list[tuple[float, int]]()
@@ -85,7 +85,7 @@ def test_a_server_leaves_the_control_alone_and_says_what_it_had_dealt_with(
 
         monkeypatch.setattr(visitor.mirror, "take", note)
         visitor.wait_for(lambda v: v.mirror.gui)
-        # Out of range, so that nothing takes it.
+        # Out of range, so that it is refused.
         visitor.set_value("way", 50.0)
         visitor.set_value("way", 5.0)
         visitor.wait_for(lambda _: len(queue))

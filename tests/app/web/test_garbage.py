@@ -1,4 +1,4 @@
-"""Broken messages end the connection they came by, and nothing else; those that a page would not send are dropped."""
+"""A broken message ends only its own connection; messages that a page would never send are dropped."""
 
 import contextlib
 import logging
@@ -26,7 +26,8 @@ from app.web.message_gate import Gate, Traffic
 from app.web.schemas import SHAPES, Malformed, Refused
 from app.web.server import DuetServer
 from app.web.traffic_limits import TrafficLimits
-from tests.app.web.conftest import Join, Room, ended, roundtrip, write
+from tests.app.viser_private import component_id, handlers, shared_messages
+from tests.app.web.conftest import Join, Room, ended, roundtrip, socket_of, write
 from tests.blocking_client import BlockingClient
 
 NAN, INF = math.nan, math.inf
@@ -34,7 +35,7 @@ NAN, INF = math.nan, math.inf
 
 def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
     point, pixel = [0.0, 0.0, 1.0], [0.5, 0.5]
-    uuid, owned = room.slider._impl.uuid, {"name": "/hand", "owner": ""}
+    uuid, owned = component_id(room.slider), {"name": "/hand", "owner": ""}
     ray = {"ray_origin": point, "ray_direction": point, "modifier": None}
     drag = {
         "start_position": point,
@@ -43,13 +44,13 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
         "end_screen_pos": pixel,
         "modifier": "alt",
     }
-    file = {"source_component_uuid": room.upload._impl.uuid, "transfer_uuid": "t"}
+    file = {"source_component_uuid": component_id(room.upload), "transfer_uuid": "t"}
     messages = [
         CAMERA,
         {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": 0.2}},
         {"type": "GuiButtonHoldMessage", "uuid": uuid, "frequency": 10},
-        {"type": "GuiFormSubmitMessage", "uuid": room.form._impl.uuid},
-        {"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid},
+        {"type": "GuiFormSubmitMessage", "uuid": component_id(room.form)},
+        {"type": "GuiFormDirtyMessage", "uuid": component_id(room.form)},
         {"type": "CommandTriggerMessage", "uuid": "c"},
         {
             "type": "FileTransferStartUpload",
@@ -79,7 +80,7 @@ def valid_messages(room: Room) -> dict[str, dict[str, Any]]:
     return {message["type"]: message for message in messages}
 
 
-def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) -> None:
+def test_every_kind_of_message_is_known_and_matches_viser(room: Room) -> None:
     messages = valid_messages(room)
     room.server.gui.add_command("c")
     (uuid,) = room.server.gui._command_handle_from_uuid
@@ -90,12 +91,12 @@ def test_every_kind_of_message_is_known_and_is_what_viser_expects(room: Room) ->
         raw = msgspec.msgpack.encode(message)
         room.server.gate.check(0, traffic, raw)
         viser_messages.Message.deserialize(raw)
-    # viser's fields and ours are the same, so a new version of viser can't slip a field past us.
+    # The fields equal viser's: a new version of viser cannot add an unchecked field.
     for kind, shape in SHAPES.items():
         assert set(wire_field_names(getattr(viser_messages, kind))) == set(shape), kind
 
 
-def test_the_browser_sends_no_kind_that_we_do_not_know() -> None:
+def test_the_browser_sends_only_known_kinds() -> None:
     kinds = r"(\w+Message|\w+Upload|FileTransfer\w+|\w+Request)"
     call = re.compile(r"(?:sendMessage|[sS]end\w*|messageSender)\(\s*\{\s*type:\s*[\"']" + kinds)
     source = Path(viser.__file__).parent / "client" / "src"
@@ -129,7 +130,7 @@ def mutations(rng: random.Random, messages: list[dict[str, Any]]) -> bytes | str
     return rng.choice([*broken, b"\x81" * rng.randrange(1, 3000) + b"\xc0"])
 
 
-def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
+def test_fuzzed_messages_pass_or_are_refused_or_malformed(room: Room) -> None:
     rng, traffic, gate = random.Random(5), Traffic(TrafficLimits()), room.server.gate
     messages, outcomes = (
         list(valid_messages(room).values()),
@@ -144,7 +145,7 @@ def test_fuzz_only_ever_ends_in_three_ways(room: Room) -> None:
         except Malformed:
             outcomes["malformed"] += 1
         else:
-            # What passes, viser must be able to read without a complaint.
+            # viser must read accepted messages without an error.
             assert isinstance(raw, bytes)
             viser_messages.Message.deserialize(raw)
             outcomes["through"] += 1
@@ -156,7 +157,7 @@ def test_garbage_closes_only_its_own_connection(
 ) -> None:
     witness, rng, messages = join(), random.Random(6), list(valid_messages(room).values())
     codes: set[int] = set()
-    # However long this machine takes, nothing is said a second time.
+    # A frozen clock: no line is logged a second time, even on a slow machine.
     room.server.log = ThrottledLog(logging.getLogger("duet.server"), clock=lambda: 0.0)
     with caplog.at_level(logging.WARNING, "duet.server"):
         for number in range(11):
@@ -182,7 +183,7 @@ def test_garbage_closes_only_its_own_connection(
 
 
 def bomb(before: dict[str, Any], key: str, filling: bytes, after: dict[str, Any]) -> bytes:
-    """A legal message of 250 kB with a field that holds a row of one-byte elements."""
+    """A legal message of 250 kB with a field of many one-byte elements."""
     fields = [msgspec.msgpack.encode(part)[1:] for part in (before, after)]
     head = bytes([0x80 + len(before) + 1 + len(after)])
     many = b"\xdd" + (249_000).to_bytes(4, "big") + filling * 249_000
@@ -222,7 +223,7 @@ def test_many_small_elements_are_refused_before_they_cost_memory(
 
 def costs_little(gate: Gate, raw: bytes, *errors: type[Exception]) -> None:
     traffic = Traffic(TrafficLimits())
-    # Tests before may have had machine code loaded, whose memory would count here.
+    # Machine code that an earlier test is loading would count here.
     for thread in threading.enumerate():
         if thread.name == "duet-compiled":
             thread.join()
@@ -235,23 +236,25 @@ def costs_little(gate: Gate, raw: bytes, *errors: type[Exception]) -> None:
         tracemalloc.stop()
 
 
-def test_the_value_of_an_element_is_decoded_as_its_kind_only(room: Room) -> None:
+def test_an_elements_value_is_decoded_only_as_its_kind(room: Room) -> None:
     empty = msgspec.Raw(b"\xdd" + (200_000).to_bytes(4, "big") + b"\x80" * 200_000)
     for handle in (room.slider, room.text, room.choice, room.pair):
-        update = {"type": "GuiUpdateMessage", "uuid": handle._impl.uuid, "updates": {"value": empty}}
+        update = {"type": "GuiUpdateMessage", "uuid": component_id(handle), "updates": {"value": empty}}
         costs_little(room.server.gate, msgspec.msgpack.encode(update), Malformed)
 
 
-def test_too_large_a_message_and_too_many_small_frames_close_only_their_own_connection(
-    room: Room, join: Join
-) -> None:
+def test_oversized_and_fragmented_messages_close_only_their_connection(room: Room, join: Join) -> None:
     witness, mask, binary = join(), b"\0\0\0\0", b"\x82\xff"
-    update = {"type": "GuiUpdateMessage", "uuid": room.text._impl.uuid, "updates": {"value": "x" * 256_000}}
+    update = {
+        "type": "GuiUpdateMessage",
+        "uuid": component_id(room.text),
+        "updates": {"value": "x" * 256_000},
+    }
     small = 1008, "too many small frames"
     for sent, code, reason in (
         (Frame(OP_BINARY, msgspec.msgpack.encode(update)).serialize(mask=True), 1008, "too large"),
         (binary + (1_000_001).to_bytes(8, "big") + mask, 1009, "exceeds limit"),
-        # A message that is begun, and then pings or pieces by themselves (RFC 6455, section 5.2).
+        # An unfinished message, followed by pings or by fragments (RFC 6455, section 5.2).
         *((b"\x02\x80" + mask + (head + mask) * 1000, *small) for head in (b"\x89\x80", b"\x00\x80")),
     ):
         attacker = join()
@@ -260,26 +263,24 @@ def test_too_large_a_message_and_too_many_small_frames_close_only_their_own_conn
     roundtrip(witness, room)
 
 
-def test_a_message_may_come_in_pieces(room: Room, join: Join) -> None:
+def test_a_message_may_arrive_in_pieces(room: Room, join: Join) -> None:
     visitor = join()
     raw = msgspec.msgpack.encode(
-        {"type": "GuiUpdateMessage", "uuid": room.slider._impl.uuid, "updates": {"value": 0.25}}
+        {"type": "GuiUpdateMessage", "uuid": component_id(room.slider), "updates": {"value": 0.25}}
     )
-    opened = visitor.visitor._socket
-    assert opened is not None
-    visitor.run(opened.send([raw[:1], raw[1:20], raw[20:]]))
+    visitor.run(socket_of(visitor).send([raw[:1], raw[1:20], raw[20:]]))
     roundtrip(visitor, room)
     assert room.values("d_m") == [0.25]
 
 
-def test_real_use_gets_through(room: Room, join: Join) -> None:
+def test_valid_messages_take_effect(room: Room, join: Join) -> None:
     a, b = join(), join()
     a.set_value("d_m", 0.2)
     a.set_value("law", "strict")
     a.set_value("pair", [0.5, -1])
     a.set_value("inner", 7)
     a.click("go")
-    a.send({"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid})
+    a.send({"type": "GuiFormDirtyMessage", "uuid": component_id(room.form)})
     a.move_gizmo("/hand", (0.1, 0, 0.5))
     roundtrip(a, room)
     assert room.seen[:5] == [
@@ -299,7 +300,7 @@ def test_real_use_gets_through(room: Room, join: Join) -> None:
     b.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] == 1)
 
 
-def test_what_a_page_would_not_send_is_dropped(room: Room, join: Join) -> None:
+def test_messages_that_a_page_never_sends_are_dropped(room: Room, join: Join) -> None:
     visitor = join()
     slider = {"type": "GuiUpdateMessage", "uuid": visitor.mirror.labelled("d_m")["uuid"]}
     for value in (NAN, INF, 1e9, 0.04):
@@ -337,19 +338,19 @@ def test_what_a_page_would_not_send_is_dropped(room: Room, join: Join) -> None:
     assert tuple(client.camera.position) == (1, 2, 3)
 
 
-def test_unknown_forms_do_not_pile_up(room: Room, join: Join) -> None:
+def test_messages_about_unknown_forms_are_not_kept(room: Room, join: Join) -> None:
     visitor, witness = join(), join()
-    before = len(room.server._websock_server._broadcast_buffer.message_from_id)
+    before = len(shared_messages(room.server))
     for number in range(100):
         visitor.send({"type": "GuiFormDirtyMessage", "uuid": f"no-{number}"})
-    visitor.send({"type": "GuiFormDirtyMessage", "uuid": room.form._impl.uuid})
+    visitor.send({"type": "GuiFormDirtyMessage", "uuid": component_id(room.form)})
     roundtrip(visitor, room)
     witness.wait_for(lambda v: v.received.messages["GuiFormDirtyMessage"] > 0)
-    assert len(room.server._websock_server._broadcast_buffer.message_from_id) <= before + 2
+    assert len(shared_messages(room.server)) <= before + 2
     assert witness.received.messages["GuiFormDirtyMessage"] == 1
 
 
-def test_no_tunnel_can_be_asked_for(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tunnel_cannot_be_requested(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
     for kind, name in (
         (viser.ViserServer, "request"),
@@ -361,13 +362,13 @@ def test_no_tunnel_can_be_asked_for(room: Room, join: Join, monkeypatch: pytest.
     for message in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
         visitor.send({"type": message.__name__})
         # Even past the gate there is no handler.
-        assert message not in room.server._websock_server._incoming_handlers
+        assert message not in handlers(room.server)
     visitor.click("go")
     roundtrip(visitor, room)
     assert room.values("go") == [0] and asked == []
 
 
-def test_messages_while_nothing_is_on_the_page() -> None:
+def test_messages_to_an_empty_page_are_refused() -> None:
     nothing: Any = SimpleNamespace(control=lambda *_: None, form=lambda *_: None, command=lambda *_: None)
     with pytest.raises(Refused, match="unknown element"):
         Gate(nothing, TrafficLimits()).check(

@@ -1,10 +1,11 @@
-"""The server's answers to requests; what it cannot do it says when it starts, and it leaves nothing behind when it stops."""
+"""The server's answers to requests, its errors at the start, and its clean stop."""
 
 import json
 import logging
 import re
 import socket
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -22,7 +23,7 @@ from tests.app.web.conftest import Join, Room, Start, ended, get
 from tests.blocking_client import BlockingClient
 
 
-def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, join: Join) -> None:
+def test_a_pages_question_is_answered_only_while_the_server_works(room: Room, join: Join) -> None:
     visitor = join()
     before = visitor.received.frames
     for at_work in (True, False, True):
@@ -34,7 +35,7 @@ def test_a_page_that_asks_is_answered_while_the_server_is_at_work(room: Room, jo
     assert visitor.received.frames == before + 2 and visitor.closed is None
 
 
-def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, join: Join) -> None:
+def test_pages_have_the_headers_and_the_server_reports_its_health(room: Room, join: Join) -> None:
     for path in ("/", "/?dm=0.1", "/healthz"):
         status, headers, _ = get(room.server.url + path)
         assert status == 200
@@ -61,7 +62,7 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     )
 
 
-def test_who_may_show_the_page_in_a_frame(start: Start) -> None:
+def test_only_listed_origins_may_embed_the_page(start: Start) -> None:
     server = start(embed_origins=("https://moodle.example.org", "http://slides.example.org:8000"))
     for path in ("/", "/healthz", "/nothing", "/robots.txt"):
         _, headers, _ = get(server.url + path)
@@ -81,58 +82,78 @@ def measured(body: bytes) -> dict[str, float]:
     }
 
 
-def test_prometheus_reads_what_the_health_says_here_or_with_the_key(start: Start) -> None:
-    behind, open_to_all = start(allowed_origins=("https://duet.example.org",)), start(host="0.0.0.0")
-    for server in (behind, open_to_all):
-        store = {
-            "lasting": True,
-            "problem": "the disk is full",
-            "set_aside": "visitors.sqlite.damaged-20260101-000000",
-        }
-        server.app_state = lambda store=store: {
-            "store": store,
-            "sessions": 7,
-            "frames": 21,
-            "load": 95,
-            "places": 8,
-        }
+STATE = {
+    "store": {
+        "lasting": True,
+        "problem": "the disk is full",
+        "set_aside": "visitors.sqlite.damaged-20260101-000000",
+    },
+    "sessions": 7,
+    "frames": 21,
+    "load": 95,
+    "places": 8,
+}
+
+
+@pytest.fixture
+def measured_server(start: Start) -> Callable[..., DuetServer]:
+    """Function that starts a server with the app state `STATE`, measurable from other computers by a key."""
+
+    def make(**options: Any) -> DuetServer:
+        server = start(**options)
+        server.app_state = lambda: dict(STATE)
         server.may_measure = lambda query: query.get("key") == "chalk-dust"
-    health = json.loads(get(open_to_all.url + "/healthz")[2])
-    assert (health["sessions"], health["frames"], health["load"], health["store"]["problem"]) == (
-        7,
-        21,
-        95,
-        "the disk is full",
-    )
-    for url, headers, status in (
-        (open_to_all.url + "/metrics", {}, 200),
-        (open_to_all.url + "/metrics", {"X-Forwarded-For": "203.0.113.9"}, 403),
-        (open_to_all.url + "/metrics?key=chalk-dust", {"X-Forwarded-For": "203.0.113.9"}, 200),
-        (behind.url + "/metrics", {}, 403),
-        (behind.url + "/metrics?key=chalk", {}, 403),
-        (behind.url + "/metrics?key=chalk-dust", {}, 200),
-    ):
-        answered, answer, body = get(url, **headers)
-        assert answered == status, (url, headers)
-        if status == 200:
-            assert (
-                answer["content-type"].startswith("text/plain; version=0.0.4")
-                and answer["cache-control"] == "no-store"
-            )
-            values = measured(body)
-            assert [values[f"duet_{name}"] for name in ("ok", "clients", "room", "sessions")] == [
-                1.0,
-                0.0,
-                1.0,
-                7.0,
-            ]
-            assert (values["duet_frames_per_second"], values["duet_load_ratio"]) == (21.0, 0.95)
-            assert (
-                values["duet_store_lasting"],
-                values["duet_store_ok"],
-                values["duet_store_set_aside"],
-            ) == (1.0, 0.0, 1.0)
+        return server
+
+    return make
+
+
+def test_the_health_has_the_state_of_the_app(measured_server: Callable[..., DuetServer]) -> None:
+    health = json.loads(get(measured_server(host="0.0.0.0").url + "/healthz")[2])
+    assert [health[name] for name in ("sessions", "frames", "load")] == [7, 21, 95]
+    assert health["store"]["problem"] == "the disk is full"
+
+
+METRICS = {
+    "duet_ok": 1.0,
+    "duet_clients": 0.0,
+    "duet_room": 1.0,
+    "duet_sessions": 7.0,
+    "duet_frames_per_second": 21.0,
+    "duet_load_ratio": 0.95,
+    "duet_store_lasting": 1.0,
+    "duet_store_ok": 0.0,
+    "duet_store_set_aside": 1.0,
+}
+
+
+def see_metrics(server: DuetServer, query: str = "", **headers: str) -> None:
+    status, answer, body = get(f"{server.url}/metrics{query}", **headers)
+    assert status == 200
+    assert answer["content-type"].startswith("text/plain; version=0.0.4")
+    assert answer["cache-control"] == "no-store"
+    values = measured(body)
+    assert {name: values[name] for name in METRICS} == METRICS
+
+
+FROM_ELSEWHERE = {"X-Forwarded-For": "203.0.113.9"}
+
+
+def test_prometheus_reads_the_metrics_locally_or_with_the_key(
+    measured_server: Callable[..., DuetServer],
+) -> None:
+    open_to_all = measured_server(host="0.0.0.0")
+    see_metrics(open_to_all)
+    see_metrics(open_to_all, "?key=chalk-dust", **FROM_ELSEWHERE)
+    assert get(open_to_all.url + "/metrics", **FROM_ELSEWHERE)[0] == 403
     assert not OriginPolicy("0.0.0.0", 8080).is_local("192.168.1.5", ())
+
+
+def test_prometheus_needs_the_key_behind_a_proxy(measured_server: Callable[..., DuetServer]) -> None:
+    behind = measured_server(allowed_origins=("https://duet.example.org",))
+    see_metrics(behind, "?key=chalk-dust")
+    for query in ("", "?key=chalk"):
+        assert get(f"{behind.url}/metrics{query}")[0] == 403, query
 
 
 def test_index_is_patched_once_and_safely(room: Room) -> None:
@@ -141,7 +162,7 @@ def test_index_is_patched_once_and_safely(room: Room) -> None:
     client = "<head><title>Viser</title><script>viser</script></head><body><p></p></body>"
     hostile = patched_index(client, title="</title><script>1</script>", body="<i>")
     assert "<script>1" not in hostile and hostile.count("</script>") == 2
-    # What the body begins with is read before viser's program.
+    # `body` comes first in the body, before viser's program.
     assert hostile.endswith("</head><body><i><script>viser</script><p></p></body>")
     with pytest.raises(ValueError, match="title"):
         patched_index("<html></html>", title="Duet")
@@ -169,7 +190,7 @@ def test_page_query(path: str, query: dict[str, str]) -> None:
     assert page_query(path) == query
 
 
-def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> None:
+def test_the_ninth_visitor_gets_the_full_page_and_later_a_place(start: Start) -> None:
     server = start(max_clients=8)
     eight = [BlockingClient(server.url) for _ in range(8)]
     try:
@@ -178,7 +199,7 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
         assert status == 503 and headers["retry-after"] == "10" and body.decode() == full_page(8)
         assert "8 places" in full_page(8) and "one place" in full_page(1)
         assert not re.search(r"(href|src)=.https?:|@import|url\(", full_page(8)), (
-            "it needs nothing from elsewhere"
+            "the page needs another server"
         )
         assert json.loads(get(server.url + "/healthz")[2])["room"] is False
         with BlockingClient(server.url) as late:
@@ -194,7 +215,7 @@ def test_the_ninth_gets_the_friendly_page_and_later_a_place(start: Start) -> Non
             visitor.close()
 
 
-def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) -> None:
+def test_documents_are_served_in_the_requested_language(start: Start) -> None:
     url = (
         start(documents={"/documents/model": lambda language: f"<p>{language}".encode()}).url
         + "/documents/model"
@@ -226,7 +247,7 @@ def request(method: str, path: str = "/", *headers: str) -> bytes:
     return "\r\n".join((f"{method} {path} HTTP/1.1", "Host: localhost", *headers, "", "")).encode()
 
 
-def test_head_is_get_without_the_body_and_may_come_letter_by_letter(room: Room) -> None:
+def test_head_is_get_without_a_body_and_may_arrive_byte_by_byte(room: Room) -> None:
     for path in ("/", "/?dm=0.1", "/healthz", "/nothing", "/index.html"):
         status, headers, body = ask(room, request("GET", path))
         assert ask(room, request("HEAD", path)) == (status, headers, b"")
@@ -243,7 +264,7 @@ ODD_BODIES = (
 )
 
 
-def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
+def test_other_methods_get_the_list_of_allowed_ones(room: Room) -> None:
     for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH", "TRACE", "M-SEARCH"):
         for headers, sent in ODD_BODIES:
             status, answered, body = ask(room, request(method, "/", *headers) + sent[:3], sent[3:])
@@ -279,7 +300,7 @@ FAULTS = {
 }
 
 
-def test_a_faulty_request_is_answered_with_what_is_wrong_and_logged_with_its_address(
+def test_a_faulty_request_gets_its_status_and_is_logged_with_its_address(
     room: Room, caplog: pytest.LogCaptureFixture
 ) -> None:
     room.server.log = ThrottledLog(log, (0.0,))
@@ -297,7 +318,7 @@ def test_a_faulty_request_is_answered_with_what_is_wrong_and_logged_with_its_add
     assert ask(room, request("HEAD"))[0] == 200
 
 
-def test_what_hangs_up_and_what_says_more_than_a_request_are_no_warnings(
+def test_unfinished_requests_and_surplus_data_log_no_warning(
     room: Room, caplog: pytest.LogCaptureFixture
 ) -> None:
     room.server.log = ThrottledLog(log, (0.0,))
@@ -308,7 +329,7 @@ def test_what_hangs_up_and_what_says_more_than_a_request_are_no_warnings(
             with socket.create_connection(("127.0.0.1", room.server.get_port())) as line:
                 line.sendall(sent)
             until(lambda before=before: caplog.text.count("opening handshake failed") > before)
-        # It may close its own end, and what follows is not taken for a websocket's frames.
+        # The client may close its end, and surplus data is not parsed as websocket frames.
         for more in (b"", b"more" * 1000, asked * 3):
             assert ask(room, asked + more, closes=True)[0] == 200
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING], caplog.text
@@ -323,7 +344,7 @@ def test_a_busy_port_is_an_error_that_names_the_remedy(other_host: str) -> None:
         with pytest.raises(PortInUse, match=rf"port {port} .*--port {port % 65535 + 1}") as error:
             DuetServer(port=port)
         assert isinstance(error.value, DuetError) and "\n" not in str(error.value)
-        # What macOS needs; the rule itself is the same everywhere.
+        # Only macOS needs this check; the rule is the same on all systems.
         assert port_answers("127.0.0.1", port)
     assert not port_answers("127.0.0.1", port)
     DuetServer(port=port).stop()
@@ -350,12 +371,12 @@ def test_stopping_releases_port_thread_and_page(start: Start, capfd: pytest.Capt
     again = start(port)
     assert again.get_port() == port and again.run != server.run
     again.stop()
-    # The threads of its callbacks end by themselves.
+    # The threads of callbacks end by themselves.
     until(lambda: set(threading.enumerate()) <= before)
     assert capfd.readouterr().out == ""
 
 
-def test_a_visitor_at_the_door_during_construction_is_served(
+def test_a_visitor_who_connects_during_construction_is_served(
     start: Start, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     early: list[BlockingClient] = []
@@ -363,7 +384,7 @@ def test_a_visitor_at_the_door_during_construction_is_served(
 
     def start_and_be_met(self: infra.WebsockServer) -> None:
         original(self)
-        # viser listens already, but has yet to build its scene and its GUI.
+        # viser listens already, but its scene and GUI are not built yet.
         early.append(BlockingClient(f"http://127.0.0.1:{self._port}"))
 
     monkeypatch.setattr(infra.WebsockServer, "start", start_and_be_met)

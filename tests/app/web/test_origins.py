@@ -1,4 +1,4 @@
-"""Who may connect: which pages' and which programs' connections the locked-down server takes."""
+"""Pages and programs that the locked-down server admits."""
 
 import pytest
 import websockets
@@ -11,7 +11,7 @@ from tests.blocking_client import BlockingClient
 
 LISTED = "https://lab.example.org"
 ORIGINS: list[tuple[str, str, list[str | None], list[str | None]]] = [
-    # bound to, Host, origins that are admitted, and those that are not
+    # bound address, Host, admitted origins, refused origins
     (
         "127.0.0.1",
         "127.0.0.1:8080",
@@ -81,14 +81,14 @@ NO_ADDRESS = (
         *((address, "not a web address; valid: http://name:port or https://name$") for address in NO_ADDRESS),
     ],
 )
-def test_what_is_no_origin_is_an_error_that_names_one(address: str, remedy: str) -> None:
+def test_a_bad_origin_is_an_error_that_names_a_valid_one(address: str, remedy: str) -> None:
     for origin in ("https://duet.example.org", "http://duet.example.org:8443/", "http://[::1]:80"):
         check_origin(origin)
     with pytest.raises(BadSetting, match=remedy):
         check_origin(address)
 
 
-def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:
+def test_a_program_without_origin_is_admitted_only_locally() -> None:
     policy = OriginPolicy("0.0.0.0", 8080)
     assert policy.admits([], ["192.168.1.5:8080"], "127.0.0.1")
     assert not policy.admits([], ["192.168.1.5:8080"], "192.168.1.77")
@@ -96,7 +96,7 @@ def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:
     assert not policy.admits(["http://localhost:8080"], [], "127.0.0.1")
 
 
-def test_what_jupyter_vouches_for_is_let_in_from_this_computer_only() -> None:
+def test_pages_vouched_for_by_jupyter_are_admitted_only_locally() -> None:
     policy, hub = OriginPolicy("0.0.0.0", 8080, (LISTED,)), "hub.example.org"
     assert policy.admits([f"https://{hub}"], [hub], "127.0.0.1", vouched=True)
     assert not policy.admits([f"https://{hub}"], [hub], "127.0.0.1")
@@ -116,7 +116,7 @@ PROXIED = (
 HERE = ["127.0.0.1:8080"]
 
 
-def test_the_owner_is_at_the_servers_own_computer_with_no_proxy_between() -> None:
+def test_the_owner_is_local_and_not_behind_a_proxy() -> None:
     here, none = OriginPolicy("127.0.0.1", 8080), Headers()
     for origins, hosts in (
         ([], HERE),
@@ -134,7 +134,7 @@ def test_the_owner_is_at_the_servers_own_computer_with_no_proxy_between() -> Non
     assert not OriginPolicy("0.0.0.0", 8080).is_owners([], HERE, "127.0.0.1", none, "")
 
 
-def test_behind_a_notebook_server_the_owner_has_its_proof_and_no_one_else() -> None:
+def test_behind_a_notebook_server_only_the_owner_has_the_proof() -> None:
     here, hub = OriginPolicy("127.0.0.1", 8080), (["https://hub.example.org"], ["hub.example.org"])
     forwarded = {"X-Forwarded-For": "203.0.113.5", VOUCHED: "/user/ann/"}
     assert here.is_owners(*hub, "127.0.0.1", Headers({**forwarded, PROOF: "secret"}), "secret")
@@ -151,7 +151,7 @@ def test_behind_a_notebook_server_the_owner_has_its_proof_and_no_one_else() -> N
     assert not here.is_owners(*hub, "192.168.1.77", Headers({PROOF: "secret"}), "secret")
 
 
-def test_origin_is_asked_at_the_door(room: Room) -> None:
+def test_the_origin_is_checked_at_connection(room: Room) -> None:
     for origin in (None, f"http://localhost:{room.server.get_port()}"):
         with BlockingClient(room.server.url, origin) as visitor:
             visitor.wait_for(lambda v: v.mirror.replayed)

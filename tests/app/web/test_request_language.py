@@ -1,4 +1,4 @@
-"""The language of a request: what the page says comes before the header, which a worker's websocket may lack."""
+"""Language of a request: the page's own list precedes the header, which a worker's websocket may lack."""
 
 import pytest
 from websockets.datastructures import Headers
@@ -18,6 +18,6 @@ from app.web.pages import accepted_languages
         ("/", "", "en"),
     ],
 )
-def test_the_page_says_it_before_the_header(path: str, header: str, language: str) -> None:
+def test_the_pages_languages_precede_the_header(path: str, header: str, language: str) -> None:
     headers = Headers({"Accept-Language": header} if header else {})
     assert preferred(accepted_languages(Request(path, headers))) == language

@@ -1,4 +1,4 @@
-"""The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
+"""The server in a real browser: tabs that connect, lose their connection, or find all places taken."""
 
 import pytest
 
@@ -7,6 +7,7 @@ from app.page import STATIC
 from app.web.connection import FilteredConnection
 from app.web.pages import PageAssets, page_query
 from app.web.traffic_limits import TrafficLimits
+from tests.app.viser_private import disconnect_all
 from tests.app.web.conftest import Start
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot
@@ -15,32 +16,32 @@ RESUME, TEACHER_KEY = PageAssets((STATIC / "resume.js",)), PageAssets((STATIC / 
 
 
 @pytest.mark.thorough
-def test_the_full_page_lets_in_by_itself_and_a_teacher_at_once(start: Start, page_at: PageAt) -> None:
+def test_the_full_page_admits_later_and_a_teacher_at_once(start: Start, page_at: PageAt) -> None:
     server = start(max_clients=1, assets=TEACHER_KEY)
     server.always_admits = lambda query: query.get("key") == "chalk-and-talk"
     server.gui.add_markdown("welcome")
     page = page_at(900, 600, fresh=True, expect=(r"status of 503",))
     with BlockingClient(server.url) as program:
-        # It takes the place with its first message.
+        # The program takes the place with its first message.
         program.wait_for(lambda _: server.count_clients() == 1)
         page.goto(f"{server.url}/?dm=0.1")
         page.get_by_text("Every place is taken").wait_for()
         screenshot(page, "room-full")
     page.get_by_text("welcome").wait_for()
-    # Now the page is there, but when it connects again the server is full.
+    # The page is open now, but the server is full when it reconnects.
     attempts: list[str] = []
     page.on(
         "console",
         lambda message: attempts.append(message.text) if message.text.startswith("Connecting") else None,
     )
     server.max_clients = 0
-    server._websock_server.disconnect_all_clients()
+    disconnect_all(server)
     page.get_by_text("Every place is taken").wait_for()
     assert server.count_clients() == 0 and len(attempts) <= 3
     server.max_clients = 1
     page.get_by_text("welcome").wait_for()
     assert page.evaluate("location.search") == "?dm=0.1"
-    # A teacher who comes, and reloads, gets in though every place is taken.
+    # A teacher is admitted, also after a reload, although every place is taken.
     server.max_clients = 0
     for come in (lambda: page.goto(f"{server.url}/?dm=0.1&key=chalk-and-talk"), page.reload):
         come()
@@ -56,9 +57,7 @@ window.Worker = class extends Worker {
 """
 
 
-def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
-    start: Start, page_at: PageAt
-) -> None:
+def test_a_tab_without_drawing_and_storage_sends_hello_and_its_id(start: Start, page_at: PageAt) -> None:
     server = start(assets=RESUME, limits=TrafficLimits(connections=1))
     page = page_at(700, 500, fresh=True)
     page.add_init_script(_IN_THE_BACKGROUND)
@@ -69,14 +68,12 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(
         assert isinstance(tab, FilteredConnection) and tab.request is not None
         program.wait_for(lambda _: tab.received)
         assert server.holders[tab] == ("tab", tab_id(page_query(tab.request.path)))
-        # viser itself does not know it yet.
+        # viser does not know the client yet.
         assert server.client_id(tab) not in server.get_clients()
 
 
 @pytest.mark.thorough
-def test_a_lost_connection_is_said_and_taken_back_and_a_tab_that_was_doubled_too_often_stays_away(
-    start: Start, page_at: PageAt
-) -> None:
+def test_a_lost_connection_is_restored_and_a_doubled_tab_is_refused(start: Start, page_at: PageAt) -> None:
     options = {"assets": RESUME, "limits": TrafficLimits(connections=1)}
     server = start(**options)
     server.gui.add_markdown("first start")
@@ -102,7 +99,7 @@ def test_a_lost_connection_is_said_and_taken_back_and_a_tab_that_was_doubled_too
     again.gui.add_markdown("second start")
     page.get_by_text("second start").wait_for()
     pill.wait_for(state="hidden")
-    # Another server than before: the page was loaded from it.
+    # The page was loaded from the new server.
     page.wait_for_function(
         "fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))"
     )

@@ -1,4 +1,4 @@
-"""What Duet replaces of viser: it sends what viser would send, under a stamp that stands still, packed once for all browsers."""
+"""Replaced parts of viser: same messages, with a constant time stamp, packed once for all browsers."""
 
 import asyncio
 import importlib.util
@@ -36,12 +36,13 @@ from app.web.viser_internals import (
     serving_with,
     shared_messages,
 )
+from tests.app.viser_private import message_producer
 from tests.app.web.conftest import Join, Room, in_a_loop
 from tests.blocking_client import BlockingClient
 
 
 def untouched(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """A module of viser as it is without us."""
+    """An unmodified copy of a module of viser."""
     assert module.__file__ is not None
     spec = importlib.util.spec_from_file_location(f"{module.__name__}_untouched", module.__file__)
     assert spec is not None and spec.loader is not None
@@ -53,7 +54,7 @@ def untouched(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType
 
 @pytest.fixture
 def visers_own(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """viser's networking as it is without us, clock and all."""
+    """viser's unmodified networking, with its clock."""
     return untouched(viser_infra, monkeypatch)
 
 
@@ -83,7 +84,7 @@ def produced(
 
 
 def odd_values() -> list[dict[str, Any]]:
-    """Values of all types that a property may be set to; each in a dictionary of its own, for none takes another's place."""
+    """Values of all types of a property, each in a separate dictionary, so that all are sent."""
     values = [True, np.True_, 3, np.int64(3), 0.5, np.float32(0.5), np.str_("text"), None]
     mixed = [(1, np.float64(2.0)), [np.uint8(1), "a"], (np.zeros(0), np.ones(2)), {"inside": np.arange(3)}]
     arrays = [np.arange(6, dtype=np.float16).reshape(2, 3).T]
@@ -110,17 +111,15 @@ def some_batches() -> list[list[viser_messages.Message]]:
     ]
 
 
-def test_what_is_sent_is_what_viser_would_send(
-    visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sent_messages_equal_visers(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
     send = partial(app.web.sending.send_windows, backlog_done_message=None, seen=lambda: asyncio.sleep(0))
     ours = produced(send, batches)
-    assert ours == produced(visers_own._message_producer, batches)
-    # A connection that is not ours gets viser's own loop, clock and all.
+    assert ours == produced(message_producer(visers_own), batches)
+    # A connection of another server gets viser's own loop, with its clock.
     adapt_viser(ClientBuffer)
-    assert produced(viser_infra._message_producer, batches) != ours
+    assert produced(message_producer(viser_infra), batches) != ours
     messages, _ = decode_frame(ours[1])
     assert [message["type"] for message in messages] == [
         "GuiUpdateMessage",
@@ -130,13 +129,13 @@ def test_what_is_sent_is_what_viser_would_send(
     np.testing.assert_array_equal(messages[0]["updates"]["data"][1], [0.0, 1.0, 2.0])
 
 
-def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
+def test_the_time_stamp_is_constant_so_that_a_page_delays_no_batch(
     room: Room, join: Join, visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first, second = (
-        decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()[:2])
+        decode_frame(frame)[1] for frame in produced(message_producer(visers_own), some_batches()[:2])
     )
-    assert second > first > 0.0, "viser's own clock goes on; else there is nothing to hold still"
+    assert second > first > 0.0, "viser's own stamps no longer increase: the constant stamp is not needed"
 
     stamps: list[float] = []
 
@@ -153,7 +152,7 @@ def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
     assert len(stamps) >= 4 and len(set(stamps)) == 1
 
 
-def test_what_all_are_sent_is_packed_once(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_message_to_all_is_packed_once(room: Room, join: Join, monkeypatch: pytest.MonkeyPatch) -> None:
     visitors = [join() for _ in range(5)]
     packed: list[list[str]] = []
     pack = app.web.sending.pack
@@ -177,7 +176,7 @@ def test_what_all_are_sent_is_packed_once(room: Room, join: Join, monkeypatch: p
     assert len(packed) == 1 and join().mirror.labelled("d_m")["value"] == 0.2
 
 
-def test_an_element_is_never_sent_as_it_once_was() -> None:
+def test_an_element_is_never_sent_in_an_old_state() -> None:
     packed, moved = Packed(), [viser_messages.SetPositionMessage("/a", (0.0, 0.0, 0.0))]
     assert packed.get(moved) is packed.get(list(moved))
     props = viser_messages.GuiHtmlProps(order=0.0, content="as it was made", visible=True)
@@ -189,16 +188,16 @@ def test_an_element_is_never_sent_as_it_once_was() -> None:
 
 def replaced() -> tuple[Any, ...]:
     icons = tuple(vars(module)["svg_from_icon"] for module in (_gui_api, _gui_handles))
-    return viser_infra._message_producer, vars(AssignablePropsBase)["_prop_hints"], *icons
+    return message_producer(viser_infra), vars(AssignablePropsBase)["_prop_hints"], *icons
 
 
-def test_viser_is_the_version_that_fits_and_is_adapted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viser_has_the_right_version_and_is_adapted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert VISER_VERSION.startswith("1.1.")
     adapt_viser(ClientBuffer)
     once = replaced()
     adapt_viser(ClientBuffer)
     assert replaced() == once and len({one.__module__ for one in once if hasattr(one, "__module__")}) == 1
-    # Also after another program's change, in whatever order.
+    # Also after another program's change.
     monkeypatch.setattr(viser_infra, "_message_producer", None)
     adapt_viser(ClientBuffer)
     assert replaced() == once
@@ -253,7 +252,7 @@ class Props:
 
 
 class Handle(AssignablePropsBase[Any]):
-    """An element that notes what its browser would be sent."""
+    """An element that records the updates for its browser."""
 
     def __init__(self) -> None:
         line, white = np.zeros((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
@@ -322,7 +321,7 @@ def test_a_property_is_set_as_viser_sets_it(
             setattr(ours, name, values[-1])
 
 
-def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unchanged_property_is_not_processed(monkeypatch: pytest.MonkeyPatch) -> None:
     adapt_viser(ClientBuffer)
     handle: Any = Handle()
     monkeypatch.setattr(viser_internals, "props_setattr", None)
@@ -334,7 +333,7 @@ def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyP
     st.lists(st.floats(-2.0, 2.0), min_size=4, max_size=4),
     st.lists(st.sampled_from([0.0, 1e-9, 9e-6, 1.1e-5, 1.0]), min_size=4, max_size=4),
 )
-def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[float]) -> None:
+def test_a_pose_is_sent_exactly_if_viser_sends_it(old: list[float], step: list[float]) -> None:
     adapt_viser(ClientBuffer)
     new = tuple(a + b for a, b in zip(old, step, strict=True))
     current, queued = np.array(old), []
@@ -344,7 +343,7 @@ def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[fl
     assert current.tolist() == list(new if moved else old)
 
 
-def test_a_move_has_the_name_that_viser_gives_it() -> None:
+def test_a_move_has_visers_redundancy_key() -> None:
     adapt_viser(ClientBuffer)
     for message in (
         viser_messages.SetPositionMessage("/a/b", (0.0, 0.0, 0.0)),
@@ -354,7 +353,7 @@ def test_a_move_has_the_name_that_viser_gives_it() -> None:
         assert message.redundancy_key() == viser_messages.Message.redundancy_key(message)
 
 
-def test_the_function_that_serves_is_given_back() -> None:
+def test_the_replaced_serve_function_is_restored() -> None:
     def serve(*_: object) -> None: ...
 
     with pytest.raises(KeyError), serving_with(serve):
@@ -363,7 +362,7 @@ def test_the_function_that_serves_is_given_back() -> None:
     assert vars(viser_infra)["websockets"] is websockets
 
 
-def test_a_view_has_messages_of_its_own(room: Any) -> None:
+def test_a_view_has_its_own_messages(room: Any) -> None:
     server: DuetServer = room.server
     before = shared_messages(server)
     view = ServerView(server, before)
@@ -375,7 +374,7 @@ def test_a_view_has_messages_of_its_own(room: Any) -> None:
         assert "/hand" in visitor.mirror.nodes and "/only here" not in visitor.mirror.nodes
 
 
-def test_a_node_has_what_a_browser_is_told_of_it(room: Any) -> None:
+def test_a_node_has_the_properties_sent_to_a_browser(room: Any) -> None:
     server: DuetServer = room.server
     line = server.scene.add_line_segments(
         "/over/line", np.zeros((1, 2, 3), np.float32), (0, 0, 0), visible=False
@@ -397,7 +396,7 @@ def test_only_the_event_loop_wakes_the_browsers_of_a_view(room: Any) -> None:
     buffer = view.buffer
 
     async def heard() -> bool:
-        """A browser waits for news while another thread pushes a frame, and hears of it at the frame's end."""
+        """True if a waiting browser is woken before the end of a frame that another thread pushes."""
         # The view's first messages have been announced.
         await asyncio.sleep(0)
         buffer.message_event.clear()
@@ -413,11 +412,12 @@ def test_only_the_event_loop_wakes_the_browsers_of_a_view(room: Any) -> None:
     assert not asyncio.run_coroutine_threadsafe(heard(), room.server.get_event_loop()).result(60.0)
 
 
-def test_a_camera_is_pointed_in_one_go_whatever_its_browser_says_meanwhile() -> None:
-    """The browser may say where it stands between any two messages, also that it stands there already."""
+def test_a_camera_is_aimed_despite_reports_of_its_browser() -> None:
+    """The browser may report its view, even the new one, between any two messages."""
     eye, look_at, fov = np.array([2.0, 0.5, 1.0]), np.array([0.2, 0.0, 0.4]), 0.7
     queued: list[Any] = []
-    camera: Any = viser.CameraHandle(SimpleNamespace(_websock_connection=SimpleNamespace(queue_message=None)))  # type: ignore[arg-type]
+    connection = SimpleNamespace(queue_message=None)
+    camera: Any = viser.CameraHandle(SimpleNamespace(_websock_connection=connection))  # type: ignore[arg-type]
     said = replace(
         camera._state,
         position=eye + 0.1,
@@ -427,17 +427,20 @@ def test_a_camera_is_pointed_in_one_go_whatever_its_browser_says_meanwhile() -> 
         update_timestamp=1.0,
     )
 
-    def queue(message: Any) -> None:
-        queued.append(message)
+    def report() -> None:
         camera._state = replace(said)
 
-    camera._state.client._websock_connection.queue_message = queue
+    def queue(message: Any) -> None:
+        queued.append(message)
+        report()
+
+    connection.queue_message = queue
     for _ in range(2):
         queued.clear()
         viser_internals.aim(camera, eye, look_at, fov)
         assert [next(iter(vars(message).values())) for message in queued] == [tuple(eye), tuple(look_at), fov]
     queued.clear()
-    camera._state = replace(said)
+    report()
     camera.position, camera.look_at = eye, look_at
     sent = [message.look_at for message in queued if hasattr(message, "look_at")]
-    assert sent and sent[-1] != tuple(look_at), "viser's own setters are right now: aim is not needed"
+    assert sent and sent[-1] != tuple(look_at), "viser's own setters work now: aim is not needed"

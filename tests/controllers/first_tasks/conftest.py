@@ -1,4 +1,4 @@
-"""Thousands of postures a test: in machine code."""
+"""Machine code for these tests, which compute thousands of postures."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Every first task on a real arm, and ways to put it into a posture and to let time pass."""
+"""Every first task on a real arm, in any posture and at later times."""
 
 from collections.abc import Callable
 
@@ -25,10 +25,7 @@ ORDER = 6.0
 
 
 class PosedTask:
-    """A first task, the arm that has it, and time.
-
-    `joints`: of the arm, a live view (n,).
-    """
+    """A first task and its arm. `joints`: live view of the arm's joints (n,)."""
 
     def __init__(self, room: Room, make: Callable[[World, Arm], FirstTask]) -> None:
         self.room, self.world, self.arm = room, World(room, 10.0), room.arms[0]
@@ -43,7 +40,7 @@ class PosedTask:
         self.stage = smooth_stage(self.task, wide, ORDER)
 
     def at(self, q: Array) -> None:
-        """Put the arm into a posture (n,)."""
+        """Set the arm's posture (n,)."""
         self.joints[:] = q
         self.world.kinematics.update(self.world.positions)
 
@@ -52,9 +49,7 @@ class PosedTask:
         return self.task.margin().value
 
     def value_after(self, q: Array, dq: Array, time: float) -> float:
-        """h after everything has moved on from a posture of the arm (n,), the arm with q̇ (n,); all is put
-        back.
-        """
+        """h after `time` [s] at constant velocities, from q (n,) with q̇ (n,); the state is restored."""
         others = self.world.positions.copy()
         task = self.task.tasks[0] if isinstance(self.task, SeveralAtOnce) else self.task
         self.world.positions += self.world.velocities * time
@@ -71,7 +66,7 @@ class PosedTask:
         return value
 
     def pulled(self, speed: float) -> Array:
-        """q̇_n (n,) that lowers h at a speed, along J_a."""
+        """q̇_n (n,) along J_a that lowers h at `speed`."""
         row = self.task.margin().row
         return row * (-speed / float(row @ row))
 
@@ -102,7 +97,7 @@ def singular(world: World, arm: Arm) -> FirstTask:
 
 def tipping(world: World, arm: Arm) -> FirstTask:
     base = world.room.rig.bases[0].translation
-    # The arm stands near one edge of its cart.
+    # The arm is near one edge of its cart.
     cart = Foot(
         base[:2] - np.array([0.09, 0.0]), np.array([0.16, 0.14]), 40.0, base - np.array([0.0, 0.0, 0.4])
     )
@@ -110,7 +105,7 @@ def tipping(world: World, arm: Arm) -> FirstTask:
 
 
 def bench(world: World, arm: Arm) -> FirstTask:
-    """Three capsules of the arm over a bench and the floor, with which they also overlap."""
+    """Three capsules of the arm above a bench and the floor, which some postures overlap."""
     capsules = [
         LinkCapsule(arm.shoulder, np.array([0.0, 0.0, 0.25]), np.array([0.0, 0.0, 0.12]), 0.07),
         LinkCapsule(arm.elbow, np.array([0.0, 0.0, 0.195]), np.array([0.0, 0.0, 0.195]), 0.065),
@@ -125,7 +120,7 @@ def several(world: World, arm: Arm) -> FirstTask:
 
 
 def around(world: World, arm: Arm) -> FirstTask:
-    """Its own links, the floor and the column that it stands on."""
+    """The arm's own links, the floor and its column."""
     found = surroundings(world, arm)
     assert found is not None
     return found
@@ -151,7 +146,7 @@ NAMES = (*ALONE, "the other arm")
 
 
 FOLDED = np.array([-1.4, 2.0, 0.3, -2.0, 2.3, -1.2, -1.8])
-"""The hand is in the pedestal; few postures drawn at random have that."""
+"""Posture with the hand in the pedestal, rare among random postures."""
 
 
 def posed(name: str) -> PosedTask:
@@ -159,15 +154,13 @@ def posed(name: str) -> PosedTask:
 
 
 def postures(of: PosedTask, count: int, seed: int, beyond: float = 0.0) -> Array:
-    """Random postures of the arm (count, n); each joint up to `beyond` past its stops [rad]; folded ones
-    for its own links.
-    """
+    """Random postures (count, n), up to `beyond` past the stops [rad]; folded postures for own links."""
     drawn = np.random.default_rng(seed).uniform(of.low - beyond, of.high + beyond, (count, len(of.low)))
     return FOLDED + 0.15 * drawn if isinstance(of.task, OwnLinks) else drawn
 
 
 def regular(of: PosedTask, q: Array) -> bool:
-    """True where h has one derivative, and J_a is no less than the task's authority."""
+    """True if h has a unique derivative and |J_a| is at least the task's authority."""
     of.at(q)
     if isinstance(of.task, SmallestSingularValue):
         values = np.linalg.svd(of.world.kinematics.hand_jacobian(of.arm, 3), compute_uv=False)

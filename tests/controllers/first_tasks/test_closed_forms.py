@@ -1,6 +1,4 @@
-"""What the law promises of h holds for every first task: its rate, where it rests, and the largest stable
-step.
-"""
+"""Closed forms of the law for every first task: rate of h, resting value, largest stable step."""
 
 import numpy as np
 import pytest
@@ -11,13 +9,13 @@ from tests.controllers.first_tasks.helpers import NAMES, ORDER, PosedTask, posed
 
 EXACT = 1e-9
 MOVED = ("a wall that moves and turns", "several at once", "the other arm")
-"""Something in them moves by itself, so that no posture is at rest."""
+"""Tasks with a moving part: no posture is at rest."""
 
 STILL = [name for name in NAMES if name not in MOVED]
 
 
 def chosen(of: PosedTask, low: float, high: float, count: int, seed: int = 3) -> list[Array]:
-    """Regular postures with h between two multiples of h_m."""
+    """Regular postures with h between `low` and `high` times h_m."""
     found: list[Array] = []
     critical = of.task.critical_value
     for q in postures(of, 20_000, seed):
@@ -30,7 +28,7 @@ def chosen(of: PosedTask, low: float, high: float, count: int, seed: int = 3) ->
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rate_is_that_of_the_closed_form(name: str) -> None:
-    """Row by row, and of h itself as the arm moves on: differences of fourth order."""
+    """By J_a q̇, and by fourth-order differences of h along the motion."""
     of, task = posed(name), posed(name).task
     random = np.random.default_rng(4)
     for q in [*chosen(of, 0.3, 1.0, 6), *chosen(of, 1.0, 2.5, 12)]:
@@ -40,7 +38,7 @@ def test_the_rate_is_that_of_the_closed_form(name: str) -> None:
         lam = of.stage.law.activation(margin.value)
         wanted = distance_rate(lam, task.nominal_rate, u, margin.approach)
         assert float(margin.row @ dq) - margin.approach == pytest.approx(wanted, abs=EXACT)
-        # Everything that does not change h is left as the task wants it.
+        # Motion that does not change h stays as the task asks.
         across = (dq - nominal) - margin.row * (
             float(margin.row @ (dq - nominal)) / float(margin.row @ margin.row)
         )
@@ -53,7 +51,7 @@ def test_the_rate_is_that_of_the_closed_form(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_at_the_resting_value_nothing_changes(name: str) -> None:
-    """With the pull u for which h of a posture is h*: u = (λ v − w)/(1 − λ)."""
+    """With the pull u = (λ v − w)/(1 − λ), h of the posture is the resting value h*."""
     of = posed(name)
     v, critical = of.task.nominal_rate, of.task.critical_value
     rested = 0
@@ -78,7 +76,7 @@ def advanced(of: PosedTask, q: Array, u: float, dt: float, steps: int) -> Array:
 
 
 def rested(of: PosedTask) -> tuple[Array, float, float]:
-    """A posture at rest under a constant pull, h there, and the pull."""
+    """Posture at rest under a constant pull, its h, and the pull."""
     v, critical = of.task.nominal_rate, of.task.critical_value
     u = 0.4 * v
     rest = resting_distance(critical, ORDER, v, u)
@@ -113,7 +111,7 @@ def test_twice_the_settling_time_is_the_largest_stable_step(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_at_the_threshold_the_rate_falls_as_the_largest_step_says(name: str) -> None:
+def test_at_the_threshold_the_slope_of_the_rate_gives_the_largest_step(name: str) -> None:
     """There λ is steepest: dt = 2 h_m/[n (v + u)] times the slope of ḣ is −2."""
     of = posed(name)
     v, critical, u = of.task.nominal_rate, of.task.critical_value, 0.3

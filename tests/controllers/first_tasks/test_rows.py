@@ -1,4 +1,4 @@
-"""h and J_a of every first task against finite differences and against code that shares nothing with it."""
+"""h and J_a of every first task against finite differences and independent code."""
 
 import math
 
@@ -41,7 +41,7 @@ def test_the_row_is_the_derivative_of_the_value(name: str) -> None:
     values = [of.value(q) for q in drawn]
     critical = of.task.critical_value
     near = [q for q, h in zip(drawn, values, strict=True) if 0.0 <= h < critical][:25]
-    # Where the axis of a link is inside a box, too, the nearest face changes; where two axes cross, the side.
+    # Deeper, a link's axis is inside the box and the nearest face changes; where two axes cross, the side.
     deepest = -0.045 if name in ("a bench and the floor", "surroundings") else -np.inf
     below = [q for q, h in zip(drawn, values, strict=True) if deepest < h < 0.0][:25]
     far = [q for q, h in zip(drawn, values, strict=True) if h >= critical][:25]
@@ -52,7 +52,7 @@ def test_the_row_is_the_derivative_of_the_value(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "singular value"])
 def test_the_row_is_the_derivative_where_the_arm_is_singular(name: str) -> None:
-    """Stretched out upwards, and with a straight elbow: the hand has lost a direction."""
+    """Stretched upwards, and with a straight elbow: the hand cannot move in one direction."""
     of = posed(name)
     straight = np.array([0.4, 0.9, -0.3, 0.0, 0.6, 0.0, 0.2])
     for q in (np.zeros(7), straight):
@@ -61,7 +61,7 @@ def test_the_row_is_the_derivative_where_the_arm_is_singular(name: str) -> None:
         assert row_error(of, q) < EXACT
 
 
-def test_at_a_singular_posture_the_singular_value_is_zero_with_a_finite_row() -> None:
+def test_at_a_singular_posture_the_value_is_zero_with_a_finite_row() -> None:
     of = posed("singular value")
     of.at(np.array([0.4, 0.9, -0.3, 0.0, 0.6, 0.0, 0.2]))
     margin = of.task.margin()
@@ -76,7 +76,7 @@ def test_the_singular_value_is_that_of_the_decomposition() -> None:
         assert of.task.margin().value == pytest.approx(values[-1], abs=1e-12)
 
 
-def test_the_way_to_the_stops_is_a_little_below_the_least_way() -> None:
+def test_the_margin_to_the_stops_is_slightly_below_the_least_distance() -> None:
     of = posed("joint stops")
     for q in postures(of, 100, 6, beyond=0.2):
         least = float(min((q - of.low).min(), (of.high - q).min()))
@@ -98,7 +98,7 @@ def test_over_a_table_the_value_is_that_of_the_lowest_point() -> None:
         assert least - math.log(3) / 100.0 - 1e-12 <= value <= least
 
 
-def test_a_wall_that_moves_and_turns_comes_closer_at_w() -> None:
+def test_a_wall_that_moves_and_turns_approaches_at_w() -> None:
     of = posed("a wall that moves and turns")
     still = np.zeros(7)
     for q in postures(of, 50, 8):
@@ -109,7 +109,7 @@ def test_a_wall_that_moves_and_turns_comes_closer_at_w() -> None:
         )
 
 
-def test_own_links_are_never_farther_apart_than_coal_says() -> None:
+def test_own_links_are_never_farther_apart_than_by_coal() -> None:
     of = posed("own links")
     geometry = of.task._geometry  # pyright: ignore[reportAttributeAccessIssue]
     data, inside = geometry.createData(), 0
@@ -131,7 +131,7 @@ def test_own_links_are_never_farther_apart_than_coal_says() -> None:
 
 
 def test_a_capsule_over_boxes_is_a_little_nearer_than_its_samples_are() -> None:
-    """Against the nearest of many points of each axis; three capsules and two boxes."""
+    """Reference: the nearest of 401 points per axis, for three capsules and two boxes."""
     of = posed("a bench and the floor")
     task, inside = of.task, 0
     assert isinstance(task, LinksOverBoxes)

@@ -24,7 +24,7 @@ LAW = SmoothPriority(0.15, 6.0, 0.3)
 
 
 class LeftArm:
-    """The LWR's left arm, the right one frozen beside it: two smooth functions of q, and the law that moves it."""
+    """The LWR's left arm, with the right one frozen: distance and hand pose as smooth functions of q."""
 
     def __init__(self, q: Array) -> None:
         self.room, self.kinematics, self.detector = bodies("torso")
@@ -41,7 +41,7 @@ class LeftArm:
         return self.detector.detect()
 
     def distance(self, q: Array) -> float:
-        """d of the pair that was closest at first."""
+        """d of the initially closest pair."""
         self.look(q)
         return float(self.detector.distances()[self.near.pair])
 
@@ -60,9 +60,9 @@ def near_postures(count: int, seed: int, shortest: float) -> list[LeftArm]:
 
 
 def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
-    """−de/dt = M e by central differences of d(q) and the hand's place along the law's q̇, and V̇ = −eᵀ M e with them.
+    """−de/dt = M e and V̇ = −eᵀ M e, by central differences of d(q) and the hand along the law's q̇.
 
-    Exact setting: both targets held; e_a = λ v / K_a with the λ of the moment, so that the target of x_a = d is d + e_a.
+    Both targets are held: e_a = λ v / K_a with the present λ, so the target of x_a = d is d + e_a.
     """
     random, K_a, K_b, h = np.random.default_rng(3), 5.0, 2.0, 1e-5
     rising = 0
@@ -91,12 +91,12 @@ def test_m_gives_the_error_rate_of_the_closed_loop() -> None:
         )
         assert analysis.lyapunov(e) == pytest.approx(0.5 * (e @ e))
         rising += analysis.lyapunov_rate(e) > 0.0
-    # Positive control: among these are moments at which V does rise.
+    # Positive control: V rises at some of these moments.
     assert rising > 0
 
 
-def test_with_the_laws_own_gain_the_avoidance_error_moves_as_m_says() -> None:
-    """K_a = −v dλ/dd: no target has to be held, e_a = λ(d) v / K_a itself moves by −(M e)_a; with twice that K_a it does not."""
+def test_with_the_laws_gain_the_avoidance_error_follows_m() -> None:
+    """With K_a = −v dλ/dd, e_a = λ(d) v / K_a changes at −(M e)_a without held targets; with 2 K_a not."""
     random, h = np.random.default_rng(4), 1e-5
     apart = 0
     for left in near_postures(40, 4, AUTHORITY):
@@ -122,7 +122,7 @@ def test_with_the_laws_own_gain_the_avoidance_error_moves_as_m_says() -> None:
 
 @pytest.mark.parametrize("task", ["position", "pose"])
 def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
-    """With the damped inverses M e is J q̇ of task and law as they run, singular rows included; without, it is not."""
+    """With damped inverses M e is J q̇ of the running task and law, also for singular rows; otherwise not."""
     random, m = np.random.default_rng(5), 3 if task == "position" else 6
     apart = 0.0
     for left in near_postures(40, 5, 0.0):
@@ -141,7 +141,7 @@ def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
         e = damped.error(0.3, e_b[:m])
         assert_allclose(damped.M @ e, np.concatenate(((row @ dq,), J_b @ dq)), atol=1e-10)
         apart = max(apart, float(np.abs((exact.M - damped.M) @ e).max()))
-        # The logarithm's rate is not the hand's rate of turn, but along the error it is: V̇ and |e_b| are exact for a pose too.
+        # Along the error the logarithm's rate is the angular velocity: V̇ and |e_b| are exact for poses, too.
         step = 1e-5
         there, back = (left.hand(q + t * dq) for t in (step, -step))
         lengths = [
@@ -169,7 +169,7 @@ def test_barrier_integral_is_the_integral(dm: float, n: float, gap: float) -> No
 
 @pytest.mark.parametrize("n", [1.0, 1.5, 2.0, 2.0 + 1e-12, 6.0, 20.0])
 def test_slope_of_the_barrier(n: float) -> None:
-    """dW/dd = −λ/(1 − λ) · v/|J_d|², n = 1 included, and the closed form of n = 2 is the limit of the others."""
+    """dW/dd = −λ/(1 − λ) · v/|J_d|², also for n = 1; the closed form of n = 2 is the limit of the others."""
     for d in (0.151, 0.2, 0.35, 0.9):
         h = 1e-6 * d
         slope = (barrier_integral(d + h, 0.15, n) - barrier_integral(d - h, 0.15, n)) / (2.0 * h)
@@ -181,7 +181,7 @@ def test_slope_of_the_barrier(n: float) -> None:
 
 
 def test_at_and_below_the_critical_distance() -> None:
-    """W is infinite at d_m and below, for any order and lever; above it is finite, and not a number without a lever."""
+    """W is infinite up to d_m, for any order and lever; above, it is finite, and nan without a lever."""
     row, error = np.full(7, 0.2), np.zeros(7)
     for n in (1.0, 2.0, 6.0):
         for d in (0.15, 0.1, -0.02):
@@ -199,7 +199,7 @@ def test_at_and_below_the_critical_distance() -> None:
 
 @dataclass(frozen=True)
 class Planar:
-    """A planar arm of three links; its fingertip keeps clear of a ball at rest."""
+    """Planar arm of three links with a fingertip that avoids a resting ball."""
 
     ball: Array
     radius: float
@@ -209,7 +209,6 @@ class Planar:
         return np.array([0.4, 0.35, 0.25]) @ np.column_stack((np.cos(angles), np.sin(angles)))
 
     def distance(self, q: Array) -> float:
-        """d."""
         return float(np.linalg.norm(self.tip(q) - self.ball)) - self.radius
 
     def row(self, q: Array) -> Array:
@@ -221,17 +220,17 @@ class Planar:
 
 
 NEAR = Planar(np.array([0.9, 0.35]), 0.05)
-"""The ball is where the arm should be: at `GOAL` d would be .114 m."""
+"""The ball blocks the goal: at `GOAL` d would be .114 m."""
 
 ASIDE = Planar(np.array([0.55, 0.25]), 0.05)
-"""The ball is beside the way, and |J_d| falls to a third along it."""
+"""The ball is next to the path, along which |J_d| falls to a third."""
 
 GOAL = np.array([0.5, 0.1, -0.1])
 
 
 @pytest.mark.parametrize("n", [1.0, 2.0, 6.0])
 def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
-    """q̇ = −(I − λ J_d^# J_d) ∇W, ∇W by finite differences, exact for a v that grows with |J_d|²."""
+    """q̇ = −(I − λ J_d^# J_d) ∇W by finite differences, exact if v grows with |J_d|²."""
     seen = 0
     for q in np.random.default_rng(2).uniform(-1.5, 1.5, (60, 3)):
         d, row = NEAR.distance(q), NEAR.row(q)
@@ -255,7 +254,7 @@ def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
 def frozen_run(
     arm: Planar, start: Array, n: float, exact: bool, steps: int = 2500
 ) -> tuple[Array, Array, Array]:
-    """W, ½ |q_r − q|² and d along a run towards `GOAL`, the ball at rest; `exact`: v grows with |J_d|², else it is .3 m/s."""
+    """W, ½ |q_r − q|² and d of a run to `GOAL`, the ball at rest; `exact`: v ∝ |J_d|², else .3 m/s."""
     q, dt, kept = start.copy(), 1e-3, []
     for _ in range(steps):
         row, d, error = arm.row(q), arm.distance(q), GOAL - q
@@ -275,7 +274,7 @@ def risen(values: Array) -> float:
 @pytest.mark.parametrize("n", [1.0, 2.0, 6.0])
 @pytest.mark.parametrize("start", [(-0.6, -0.1, 0.0), (0.58, 0.1, -0.1)])
 def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float, ...]) -> None:
-    """With v ∝ |J_d|² W never rises, and d stays above d_m; with the paper's constant v it hardly rises while |J_d| hardly changes."""
+    """With v ∝ |J_d|² W never rises; with the paper's v it hardly rises while |J_d| hardly changes."""
     W, _, distances = frozen_run(NEAR, np.array(start), n, True)
     assert np.isfinite(W).all() and W[-1] < 0.99 * W[0] and np.diff(W).max() <= 1e-14
     assert distances.min() > 0.15 > NEAR.distance(GOAL)
@@ -285,10 +284,10 @@ def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float
 
 
 def test_where_w_falls_and_where_it_does_not() -> None:
-    # Positive control: started near its goal the arm is pushed away from it; V = ½ |q_r − q|² rises, W falls all the same.
+    # Positive control: near its goal the arm is pushed away; V = ½ |q_r − q|² rises, yet W falls.
     W, V, _ = frozen_run(NEAR, np.array([0.58, 0.1, -0.1]), 2.0, True)
     assert risen(V) > 1.0 and risen(W) < 1e-12
-    # The honest limit: |J_d| falls from .5 to .19 m/rad on the way, and under the paper's constant v W rises by more than 1 %.
+    # Limit: |J_d| falls from .5 to .19 m/rad on the way, and with the paper's constant v W rises by over 1 %.
     start = np.array([1.0, 0.1, -0.8])
     rows = [float(np.linalg.norm(ASIDE.row(q))) for q in (start, GOAL)]
     assert rows[1] < 0.5 * rows[0]

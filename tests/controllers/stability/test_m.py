@@ -1,4 +1,4 @@
-"""M of section III against numpy's matrices; tasks orthogonal, dependent, alone or singular; settings that are refused."""
+"""M of section III against numpy: orthogonal, dependent, single and singular tasks; refused settings."""
 
 import math
 
@@ -38,7 +38,7 @@ def in_metric(analysis: Analysis, row: Array, J_b: Array) -> Array:
 
 @given(SEEDS, DIMENSIONS, SHARES, GAINS, GAINS)
 def test_m_is_eq_25(seed: int, m: int, lam: float, K_a: float, K_b: float) -> None:
-    """The blocks as eqs (12) and (21) give them with numpy's pseudo-inverses and N' as a matrix."""
+    """Blocks of eqs (12) and (21) with numpy's pseudo-inverses and N' as a matrix."""
     row, J_b = tasks(seed, m)
     J_a, J_b_sharp = row[None, :], np.linalg.pinv(J_b)
     J_a_sharp = np.linalg.pinv(J_a)
@@ -83,14 +83,14 @@ def test_the_surviving_share_and_the_slowest_mode(
     assert a.rho == pytest.approx(float(np.linalg.norm(basis @ row) / np.linalg.norm(row)), abs=1e-9)
     assert a.survival == pytest.approx(1.0 - lam * a.rho**2, abs=1e-12)
     assert math.cos(a.angle) == pytest.approx(a.rho, abs=1e-9)
-    # All eigenvalues of M are real and positive while the tasks are independent, whatever λ: the frozen loop is stable.
+    # For independent tasks and any λ all eigenvalues of M are real and positive: the frozen loop is stable.
     assume(a.independent)
     values = np.linalg.eigvals(a.M)
-    # Nearly equal eigenvalues of a matrix that is not symmetric are only good to the root of the machine's precision.
+    # Nearly equal eigenvalues of an asymmetric matrix are only accurate to the root of the machine precision.
     assert_allclose(values.imag, 0.0, atol=1e-4)
     assert values.real.min() == pytest.approx(a.slowest_mode, abs=1e-4, rel=1e-4)
     assert a.slowest_mode > 0.0 and a.smallest_eigenvalue <= a.slowest_mode + 1e-6
-    # While the flag is up no error lets V rise; while it is down the eigenvector of sym(M) does not let V fall.
+    # If the condition holds, V falls for every error; if not, V does not fall along an eigenvector of sym(M).
     if a.condition_holds:
         for e in np.random.default_rng(seed).normal(size=(20, m + 1)) * (
             [1.0] * (m + 1) if lam else [0.0] + [1.0] * m
@@ -112,12 +112,12 @@ def test_when_the_condition_holds_in_the_natural_metric(seed: int, m: int, lam: 
         assert (least > 0.0) == (margin > 0.0)
 
 
-def test_the_flag_by_example() -> None:
-    # Positive control of the test above: both answers occur among such tasks, for independent tasks too.
+def test_the_condition_by_example() -> None:
+    # Positive control of the test above: both results occur, also for independent tasks.
     answers = [analyse(*tasks(seed, 3), 0.7, 2.0, 2.0) for seed in range(200)]
     assert all(a.independent for a in answers)
     assert 10 < sum(a.condition_holds for a in answers) < 190
-    # Sufficient, not necessary: sym(M) has a negative eigenvalue, V rises for a while, and e dies out all the same.
+    # Sufficient, not necessary: sym(M) has a negative eigenvalue and V rises for a while, yet e tends to 0.
     row, J_b = np.array([0.6, 0.2, 0.0]), np.array([[0.9, 0.0, 0.0], [0.0, 0.0, 0.4]])
     a = analyse(row, J_b, 0.9, 1.0, 1.0)
     assert a.independent and not a.orthogonal and not a.condition_holds
@@ -131,10 +131,10 @@ def test_the_flag_by_example() -> None:
 
 
 @given(SEEDS, st.sampled_from([1, 3, 6]), SHARES, GAINS, GAINS)
-def test_orthogonal_tasks_have_what_the_paper_proves(
+def test_orthogonal_tasks_have_the_properties_of_the_paper(
     seed: int, m: int, lam: float, K_a: float, K_b: float
 ) -> None:
-    """J_a J_b^# = 0, eq. (16): M = diag(K_a, K_b), nothing of the task is lost, and sym(M) > 0 at any λ."""
+    """J_a J_b^# = 0, eq. (16): M = diag(K_a, K_b), the task loses nothing, and sym(M) > 0 for any λ."""
     row, J_b = tasks(seed, m)
     row = row - np.linalg.pinv(J_b) @ (J_b @ row)
     a = analyse(row, J_b, lam, K_a, K_b)
@@ -159,23 +159,23 @@ def test_a_row_inside_the_task_is_dependent(seed: int, m: int, lam: float, K_a: 
 
 @given(SEEDS, DIMENSIONS, GAINS, GAINS)
 def test_one_of_the_tasks_alone(seed: int, m: int, K_a: float, K_b: float) -> None:
-    # λ = 0: M_bb = K_b, e_a = 0 and the task's error falls as exp(−K_b t), however the two tasks lie.
+    # λ = 0: M_bb = K_b, e_a = 0 and the task's error falls as exp(−K_b t), for any two tasks.
     row, J_b = tasks(seed, m)
     a = analyse(row, J_b, 0.0, K_a, K_b)
     assert_allclose(a.M[1:, 1:], K_b * np.eye(m), atol=1e-7)
     assert a.condition_holds and a.survival == 1.0
     e = a.error(0.3, np.random.default_rng(seed).normal(size=m))
     assert e[0] == 0.0 and a.lyapunov_rate(e) == pytest.approx(-2.0 * K_b * a.lyapunov(e))
-    # Positive control: at equal gains, the same two tasks with nearly parallel directions fail as soon as λ counts.
+    # Positive control: with equal gains and λ = 0.5, nearly parallel tasks fail the condition.
     assert not analyse(J_b[0] + 1e-3 * row, J_b, 0.5, K_a, K_a).condition_holds
-    # λ = 1 is strict priority, eq. (11): the task can do nothing to avoidance, M_ab = 0, for any two tasks.
+    # λ = 1 is strict priority, eq. (11): the task does not affect avoidance, M_ab = 0, for any two tasks.
     a = analyse(row, J_b, 1.0, K_a, K_b)
     assert_allclose(a.M[0, 1:], 0.0, atol=1e-12)
     assert a.slowest_mode == pytest.approx(min(K_a, K_b * a.survival), rel=1e-6)
 
 
 def test_degenerate_inputs() -> None:
-    # A task that lost a direction, or all: the ranks say so, M is finite, the condition does not hold.
+    # A task without one or all of its directions: lower rank, finite M, the condition fails.
     row, J_b = tasks(2, 3)
     J_b[2] = 2.0 * J_b[0] - J_b[1]
     a = analyse(row, J_b, 0.5, 2.0, 2.0)
@@ -187,7 +187,7 @@ def test_degenerate_inputs() -> None:
         assert (nothing.rank_b, nothing.rank_stack) == (0, 1)
         assert_allclose(nothing.M, np.diag([nothing.M[0, 0], 0.0, 0.0, 0.0]))
         assert not nothing.condition_holds
-    # K = 0 is allowed on the page: M loses a block, nothing else breaks; without K_a there is no e_a that asks for λ v.
+    # K = 0 is allowed on the page: a block of M is 0; with K_a = 0 no e_a asks for λ v.
     row, J_b = tasks(1, 3)
     for K_a, K_b in ((0.0, 2.0), (2.0, 0.0), (0.0, 0.0)):
         a = analyse(row, J_b, 0.5, K_a, K_b)
@@ -199,7 +199,7 @@ def test_degenerate_inputs() -> None:
 @pytest.mark.parametrize("J_b", [np.random.default_rng(1).normal(size=(3, 7)), None], ids=["hand", "posture"])
 @pytest.mark.parametrize("length", [0.0, 1e-9])
 def test_no_lever(length: float, J_b: Array | None, damped: bool) -> None:
-    """J_d = 0: avoidance has rank 0 and takes nothing; M_aa = 0 is not positive, so the condition cannot hold."""
+    """J_d = 0: avoidance has rank 0 and takes nothing from the task; M_aa = 0, so the condition fails."""
     a = analyse(np.full(7, length), J_b, 0.8, 2.0, 3.0, damped)
     m = 7 if J_b is None else 3
     assert (a.rank_a, a.rank_b, a.rank_stack) == (0, m, m)
@@ -209,8 +209,8 @@ def test_no_lever(length: float, J_b: Array | None, damped: bool) -> None:
 
 
 @given(SEEDS, DIMENSIONS, st.floats(1e-6, 1.5))
-def test_ranks_are_those_of_singular_values(seed: int, m: int, angle: float) -> None:
-    """rank [J_a; J_b] is that of numpy's decomposition of [ĵ; an orthonormal basis of J_b's rows], at any angle between them."""
+def test_ranks_match_the_singular_values(seed: int, m: int, angle: float) -> None:
+    """rank [J_a; J_b] is numpy's for [ĵ; an orthonormal basis of J_b's rows], at any angle between them."""
     row, J_b = tasks(seed, m)
     basis = np.linalg.svd(J_b, full_matrices=False)[2]
     inside = basis[0]
@@ -224,7 +224,7 @@ def test_ranks_are_those_of_singular_values(seed: int, m: int, angle: float) -> 
         assert a.independent == (singular[-1] > TOLERANCE)
 
 
-def test_what_cannot_be_analysed_is_refused() -> None:
+def test_invalid_inputs_are_refused() -> None:
     for lam, K_a, K_b, what in (
         (-0.1, 1, 1, "λ"),
         (1.1, 1, 1, "λ"),

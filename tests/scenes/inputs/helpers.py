@@ -1,4 +1,4 @@
-"""Targets of every kind, and runs in which a person wanted some."""
+"""Targets of every kind, and recorded runs with them."""
 
 import io
 from functools import cache
@@ -23,7 +23,7 @@ def arrays(count: int, low: float | None = None, high: float | None = None) -> A
 def targets(
     places: Arrays, rotations: Arrays, joints: Arrays, angles: Arrays
 ) -> st.SearchStrategy[Target | None]:
-    """Targets of all kinds, rotations also laid out column by column."""
+    """Targets of all kinds, rotations also in column-major layout."""
     turned = rotations | rotations.map(np.asfortranarray)
     hands = st.builds(HandTarget, places, st.none() | turned, st.none() | places)
     people = st.builds(AnglesTarget, st.none() | angles.map(lambda a: a.reshape(2, 4)))
@@ -37,7 +37,7 @@ TARGETS = targets(arrays(3), ROTATIONS, st.integers(1, 14).flatmap(arrays), arra
 
 
 def same(a: Target | None, b: Target | None) -> bool:
-    """Whether two targets are the same to the last bit, layout in memory included."""
+    """True if two targets are equal to the bit, memory layout included."""
     if a is None or b is None or type(a) is not type(b) or len(a) != len(b):
         return a is b
     if isinstance(a, LinkTarget) and isinstance(b, LinkTarget) and a.joint != b.joint:
@@ -59,7 +59,7 @@ def everything(log: InputsLog) -> Recorded:
 
 @cache
 def sample_file(scene: str = "hold", seconds: float = 1.3) -> tuple[Recorded, bytes]:
-    """Recorded inputs with a change of settings in their middle, and their file; shared, so only to be read."""
+    """Recorded inputs with a change of settings in the middle, and their file; shared, read-only."""
     simulation, log = logged_run(scene_settings(scene), seconds)
     simulation.apply(changed(simulation.settings, "k", 3.0))
     for _ in range(30):
@@ -69,7 +69,7 @@ def sample_file(scene: str = "hold", seconds: float = 1.3) -> tuple[Recorded, by
 
 
 def run_with(*wanted: tuple[Target | None, int]) -> Recorded:
-    """Inputs like the sample's, whose person wants these targets, each for a number of steps."""
+    """The sample's inputs with these targets, each for a number of steps."""
     codes, numbers = zip(*(encoded(target) for target, _ in wanted), strict=True)
     counts = np.array([count for _, count in wanted], np.uint32)
     packed = PackedTargets(np.array(codes, np.uint8), counts, np.frombuffer(b"".join(numbers)))
@@ -78,7 +78,7 @@ def run_with(*wanted: tuple[Target | None, int]) -> Recorded:
 
 
 def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
-    """A file of recorded inputs with other arrays as some of its parts; None leaves a part out."""
+    """A file of recorded inputs with some parts replaced; None removes a part."""
     with np.load(io.BytesIO(data)) as arrays:
         found = {name: arrays[name] for name in arrays.files} | parts
     out = io.BytesIO()

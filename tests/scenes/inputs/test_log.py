@@ -1,7 +1,9 @@
-"""What a person wanted, step by step: kept to the last bit, done again from a log or a file; a faulty file is named and not run."""
+"""A person's targets step by step, kept and replayed to the bit; bad files are refused by name."""
 
+import errno
 import io
 import json
+import os
 import pickle
 import zipfile
 from pathlib import Path
@@ -22,7 +24,8 @@ from scenes.rerun import rerun
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
-from tests.scenes.helpers import SCENES, logged_run, scene_settings
+from tests.approved import Approve, case_lines
+from tests.scenes.helpers import SCENES, logged_run, refusal, scene_settings
 from tests.scenes.inputs.helpers import (
     TARGETS,
     arrays,
@@ -37,12 +40,12 @@ from tests.scenes.inputs.helpers import (
 
 
 @given(st.lists(st.tuples(TARGETS, st.integers(1, 300)), min_size=1, max_size=8))
-def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
+def test_every_step_is_restored(runs: list[tuple[Target | None, int]]) -> None:
     log, simulation = InputsLog(), Simulation(RunSettings(), 1)
     wanted = [target for target, count in runs for _ in range(count)]
     for target in wanted:
         log.record(simulation, target)
-        # Only the clock goes on: an odd target need not be followed to be remembered.
+        # Only the clock advances: the log does not need an odd target to be followed.
         simulation.steps += 1
         simulation.time += simulation.settings.dt
     recorded = everything(log)
@@ -51,7 +54,7 @@ def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
     assert all(same(a, b) for a, b in zip(recorded.targets(), wanted, strict=True))
 
 
-def test_a_log_copies_and_forgets() -> None:
+def test_a_log_copies_its_inputs_and_drops_old_ones() -> None:
     log, simulation = InputsLog(), Simulation(RunSettings(), 1)
     place = np.array([0.4, 0.0, 1.0])
     log.record(simulation, HandTarget(place))
@@ -75,7 +78,7 @@ def test_a_log_copies_and_forgets() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0, 3.3, 5.0])
-def test_a_window_is_as_long_as_asked_for_or_a_little_longer(seconds: float) -> None:
+def test_a_window_has_the_wanted_length_or_slightly_more(seconds: float) -> None:
     simulation, log = logged_run(RunSettings(), 6.4)
     recorded = log.window(seconds)
     assert recorded is not None
@@ -94,7 +97,7 @@ def test_the_memory_of_a_log_is_bounded() -> None:
         return most
 
     full, bounded = InputsLog(), InputsLog(most_bytes=200_000)
-    # 15 numbers, a code and a count; what is not packed yet counts for more.
+    # 15 numbers, a code and a count; unpacked steps need more.
     assert 5_000 * (15 * 8 + 5) < wander(full, 5_000) < 5_000 * (15 * 8 + 5) + 200_000
     assert full.nbytes >= len(pickle.dumps(everything(full))) * 0.9
     assert wander(bounded, 20_000) < 300_000
@@ -106,7 +109,7 @@ def test_the_memory_of_a_log_is_bounded() -> None:
 
 
 @pytest.mark.parametrize("change", [{"guided": "left"}, {"scene": "master_slave"}, {"rig": "table"}, "reset"])
-def test_a_log_begins_again_when_the_run_cannot_be_made_again(change: Any) -> None:
+def test_a_log_restarts_when_the_run_becomes_irreproducible(change: Any) -> None:
     simulation, log = logged_run(RunSettings(), 1.3)
     if change == "reset":
         simulation.reset()
@@ -121,14 +124,14 @@ def test_a_log_begins_again_when_the_run_cannot_be_made_again(change: Any) -> No
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_recorded_person_does_the_same_again(scene: str) -> None:
+def test_a_recorded_person_repeats_the_run(scene: str) -> None:
     settings = scene_settings(scene)
     simulation, log = logged_run(settings, 2.5)
     again = run(settings, 2.5, RecordedPerson(everything(log)))
     assert again.table.tobytes() == simulation.history.table().tobytes()
 
 
-def test_a_recorded_person_acts_at_other_time_steps_and_rests_at_the_end() -> None:
+def test_a_recorded_person_works_at_other_time_steps_and_rests_at_the_end() -> None:
     simulation, log = logged_run(RunSettings(), 0.2)
     simulation.apply(changed(simulation.settings, "dt", 0.02))
     for place in (1.0, 2.0):
@@ -148,13 +151,13 @@ POSSIBLE = targets(
 
 @settings(max_examples=50)
 @given(st.lists(st.tuples(POSSIBLE, st.integers(1, 5)), min_size=1, max_size=12))
-def test_every_possible_target_goes_through_a_file(runs: list[tuple[Target | None, int]]) -> None:
+def test_every_possible_target_survives_a_file(runs: list[tuple[Target | None, int]]) -> None:
     made = run_with(*runs)
     back = recorded_from(recorded_bytes(made), "a.npz")
     assert all(same(a, b) for a, b in zip(back.targets(), made.targets(), strict=True))
 
 
-def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
+def test_inputs_of_both_kinds_are_read_as_a_person(tmp_path: Path) -> None:
     recorded, data = sample_file("ball")
     (tmp_path / "a.npz").write_bytes(data)
     (tmp_path / "a.csv").write_text("t,x,y,z\n0,0.4,0,1\n")
@@ -162,17 +165,17 @@ def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
     assert same(person.target(0.5), RecordedPerson(recorded).target(0.5))
     hand = read_person(tmp_path / "a.csv", RunSettings()).target(0.0)
     assert isinstance(hand, HandTarget) and hand.position.tolist() == [0.4, 0.0, 1.0]
-    with pytest.raises(BadInputFile, match=r"in the scene ball, not hold; add --scene ball\."):
+    with pytest.raises(BadInputFile, match=r"--scene ball\."):
         read_person(tmp_path / "a.npz", RunSettings())
 
 
 @pytest.mark.parametrize(
     "target", [JointTarget(np.zeros(7)), LinkTarget(7, np.zeros(3), np.array([0.4, 0.0, 1.0]))]
 )
-def test_joints_of_other_arms_are_pulled_in_no_run(tmp_path: Path, target: Target) -> None:
+def test_joints_of_other_arms_are_refused(tmp_path: Path, target: Target) -> None:
     (tmp_path / "a.npz").write_bytes(recorded_bytes(run_with((target, 9))))
     assert same(read_person(tmp_path / "a.npz", RunSettings()).target(0.0), target)
-    with pytest.raises(BadInputFile, match="joints of other arms than these; add --robot lwr --guided right"):
+    with pytest.raises(BadInputFile, match="--robot lwr --guided right"):
         read_person(tmp_path / "a.npz", RunSettings(robot="ur5"))
 
 
@@ -180,7 +183,7 @@ SAMPLE, DATA = sample_file()
 
 
 def with_parts(**changes: Any) -> bytes:
-    """The sample's file with some parts replaced; `about` by a dictionary of changes; None leaves a part out."""
+    """The sample's file with some parts replaced; `about` by a dictionary of changes; None removes a part."""
     if isinstance(about := changes.get("about"), dict):
         with np.load(io.BytesIO(DATA)) as arrays:
             changes["about"] = as_bytes(json.dumps(json.loads(arrays["about"].tobytes()) | about))
@@ -194,10 +197,10 @@ def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
     return {name: array}
 
 
-def test_files_that_are_wrong_as_a_whole() -> None:
+def test_wrong_targets_and_damaged_files_are_refused() -> None:
     assert recorded_from(with_parts(), "a.npz").steps == SAMPLE.steps
     turns = (np.eye(3), ""), (np.eye(3) * 1.01, "orientation"), (np.diag([1.0, 1.0, -1.0]), "orientation")
-    # A pull at a link of the arm, at one that it has not, and at none.
+    # A pull at the last link, at two missing ones, and one out of reach.
     pulls = (7, 0.0, ""), (8, 0.0, "link that no arm"), (0, 0.0, "link that no arm"), (3, 11.0, "reach")
     for target, message in (
         *((HandTarget(np.zeros(3), rotation), message) for rotation, message in turns),
@@ -213,11 +216,9 @@ def test_files_that_are_wrong_as_a_whole() -> None:
             assert len(table) == 1 and np.isfinite(table[:, 0]).all()
     objects = np.empty(2, object)
     objects[:] = [{"a": 1}, "b"]
-    # What the library says of it is English.
+    # The library's own message would be English.
     for data in (with_parts(numbers=objects), with_parts()[:500]):
-        with pytest.raises(
-            BadInputFile, match=r"^a\.npz: is not a file of recorded inputs, or is damaged\.$"
-        ):
+        with pytest.raises(BadInputFile, match=r"^a\.npz: .*damaged\.$"):
             recorded_from(data, "a.npz")
 
 
@@ -270,12 +271,12 @@ def test_a_damaged_file_is_refused_or_still_a_possible_run(data: st.DataObject) 
 
 
 @given(st.binary(max_size=300))
-def test_no_bytes_at_all_do_harm(content: bytes) -> None:
+def test_arbitrary_bytes_are_refused(content: bytes) -> None:
     with pytest.raises(BadInputFile):
         recorded_from(content, "a.npz")
 
 
-def test_what_is_too_large_is_neither_read_nor_unpacked(
+def test_a_file_that_is_too_large_is_neither_read_nor_unpacked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = io.BytesIO()
@@ -292,7 +293,21 @@ def test_what_is_too_large_is_neither_read_nor_unpacked(
             read()
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+def test_a_missing_file_is_refused_by_name(tmp_path: Path) -> None:
     for read in (read_recorded, lambda path: read_person(path, RunSettings())):
-        with pytest.raises(BadInputFile, match=r"missing\.npz: cannot be read"):
+        with pytest.raises(BadInputFile, match=r"missing\.npz: "):
             read(tmp_path / "missing.npz")
+
+
+def test_messages_of_files_that_do_not_fit(tmp_path: Path, approve: Approve) -> None:
+    (tmp_path / "ball.npz").write_bytes(sample_file("ball")[1])
+    (tmp_path / "joints.npz").write_bytes(recorded_bytes(run_with((JointTarget(np.zeros(7)), 9))))
+    said = {
+        "another scene": refusal(lambda: read_person(tmp_path / "ball.npz", RunSettings())),
+        "other arms": refusal(lambda: read_person(tmp_path / "joints.npz", RunSettings(robot="ur5"))),
+        "damaged": refusal(lambda: recorded_from(with_parts()[:500], "a.npz")),
+        "missing": refusal(lambda: read_recorded(tmp_path / "missing.npz")),
+    }
+    approve(
+        "refusals.txt", case_lines(said).replace(str(tmp_path), "…").replace(os.strerror(errno.ENOENT), "…")
+    )

@@ -1,4 +1,4 @@
-"""A short run as text for a link: the same bits come back, and what is damaged or too long is named."""
+"""A short run as text for a link: restored to the bit; damaged or long texts are refused by name."""
 
 import base64
 import zlib
@@ -16,13 +16,14 @@ from scenes.rerun import rerun
 from scenes.run_text import GRID, LONGEST, LONGEST_TEXT, on_grid, run_of_text, run_text
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, LinkTarget, Target
-from tests.scenes.helpers import given_settings
+from tests.approved import Approve, case_lines
+from tests.scenes.helpers import given_settings, refusal
 
 Push = Callable[[Simulation, int], Target | None]
 
 
 def by_the_hand(simulation: Simulation, step: int) -> Target | None:
-    """Nothing, then a pull at the hand as a browser sends it, then one at a link, then nothing again."""
+    """No target, a pull at the hand as a browser sends it, a pull at a link, no target."""
     if step < 40 or step >= 160:
         return None
     way = np.array([-0.01, 0.0013, 0.0007]) * (step // 10 - 3)
@@ -52,11 +53,11 @@ def test_a_link_gives_the_same_bits() -> None:
     again = run_of_text(TEXT)
     assert rerun(again).table.tobytes() == rerun(RUN).table.tobytes()
     assert again.settings == RUN.settings and run_text(again) == TEXT
-    assert len(TEXT) < 600 and TEXT.replace("-", "").replace("_", "").isalnum(), "it needs no quoting"
+    assert len(TEXT) < 600 and TEXT.replace("-", "").replace("_", "").isalnum(), "the text needs quoting"
     assert page_query(f"/?push={TEXT}")["push"] == TEXT
 
 
-def test_a_place_on_the_grid_is_as_good_as_where_the_hand_was() -> None:
+def test_a_grid_position_is_within_half_a_cell_and_does_not_move_again() -> None:
     place = np.array([0.1, -0.2, 1.2345])
     held = on_grid(HandTarget(place, None))
     assert isinstance(held, HandTarget) and np.abs(held.position - place).max() <= GRID / 2.0
@@ -64,18 +65,19 @@ def test_a_place_on_the_grid_is_as_good_as_where_the_hand_was() -> None:
     assert isinstance(again, HandTarget) and (again.position == held.position).all() and on_grid(None) is None
 
 
-@given(st.integers(0, len(TEXT) - 1), st.sampled_from("Aq7-_ é"))
+# The last letter has unused bits.
+@given(st.integers(0, len(TEXT) - 2), st.sampled_from("Aq7-_ é"))
 def test_a_damaged_link_is_refused_by_name(place: int, letter: str) -> None:
     damaged = TEXT[:place] + letter + TEXT[place + 1 :]
     if damaged != TEXT:
-        with pytest.raises(BadInputFile, match=r"push: the link is damaged; copy it again\."):
+        with pytest.raises(BadInputFile, match=r"^push: .*damaged"):
             run_of_text(damaged)
     with pytest.raises(BadInputFile, match="damaged"):
         run_of_text(TEXT[:place])
 
 
 def forged(body: bytes) -> str:
-    """A text with the right check sum."""
+    """A text with a correct checksum."""
     body = zlib.compress(body)
     return base64.urlsafe_b64encode(zlib.crc32(body).to_bytes(4, "big") + body).decode().rstrip("=")
 
@@ -94,13 +96,13 @@ def test_a_forged_link_is_refused_like_a_forged_file() -> None:
         if body != plain:
             with pytest.raises(BadInputFile, match=f"^push: .*{why}"):
                 run_of_text(forged(body))
-    with pytest.raises(BadInputFile, match="longer than 3000 characters"):
+    with pytest.raises(BadInputFile, match=f"longer than {LONGEST_TEXT}"):
         run_of_text("A" * (LONGEST_TEXT + 1))
-    # A page names what it was sent too much of.
+    # A page also reports a text that is too long.
     assert LONGEST_PUSH == LONGEST_TEXT < len(page_query("/?push=" + "A" * 3900)["push"])
 
 
-def test_what_does_not_fit_says_why() -> None:
+def test_a_run_that_does_not_fit_is_refused_with_the_reason() -> None:
     rng = np.random.default_rng(1)
     with pytest.raises(BadSetting, match="too long for a link"):
         run_text(
@@ -112,3 +114,11 @@ def test_what_does_not_fit_says_why() -> None:
     from_the_middle.snapshot.positions[0] += 0.1
     with pytest.raises(BadSetting, match="from the beginning"):
         run_text(from_the_middle)
+
+
+def test_messages_of_wrong_links(approve: Approve) -> None:
+    said = {
+        "damaged": refusal(lambda: run_of_text(TEXT[:-1])),
+        "too long": refusal(lambda: run_of_text("A" * (LONGEST_TEXT + 1))),
+    }
+    approve("wrong links.txt", case_lines(said))

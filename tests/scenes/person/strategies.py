@@ -1,4 +1,4 @@
-"""Postures of a person, for many tests."""
+"""Random postures of a person."""
 
 import numpy as np
 from hypothesis import strategies as st
@@ -20,7 +20,7 @@ arms = _arm((-89.0, 89.0), (0.0, 150.0))
 """Any posture of one arm."""
 
 plain_arms = _arm((-80.0, 80.0), (10.0, 110.0))
-"""Postures off the T and with a bent elbow, where all four angles can be seen, within reach of a robot's elbow."""
+"""Postures off the T with a bent elbow: four observable angles within reach of a robot's elbow."""
 
 
 def bodies(one_arm: st.SearchStrategy[Array]) -> st.SearchStrategy[Array]:

@@ -1,4 +1,4 @@
-"""Four angles an arm: what they mean, there and back, mirrored, and without a jump where they cannot be seen."""
+"""Four angles per arm: meaning, round trips, mirror images, and no jump where they are not observable."""
 
 import math
 from collections.abc import Iterable
@@ -29,7 +29,7 @@ def arm_angles(
 def body_points(
     angles: Array, turn: Array = EYE, place: Array = FORWARD, scale: float = 1.0
 ) -> person.BodyPoints:
-    """The points of a body with these angles, hips half a metre below the shoulders, moved anywhere."""
+    """Points of a body with these angles, hips half a metre below the shoulders, in any frame and scale."""
     chains = np.array([person.arm_points(angles[i], side) for i, side in enumerate(SIDES)])
     moved = (chains @ turn.T) * scale + place
     hips = turn @ np.array([0.0, 0.0, -0.5]) * scale + place
@@ -44,7 +44,7 @@ def body_points(
         ((90, 0, 0, 90), FORWARD, UP), ((0, 90, 90, 90), LEFT, UP), ((0, 90, 0, 90), LEFT, FORWARD),
     ],
 )  # fmt: skip
-def test_the_words_of_the_docstring(degrees: tuple[float, ...], upper: Array, forearm: Array) -> None:
+def test_the_angles_match_the_docstring(degrees: tuple[float, ...], upper: Array, forearm: Array) -> None:
     angles = np.radians(np.array(degrees, float))
     mirror = np.array([1.0, -1.0, 1.0])
     for side, flip in zip(SIDES, (1.0, mirror), strict=True):
@@ -100,7 +100,7 @@ def test_any_frame_and_unit(angles: Array, rotation: tuple[float, float, float],
 
 
 def tracked(path: Iterable[ArrayLike], side: ArmName, previous: Array, noise: float = 0.0) -> Array:
-    """Angles (k, 4) found along a path of true ones, each with the one before as its memory; the first is where it begins."""
+    """Angles (k, 4) found along a path of true ones, each with its predecessor as memory."""
     random, found = np.random.default_rng(3), [previous]
     for angles in path:
         upper, forearm = person.arm_directions(np.array(angles), side)
@@ -123,7 +123,7 @@ def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
             atol=math.radians(3.0),
         )
     assert_allclose(found[-1], path[-1], atol=1e-3)
-    # Positive control: without a memory the T is a jump.
+    # Positive control: without a memory the angles jump at the T.
     alone = [
         person.direction_angles(*person.arm_directions(np.radians([0.1, up, 0.0, 80.0]), side), side)
         for up in np.linspace(80, 100, 41)
@@ -132,13 +132,13 @@ def test_swinging_through_the_t(side: ArmName, tilt: float) -> None:
 
 
 def test_memory_of_angles() -> None:
-    # As the elbow straightens the rotation stays, whatever noise says; bent again it is found again.
+    # As the elbow straightens the rotation stays, despite noise; bent again it is found again.
     elbows = [*np.linspace(90.0, 0.0, 200), *np.zeros(50), *np.linspace(0.0, 90.0, 200)]
     path = np.radians([[30.0, 20.0, 40.0, elbow] for elbow in elbows])
     found = tracked(path, "left", path[0], noise=0.002)
     assert np.abs(np.diff(found[:, 2])).max() < 0.1
     assert_allclose(found[-1], path[-1], atol=0.01)
-    # Abduction goes on counting too, past the head and down the other side.
+    # Abduction continues, too, past the head and down the other side.
     found = tracked(
         ([0.09, raised, 0.0, 1.4] for raised in np.linspace(0.2, 5.5, 800)),
         "right",
@@ -146,17 +146,17 @@ def test_memory_of_angles() -> None:
     )
     assert np.abs(np.diff(found, axis=0)).max() < 0.1
     assert_allclose(found[-1], [0.09, 5.5, 0.0, 1.4], atol=1e-3)
-    # A windmill goes on counting; nothing wraps.
+    # A windmill's flexion continues without wrapping.
     start = np.radians([0.0, 10.0, 0.0, 30.0])
     found = tracked(([flexion, *start[1:]] for flexion in np.linspace(0.0, 3.0 * np.pi, 400)), "left", start)
     assert np.abs(np.diff(found[:, 0])).max() < 0.1
     assert_allclose(found[-1, 0], 3.0 * np.pi, atol=1e-6)
-    # What is remembered fades: a posture that is held is found after some samples.
+    # The memory fades: a constant posture is found after some samples.
     true = np.radians([50.0, 87.0, 10.0, 80.0])
     assert_allclose(tracked([true] * 60, "left", np.radians([0.0, 87.0, 50.0, 80.0]))[-1], true, atol=1e-6)
 
 
-def test_points_that_make_no_body_give_no_angles() -> None:
+def test_impossible_points_give_no_angles() -> None:
     whole = body_points(np.radians([[20.0, 10.0, 0.0, 60.0]] * 2))
     assert person.body_angles(whole) is not None
     for hips in (whole.shoulders[0], whole.shoulders.mean(axis=0)):

@@ -1,4 +1,4 @@
-"""Clips and sampled people: between samples, and outside them."""
+"""Clips and sampled people, between and outside their samples."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SEEDS = (0, 1, 2, 17, -3)
 
 @pytest.mark.parametrize("name", CLIP_NAMES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_loop(name: ClipName, seed: int) -> None:
+def test_a_clip_is_a_loop_from_rest_to_rest(name: ClipName, seed: int) -> None:
     clip = Clip(name, seed)
     assert_allclose(clip.angles(0.0), REST, atol=1e-12)
     assert_allclose(clip.angles(clip.duration), REST, atol=1e-9)
@@ -25,7 +25,7 @@ def test_a_loop(name: ClipName, seed: int) -> None:
 
 @pytest.mark.parametrize("name", CLIP_NAMES)
 def test_smoothness_and_seeds(name: ClipName) -> None:
-    # The steps of the second differences shrink with h: no jump of the acceleration, over the seam neither.
+    # Steps of the second differences shrink with h: the acceleration has no jump, also at the seam.
     clip = Clip(name, 3)
 
     def roughest(h: float) -> float:
@@ -35,7 +35,7 @@ def test_smoothness_and_seeds(name: ClipName) -> None:
 
     coarse, fine = roughest(0.01), roughest(0.005)
     assert fine < 0.65 * coarse and coarse < 5.0
-    # The same seed gives the same bits in any order of asking; another seed another motion.
+    # The same seed gives the same bits in any order; another seed gives another motion.
     a, b = Clip(name, 5), Clip(name, 5)
     times = (3.0, 0.2, 7.5, 3.0)
     assert_array_equal([a.angles(t) for t in times], [b.angles(t) for t in reversed(times)][::-1])
@@ -64,7 +64,7 @@ def test_names_seeds_and_refusals() -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_person_does_what_the_name_says(seed: int) -> None:
+def test_the_motion_matches_the_clip_s_name(seed: int) -> None:
     def wrists(clip: Clip) -> np.ndarray:
         times = np.arange(0.0, clip.duration, 0.02)
         return np.array(
@@ -92,7 +92,7 @@ def test_sampled_angles() -> None:
     assert sampled.duration == 4.0
     times = (-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 3.25, 4.0, 99.0)
     assert [value(sampled, t) for t in times] == [0.0, 0.0, 0.5, 1.0, 1.5, 2.0, 2.25, 3.0, 3.0]
-    # No person at a sample with a NaN, nor on the way to or from it.
+    # No person at a sample with NaN, nor between it and its neighbours.
     table = TABLE.copy()
     table[2, 0, 0] = np.nan
     sampled = SampledAngles(TIMES, table)

@@ -1,4 +1,4 @@
-"""From a person to the robots: a low-pass that is the exact one, and arms that point where the person's do and never leap."""
+"""From a person to the robots: an exact low-pass filter, and arms with the same directions, no jumps."""
 
 import math
 
@@ -28,7 +28,7 @@ def test_steps_rates_and_inputs() -> None:
     low_pass = AngleFilter(np.zeros((1, 1)), cutoff_hz=0.5, top_rate=20.0)
     found = [float(low_pass.step(np.ones((1, 1)), 0.01)[0, 0]) for _ in range(100)]
     assert_allclose(found, 1.0 - np.exp(-math.tau * 0.5 * 0.01 * np.arange(1, 101)), atol=1e-12)
-    # A far goal is approached straight at the top speed, then exponentially: both by the closed form, without overshoot.
+    # A far goal is approached at top speed, then exponentially; both by closed form, without overshoot.
     rate, omega = 0.5, math.tau * 2.0
     slow = AngleFilter(np.zeros((1, 1)), cutoff_hz=2.0, top_rate=rate)
     knee = rate / omega
@@ -61,7 +61,7 @@ def test_steps_rates_and_inputs() -> None:
     st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=6), st.floats(0.1, 50.0), st.floats(0.05, 20.0), st.floats(1e-4, 0.5),
     st.integers(2, 9),
 )  # fmt: skip
-def test_the_step_does_not_matter(
+def test_the_result_does_not_depend_on_the_time_step(
     inputs: list[float], cutoff: float, rate: float, dt: float, parts: int
 ) -> None:
     one, many = (AngleFilter(np.zeros((1, 1)), cutoff, rate) for _ in range(2))
@@ -95,7 +95,7 @@ def test_lost(missing: np.ndarray | None) -> None:
 ROOM = build_room("torso")
 LIMITS = np.array([joint.position_limit for joint in JOINTS[:4]]) - LIMIT_MARGIN
 REACHABLE = float(LIMITS[1])
-"""A bone may stand off the axis of what carries it by so much."""
+"""Largest angle between a bone and the axis of its carrier [rad]."""
 
 
 def bases(rig: RigName = "torso") -> tuple[pin.SE3, ...]:
@@ -115,7 +115,7 @@ def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
 
 
 def reachable(angles: Array, arm: int, rig: RigName = "torso") -> bool:
-    """Whether no limit is in the way of an arm's posture."""
+    """True if an arm's posture is within all limits."""
     upper, _ = arm_directions(angles[arm], SIDES[arm])
     axis = bases(rig)[arm].rotation[:, 2]
     return (
@@ -159,7 +159,7 @@ def test_directions_match(rig: RigName, angles: Array) -> None:
 
 
 @given(bodies(arms), st.integers(0, 10_000))
-def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
+def test_directions_match_from_any_posture(angles: Array, seed: int) -> None:
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS, (2, 4))
     retargeter = Retargeter(RIGS["torso"])
     retargeter.reset(before)
@@ -197,7 +197,7 @@ def test_the_nearest_branch(angles: Array, seed: int) -> None:
 
 @given(bodies(arms))
 def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
-    # A limit costs no more than what it takes away: the upper arm misses by the angle beyond q2's limit, if q1 is free.
+    # The upper arm misses by its angle beyond q2's limit only, if q1 is free.
     q = natural_pose(angles)
     for arm, side in enumerate(SIDES):
         upper = arm_directions(angles[arm], side)[0]
@@ -207,13 +207,13 @@ def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
         assert miss > beyond - 1e-6
         if abs(q[arm, 0]) < LIMITS[0] - 1e-9:
             assert miss < beyond + 1e-6
-    # Exchanged arms of the person are a mirrored posture of the robots.
+    # Swapped arms of the person give the mirrored posture of the robots.
     assert_allclose(natural_pose(angles[::-1])[::-1] * MIRROR[:4], q, atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_clips_never_leap(seed: int) -> None:
-    """The medley is all of them, one after the other."""
+def test_clips_have_no_jumps(seed: int) -> None:
+    """The medley contains all clips."""
     clip, dt = Clip("medley", seed), 0.02
     retargeter = Retargeter(RIGS["torso"])
     q = np.array([retargeter.joints(clip.angles(k * dt)) for k in range(int(clip.duration / dt) + 2)])
@@ -226,9 +226,7 @@ def test_clips_never_leap(seed: int) -> None:
     ("name", "seed"),
     [*((name, seed) for name in ("clap", "cross") for seed in range(6)), ("wave", 1), ("reach", 1)],
 )
-def test_without_avoidance_clap_and_cross_collide_and_wave_and_reach_keep_apart(
-    name: ClipName, seed: int
-) -> None:
+def test_without_avoidance_two_clips_collide_and_two_do_not(name: ClipName, seed: int) -> None:
     clip, retargeter = Clip(name, seed), Retargeter(RIGS["torso"])
     distances = [
         joint_distance(retargeter.joints(clip.angles(t))) for t in np.arange(0.0, clip.duration, 0.1)
@@ -238,7 +236,7 @@ def test_without_avoidance_clap_and_cross_collide_and_wave_and_reach_keep_apart(
 
 
 def test_special_postures_and_reset() -> None:
-    # An upper arm that passes over the axis of the robot's base, where q1 is undefined, moves no joint by leaps.
+    # An upper arm that crosses the axis of the robot's base, where q1 is undefined, moves no joint suddenly.
     base = RIGS["torso"].bases[0].rotation
     bend = pin.exp3(0.9 * base[:, 1])
     before, steps, misses = None, [], []
@@ -252,7 +250,7 @@ def test_special_postures_and_reset() -> None:
         before = q
     assert max(steps) < 0.05
     assert max(misses) < 0.02
-    # With a straight elbow the roll of the robot's upper arm stays what it was.
+    # With a straight elbow the roll of the robot's upper arm is kept.
     retargeter = Retargeter(RIGS["torso"])
     bent = np.radians([[40.0, 30.0, 20.0, 60.0]] * 2)
     q = retargeter.joints(bent)

@@ -1,4 +1,4 @@
-"""Our robots, read by another program too."""
+"""Our robots, also as another program reads them."""
 
 import importlib.metadata
 from dataclasses import replace
@@ -41,7 +41,7 @@ def other_reader(name: RobotName) -> yourdfpy.URDF:
 
 
 def link_poses(name: RobotName, q: Array) -> dict[str, Array]:
-    """Pose (4, 4) of every link in the frame of the arm's base, as yourdfpy computes it."""
+    """Pose (4, 4) of every link in the frame of the arm's base, by yourdfpy."""
     reader, ours = other_reader(name), EXAMPLES.get(name)
     fingers = [] if ours is None else list(ours.locked.values())
     reader.update_cfg(np.r_[q, fingers[: len(reader.actuated_joint_names) - len(q)]])
@@ -52,7 +52,7 @@ def link_poses(name: RobotName, q: Array) -> dict[str, Array]:
 
 @cache
 def collision_points(name: RobotName) -> dict[str, Array]:
-    """Points (k, 3) all over the collision shapes of every link, in its frame, read by yourdfpy and trimesh."""
+    """Points (k, 3) on the collision shapes of every link, in its frame, by yourdfpy and trimesh."""
     reader, found = other_reader(name), {}
     random = np.random.default_rng(4)
     for link in reader.link_map.values():
@@ -74,7 +74,7 @@ def collision_points(name: RobotName) -> dict[str, Array]:
 
 
 def postures(model: pin.Model, count: int, seed: int = 7) -> Array:
-    """Postures (count, n) anywhere between the stops."""
+    """Random postures (count, n) between the stops."""
     return np.random.default_rng(seed).uniform(
         model.lowerPositionLimit, model.upperPositionLimit, (count, model.nq)
     )
@@ -83,7 +83,7 @@ def postures(model: pin.Model, count: int, seed: int = 7) -> Array:
 def outside(
     name: RobotName, points: dict[str, Array], q: Array, slimmer: dict[str, float] | None = None
 ) -> float:
-    """How far the farthest of the links' points is outside the union of the capsules at q, some of them made slimmer [m]."""
+    """Largest distance of the links' points outside the union of the capsules at q, some made slimmer [m]."""
     arm = robot(name)
     data = arm.model.createData()
     pin.forwardKinematics(arm.model, data, q)
@@ -95,14 +95,14 @@ def outside(
 
 
 def away(capsule, data: pin.Data, world: Array, slimmer: dict[str, float]) -> Array:
-    """How far points (k, 3) of the room are outside a capsule, made slimmer by its name [m]."""
+    """Distances of points (k, 3) of the room outside a capsule, made slimmer by its name [m]."""
     pose = data.oMi[capsule.joint]
     points = (world - pose.translation) @ pose.rotation
     return beyond(points, capsule.start, capsule.end, capsule.radius) + slimmer.get(capsule.name, 0.0)
 
 
 def assert_they_keep_clear(pair: str, rig: str) -> None:
-    """For 5 s d ≥ d_law ≥ d_m, from a start that is comfortably farther apart, away from the stops, with the hand in front."""
+    """For 5 s d ≥ d_law ≥ d_m; the start is clearly farther apart, away from stops and singularities."""
     settings = validate(replace(RunSettings(), robot=pair, rig=rig, dt=0.01))
     simulation = Simulation(settings, 1)
     start, model = simulation.positions.copy(), simulation.room.model

@@ -1,4 +1,4 @@
-"""Capsules enclose all of a robot that can collide, and are tight; what is drawn is small, in palettes, and inside them."""
+"""Capsules enclose all collision shapes tightly; drawn shells are small and inside the capsules."""
 
 import itertools
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", NAMES)
-def test_a_robot_is_small_and_its_ghost_can_be_seen_through(name: RobotName, coarse: bool) -> None:
+def test_a_robot_is_small_and_its_ghost_is_translucent(name: RobotName, coarse: bool) -> None:
     for palette, mode in (("ghost", "BLEND"), ("silver", "OPAQUE")):
         links = robot_glbs(name, palette, coarse)
         assert len(links) == robot(name).model.njoints and sum(map(len, links)) <= (
@@ -60,7 +60,7 @@ def test_palettes_and_normals(name: RobotName) -> None:
 
 @pytest.mark.parametrize("coarse", [False, True])
 @pytest.mark.parametrize("name", OTHERS)
-def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse: bool) -> None:
+def test_shells_have_the_size_of_the_collision_shapes(name: RobotName, coarse: bool) -> None:
     model, points = robot(name).model, collision_points(name)
     poses = link_poses(name, np.zeros(model.nq))
     data = model.createData()
@@ -96,8 +96,8 @@ def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
 
 @pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
-    """Our own arm has no slack: its shells are made so."""
+def test_shells_are_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
+    """Our own arm needs no slack, by construction."""
     arm = robot(name)
     data = arm.model.createData()
     for q in postures(arm.model, 5):
@@ -114,7 +114,7 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_capsules_enclose_all_that_can_collide(name: RobotName) -> None:
+def test_capsules_enclose_all_collision_shapes(name: RobotName) -> None:
     points = collision_points(name)
     assert sum(len(cloud) for cloud in points.values()) > 10_000
     for q in postures(robot(name).model, 15):
@@ -143,7 +143,7 @@ turns = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(lambda v: pin.exp3(np.array(v
 
 @settings(max_examples=6)
 @given(turns, st.floats(0.02, 0.4), st.floats(0.03, 0.12), st.integers(0, 99))
-def test_a_capsule_is_found_again(turn: Array, length: float, radius: float, seed: int) -> None:
+def test_fitting_recovers_a_capsule(turn: Array, length: float, radius: float, seed: int) -> None:
     normals = np.random.default_rng(seed).normal(size=(300, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     on_axis = np.where(normals[:, 2:] > 0, length, 0.0) * np.array([0.0, 0.0, 1.0])

@@ -1,4 +1,4 @@
-"""A robot that is late and sees badly: off it is not there, on it gives the same bits always, and what was seen can be computed again."""
+"""A robot with delays and noisy sensors: no effect if off, and reproducible if on."""
 
 import math
 from dataclasses import replace
@@ -21,7 +21,7 @@ from scenes.rerun import newest_piece, rerun
 from scenes.room import World
 from scenes.settings import HardwareSettings, RunSettings, changed
 from scenes.simulation import Simulation
-from tests.scenes.helpers import SCENES, column, recorded_run, scene_settings, with_values
+from tests.scenes.helpers import SCENES, column, groups_of, recorded_run, scene_settings, with_values
 from tests.scenes.inputs.helpers import rewritten
 
 REAL = {"dead": 0.05, "lag": 0.02, "qnoise": 1e-4, "qstep": 2e-4, "fps": 30.0, "dnoise": 5e-4}
@@ -33,8 +33,8 @@ def real(settings: RunSettings, **changes: Any) -> RunSettings:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_again_to_the_last_bit(scene: str) -> None:
-    """From the middle of a run whose robot is changed, switched off and on again; from a file, from the last seconds."""
+def test_a_run_is_reproduced_to_the_bit(scene: str) -> None:
+    """From the middle of a run with changes of the robot, from a file, and from the last seconds."""
     settings = real(scene_settings(scene))
     changes = {
         0.3: {"dead": 0.08},
@@ -49,26 +49,26 @@ def test_again_to_the_last_bit(scene: str) -> None:
     assert rerun(file).table.tobytes() == table.tobytes()
     piece = newest_piece(recorded, 0.45)
     assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
-    # The same start gives the same bits; another seed another noise.
+    # The same start gives the same bits; another seed gives another noise.
     once, again, other = (
         run(one, 0.5).table.tobytes() for one in (settings, settings, changed(settings, "seed", 7))
     )
     assert once == again != other
 
 
-def test_a_lag_alone_goes_on_after_a_slider_and_in_what_is_made_again() -> None:
+def test_a_lag_continues_after_a_slider_and_in_a_rerun() -> None:
     settings = real(scene_settings("hold", pairs="single"), lag=0.03)
     simulation, recorded = recorded_run(settings, 5.0, 2.0, {4.0: {"k": 1.5}})
     assert recorded.begin > 1.5
     assert rerun(recorded).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
-    # A setting that the joints do not feel changes nothing.
+    # A setting without effect on the joints changes nothing.
     touched, _ = recorded_run(settings, 4.0, 1.0, {3.0: {"beta": 90.0}})
     left_alone, _ = recorded_run(settings, 4.0, 1.0)
     assert touched.history.table().tobytes() == left_alone.history.table().tobytes()
 
 
-def test_a_slow_camera_leaves_both_hands_what_their_task_asks() -> None:
-    """d and J_d are those of the last frame, the hands' Jacobians are not."""
+def test_a_slow_camera_keeps_the_task_velocity_of_both_hands() -> None:
+    """d and J_d are from the last frame, the hands' Jacobians are current."""
     settings = with_values(
         scene_settings("hold"), avoid="both", law="null_space_avoidance", fps=5.0, d0=0.6, wmax=0.5
     )
@@ -78,21 +78,21 @@ def test_a_slow_camera_leaves_both_hands_what_their_task_asks() -> None:
     for _ in range(600):
         kinematics.update(simulation.positions)
         simulation.step(person.target(simulation.time))
-        for group in simulation._groups:
+        for group in groups_of(simulation):
             J, added = kinematics.hand_jacobian(arms[group.joints.start], 3), group.velocities - group.nominal
             assert np.abs(J @ added).max() < 1e-8
             moved = max(moved, float(np.abs(added).max()))
-    assert moved > 0.05, "the arms do avoid"
+    assert moved > 0.05, "the arms did not avoid"
 
 
 @pytest.mark.parametrize("key", REAL)
-def test_each_of_them_alone_changes_the_run(key: str) -> None:
+def test_each_imperfection_alone_changes_the_run(key: str) -> None:
     settings = scene_settings("master_slave")
     assert run(real(settings, **{key: REAL[key]}), 0.5).table.tobytes() != run(settings, 0.5).table.tobytes()
 
 
 @pytest.mark.parametrize("scene", ["ball", "hold", "imitation"])
-def test_the_distance_is_the_true_one_and_what_the_law_saw_can_be_computed_again(scene: str) -> None:
+def test_the_distance_is_true_and_the_law_s_input_can_be_recomputed(scene: str) -> None:
     settings = real(scene_settings(scene))
     result = run(settings, 2.0)
     table, simulation = result.table, result.simulation
@@ -111,7 +111,7 @@ def test_the_distance_is_the_true_one_and_what_the_law_saw_can_be_computed_again
             seen = world.detector.detect(law.pairs, law.beta, law.convexity).law_distance
             noise = column(table, "law_d")[step] - seen
             assert abs(noise) < 5.0 * hardware.distance_noise
-        # Between two frames it stays, noise and all.
+        # Between two frames it is constant, noise included.
         assert column(table, "law_d")[step] == seen + noise
         assert column(table, "lambda")[step] == activation(seen + noise)
     assert np.ptp(column(table, "law_d") - column(table, "d")) > 1e-4
@@ -124,20 +124,20 @@ def test_joint_sensors_show_noise_and_steps() -> None:
     shown = np.array([measured_positions(settings, q, arms, step) - q for step in range(2000)])
     assert shown.std() == pytest.approx(1e-3, rel=0.02)
     assert abs(shown.mean()) < 5.0 * 1e-3 / math.sqrt(shown.size)
-    # White: one step says nothing of the next.
+    # White noise: steps are independent.
     assert abs((shown[1:] * shown[:-1]).mean()) < 5e-6 / math.sqrt(shown.size)
     coarse = measured_positions(real(RunSettings(), qstep=0.01), q, arms, 0)
     assert coarse / 0.01 == pytest.approx(np.round(coarse / 0.01), abs=1e-9)
     assert 1e-4 < np.abs(coarse - q).max() <= 0.005 + 1e-12
-    # The ball has none.
+    # The ball has no sensor.
     simulation = Simulation(real(scene_settings("ball"), qnoise=0.01, qstep=0.01))
     assert simulation.room.ball is not None
     shown = measured_positions(simulation.settings, simulation.positions, simulation.room.arms, 3)
     assert (shown[simulation.room.ball] == simulation.positions[simulation.room.ball]).all()
 
 
-def test_a_dead_time_is_whole_steps_and_the_arm_answers_so_much_later() -> None:
-    """The first command is the first velocity, N steps later; the law saw the same posture all the time."""
+def test_a_dead_time_delays_the_arm_by_whole_steps() -> None:
+    """The first command acts N steps later; meanwhile the law sees the same posture."""
     settings = scene_settings("ball")
     late = 4
     ideal = run(settings, 1.0)
@@ -150,7 +150,7 @@ def test_a_dead_time_is_whole_steps_and_the_arm_answers_so_much_later() -> None:
 
 
 class Reluctant:
-    """The paper's law, which lets itself be asked twice."""
+    """The paper's law, answering only every second call."""
 
     wants_all_pairs: ClassVar[bool] = False
     wants_task: ClassVar[bool] = False
@@ -166,7 +166,7 @@ class Reluctant:
         return self._law(situation)
 
 
-def test_a_step_that_its_law_has_not_answered_is_made_later_with_the_same_bits() -> None:
+def test_a_step_without_an_answer_is_repeated_with_the_same_bits() -> None:
     settings = real(scene_settings("hold"))
     once = run(settings, 0.5)
     simulation = Simulation(settings)
@@ -181,11 +181,11 @@ def test_a_step_that_its_law_has_not_answered_is_made_later_with_the_same_bits()
     assert simulation.history.table().tobytes() == once.table.tobytes()
 
 
-def test_the_line_holds_for_what_is_asked_and_the_promise_is_not_made_for_a_late_robot() -> None:
+def test_the_line_holds_for_the_command_and_a_late_robot_has_no_promise() -> None:
     settings = real(scene_settings("ball"), dead=0.05)
     result = run(settings, 4.0)
     table, law = result.table, settings.law
-    # What the law makes of ḋ comes N steps later; what the ball does comes at once.
+    # The law's part of ḋ is N steps late; the ball's part is immediate.
     late = round(settings.hardware.dead_time / settings.dt)
     w = column(table, "w_law")[:-1]
     asked = np.array(
@@ -217,7 +217,7 @@ def test_a_file_with_an_impossible_robot_is_refused() -> None:
 
 @pytest.mark.parametrize("index", [2, 8, 18])
 @pytest.mark.parametrize("sensors", [{"qnoise": 0.02}, {"qstep": 0.02}], ids=["noise", "steps"])
-def test_the_true_joints_keep_stops_and_top_speeds_whatever_their_sensors_show(
+def test_the_true_joints_keep_their_limits_with_any_sensor_noise(
     index: int, sensors: dict[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn = random_run(5, index)

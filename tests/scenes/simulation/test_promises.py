@@ -1,4 +1,4 @@
-"""The loop keeps the distance, its bits and the joint limits; and why authority is lost at the bounds, and what each treatment keeps."""
+"""Distance, reproducible bits and joint limits; reasons of lost authority; treatments of bounds."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -27,6 +27,7 @@ from tests.scenes.helpers import (
     TREATMENTS,
     avoiding_hand,
     column,
+    groups_of,
     guided_hand,
     hold_settings,
     inside_limits,
@@ -43,20 +44,20 @@ pytestmark = pytest.mark.slow
 
 SEEDS = (2, 3, 6)
 SCRIPT = 16.0
-"""Length of a hold run [s]: in the shortest of them the hand has come near, and with seed 6 the closest pair switches dozens of times."""
+"""Length of a hold run [s]; the hand comes near, and seed 6 has dozens of switches of the closest pair."""
 
 
 @cache
 def hold_run(
     rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005
 ) -> Run:
-    """The hold scene with the autopilot; computed once for all tests, so only to be read."""
+    """The hold scene with the autopilot; computed once for all tests, read-only."""
     return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _forgotten() -> Iterator[None]:
-    """No other file looks at these runs, of some 10 MB each."""
+    """Free these runs, of about 10 MB each, for other files."""
     yield
     hold_run.cache_clear()
 
@@ -76,8 +77,8 @@ def test_the_distance_is_kept(rig: RigName, seed: int, pairs: Treatment) -> None
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_the_law_and_the_minimum_are_for(rig: RigName, seed: int) -> None:
-    # Positive control: the same inputs without avoidance drive the arms into each other, and the hand does not move at all.
+def test_the_effects_of_the_law_and_of_the_smooth_minimum(rig: RigName, seed: int) -> None:
+    # Positive control: without avoidance the same inputs make the arms collide, and the hand does not move.
     finished = hold_run(rig, seed, "single", "unprotected")
     assert finished.summary.d_min < 0.0 and finished.summary.e2_max < 1e-12
     guided = finished.simulation.guided.joints
@@ -86,16 +87,16 @@ def test_what_the_law_and_the_minimum_are_for(rig: RigName, seed: int) -> None:
     assert_array_equal(
         history.positions(finished.table)[:, guided], history.positions(protected.table)[:, guided]
     )
-    # No joint of the avoiding arm is accelerated by more than 5 rad/s², though the closest pair switches.
+    # No joint of the avoiding arm accelerates by over 5 rad/s², though the closest pair switches.
     finished = hold_run(rig, seed, "soft")
     assert finished.summary.ddq_max <= 5.0 and finished.summary.ddq_max > 0.1
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_alone_jump(
+def test_finer_steps_are_smooth_with_the_soft_minimum_and_jump_with_one_pair(
     rig: RigName,
 ) -> None:
-    """Within 10 % at a quarter of dt; in a concave corner, q̇ jumps as much at half the step when the pair switches (control)."""
+    """Within 10 % at a quarter of dt. Control: with one pair the jump is as large at half the step."""
     coarse, fine, finest = (hold_run(rig, 6, "soft", dt=dt).summary for dt in (0.005, 0.0025, 0.00125))
     assert max(fine.ddq_max, finest.ddq_max) <= 1.1 * coarse.ddq_max
     rough, rougher = (hold_run(rig, 6, "single", dt=dt).summary for dt in (0.005, 0.0025))
@@ -108,9 +109,7 @@ def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_a
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 @pytest.mark.parametrize("guided", ["left", "right"])
-def test_it_gets_out_of_contact_whichever_arm_has_to_move(
-    rig: RigName, pairs: Treatment, guided: ArmName
-) -> None:
+def test_either_arm_leaves_contact(rig: RigName, pairs: Treatment, guided: ArmName) -> None:
     start = np.array(overlapping_start(rig))
     for law in ("smooth_priority", "unprotected"):
         simulation = Simulation(replace(hold_settings(rig, pairs=pairs, law=law), guided=guided))
@@ -163,7 +162,7 @@ def test_joints_stay_finite_and_inside_their_limits(
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
-def test_a_fast_person_meets_the_stops(rig: RigName) -> None:
+def test_a_fast_person_reaches_the_stops(rig: RigName) -> None:
     simulation = Simulation(with_values(hold_settings(rig), wmax=1.0, v=1.0))
     model, closest = simulation.room.model, np.inf
     random = np.random.default_rng(2)
@@ -181,7 +180,7 @@ def test_a_fast_person_meets_the_stops(rig: RigName) -> None:
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("pairs", TREATMENTS)
 def test_replays_resets_and_a_ghost_in_the_same_room(rig: RigName, pairs: Treatment) -> None:
-    # After any run, in any mood of the guide, a reset simulation does bit for bit what a fresh one does.
+    # After any run a reset simulation repeats a fresh one to the bit.
     chosen = hold_settings(rig, pairs=pairs)
     used, fresh = Simulation(chosen), Simulation(chosen)
     targets = wander(fresh, 400)
@@ -191,7 +190,7 @@ def test_replays_resets_and_a_ghost_in_the_same_room(rig: RigName, pairs: Treatm
     assert_array_equal(used.positions, fresh.positions)
     expected = play(fresh, targets)
     assert_array_equal(play(used, targets), expected)
-    # A second simulation in the same room, stepped in between, changes no bit; without the law it goes elsewhere.
+    # A second simulation stepped in the same room changes no bit; without the law it moves differently.
     watched, ghost = Simulation(chosen), Simulation(with_law(chosen, law="unprotected"))
     for target in targets:
         watched.step(target)
@@ -200,8 +199,8 @@ def test_replays_resets_and_a_ghost_in_the_same_room(rig: RigName, pairs: Treatm
     assert not np.array_equal(ghost.history.table(), expected)
 
 
-def test_resets_start_afresh() -> None:
-    # Also after the rig, the arm, and every number were changed and changed back.
+def test_resets_restore_the_initial_state() -> None:
+    # Also after changes of rig, arm and every number.
     chosen = hold_settings("torso")
     used, fresh = Simulation(chosen), Simulation(chosen)
     for key, value in (
@@ -218,7 +217,7 @@ def test_resets_start_afresh() -> None:
     used.reset()
     targets = wander(fresh, 300)
     assert_array_equal(play(used, targets), play(fresh, targets))
-    # The arms start there, and the array given is not what they move in.
+    # The arms start at the given posture, and the given array is not changed.
     simulation = Simulation(hold_settings())
     start = np.array(overlapping_start("torso"))
     kept = start.copy()
@@ -233,11 +232,11 @@ def test_resets_start_afresh() -> None:
 def cornered(
     chosen: RunSettings, at_stops: bool, fits: Callable[[Array, Array], bool], tries: int = 3000
 ) -> Simulation:
-    """Return a simulation at a posture where the avoiding arm's row J_d and q satisfy a condition.
+    """A simulation at a posture that satisfies a condition of the avoiding arm's J_d and q.
 
     Args:
-        at_stops: draw the avoiding arm's joints at their stops instead of anywhere between.
-        fits: of J_d (7,) and q (7,) of the avoiding arm.
+        at_stops: draw the avoiding arm's joints at their stops.
+        fits: condition of J_d (7,) and q (7,) of the avoiding arm.
     """
     simulation = Simulation(chosen)
     model, joints, random = simulation.room.model, simulation.avoiding.joints, np.random.default_rng(8)
@@ -258,21 +257,21 @@ FAST = with_law(hold_settings("table", pairs="single"), critical_distance=0.30, 
 
 
 def row_of(simulation: Simulation, sample: Sample) -> Array:
-    """J_d (7,) of the closest pair, of the avoiding arm at a sample."""
+    """The avoiding arm's J_d (7,) of the closest pair at a sample."""
     simulation.kinematics.update(sample.positions)
     return simulation.detector.detect("single").row[simulation.avoiding.joints].copy()
 
 
 def reach_of(simulation: Simulation, row: Array, q: Array) -> tuple[float, float]:
-    """The largest retreat [m/s] that the avoiding arm's top speeds allow, and that its stops leave of it."""
+    """Largest retreats of the avoiding arm allowed by its top speeds, and by its stops, too [m/s]."""
     joints, model = simulation.avoiding.joints, simulation.room.model
     top, g = model.velocityLimit[joints], simulation.settings.limit_gain
     way = np.where(row > 0.0, model.upperPositionLimit[joints] - q, q - model.lowerPositionLimit[joints])
     return float(np.abs(row) @ top), float(np.abs(row) @ np.minimum(top, g * way))
 
 
-def test_bounds_are_the_reason() -> None:
-    # A retreat of 1 m/s that all joints at top speed together cannot make: SPEED, the joint that counts most, and all there is.
+def test_bounds_are_reported_as_the_reason() -> None:
+    # A retreat of 1 m/s beyond all top speeds: SPEED, the most important joint, and the largest rate.
     probe = Simulation(FAST)
 
     def slow(row: Array, q: Array) -> bool:
@@ -287,11 +286,11 @@ def test_bounds_are_the_reason() -> None:
     row = row_of(simulation, sample)
     assert sample.joint == int(np.abs(row).argmax())
     assert abs(dq[sample.joint]) == pytest.approx(top[sample.joint])
-    # All that they can, except joints that hardly move the point: what is left of the row is damped.
+    # The largest possible rate, except for joints that hardly move the point: the rest of the row is damped.
     assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), rel=0.02)
     assert float(row @ dq) < 1.0
 
-    # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
+    # Joints at stops that they would have to pass: STOP, and a joint that rests at its stop.
     def blocked(row: Array, q: Array) -> bool:
         fastest, left = reach_of(probe, row, q)
         return fastest > 1.2 and left < 0.8
@@ -309,7 +308,7 @@ def test_bounds_are_the_reason() -> None:
 
 
 def short_lever(row: Array, _: Array) -> bool:
-    """Whether a row is so short that damping leaves less than half of what the law asks."""
+    """True if damping leaves less than half of the wanted rate."""
     square = float(row @ row)
     return 1e-4 < square < 0.8 * row_damping(square)
 
@@ -317,8 +316,8 @@ def short_lever(row: Array, _: Array) -> bool:
 LEVER = with_law(hold_settings("table", pairs="single"), critical_distance=0.30, nominal_velocity=0.05)
 
 
-def test_a_missing_lever_is_the_reason() -> None:
-    # An approach that no joint can evade, J_d nearly 0: LEVERAGE; with a normal lever at the same d the reason is gone.
+def test_a_missing_lever_is_reported_as_the_reason() -> None:
+    # An approach that no joint can evade, J_d nearly 0: LEVERAGE; with a normal lever at the same d: FULL.
     simulation = cornered(LEVER, False, short_lever)
     simulation.step(None)
     assert simulation.sample().authority == Authority.LEVERAGE
@@ -329,7 +328,7 @@ def test_a_missing_lever_is_the_reason() -> None:
     )
     able.step(None)
     assert able.sample().authority == Authority.FULL
-    # At λ = 1, a task at top speed that still pulls closer: whatever the box has to do with it, authority is not FULL.
+    # At λ = 1, with a task at top speed that still pulls closer, authority is not FULL.
     simulation = cornered(LEVER, False, short_lever)
     simulation.apply(changed(simulation.settings, "k", 20.0))
     missed = 0
@@ -356,7 +355,7 @@ BOUNDS_TREATMENTS: tuple[BoundsTreatment, ...] = get_args(BoundsTreatment)
 
 
 def pushed(treatment: BoundsTreatment, steps: int = 500, scene: str = "hold") -> Simulation:
-    """A run in which the guided hand goes to the other one, at once and fast."""
+    """A run with a fast motion of the guided hand to the other one."""
     simulation = Simulation(replace(TIGHT, bounds=treatment, scene=scene))
     place = simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
     for _ in range(steps):
@@ -374,10 +373,10 @@ def test_no_treatment_exceeds_a_bound(treatment: BoundsTreatment, scene: str) ->
     assert (np.abs(dq) <= model.velocityLimit + 1e-9).all()
 
 
-def test_what_each_treatment_keeps_of_a_laws_velocity() -> None:
-    """The distance rate; the direction; the distance rate and, as far as the joints go, the hand's velocity."""
+def test_each_treatment_keeps_its_part_of_a_laws_velocity() -> None:
+    """The distance rate; the direction; the distance rate and, if possible, the hand's velocity."""
     simulation = pushed("distance", 60)
-    group = simulation._groups[0]
+    group = groups_of(simulation)[0]
     row = simulation.detector.detect("soft", 100.0).row[group.joints]
     J = simulation.roles.task.task_jacobian
     assert J is not None
@@ -396,12 +395,11 @@ def test_what_each_treatment_keeps_of_a_laws_velocity() -> None:
 
 
 def assert_parallel(one: np.ndarray, other: np.ndarray) -> None:
-    """The same direction."""
     assert float(one @ other) == pytest.approx(float(np.linalg.norm(one) * np.linalg.norm(other)), rel=1e-12)
 
 
-def test_the_same_distance_is_kept_whatever_becomes_of_the_hand() -> None:
-    """Saturation in the null space comes after the distance rate: no nearer than by default, and the hand is no farther off."""
+def test_null_space_saturation_keeps_the_distance_and_the_hand_better() -> None:
+    """The distance rate has priority: d is no smaller than by default, and the hand's error is smaller."""
     default, saturating = (pushed(treatment, 800).history.table() for treatment in ("distance", "null_space"))
     d, e = COLUMN["d"], COLUMN["e2"]
     assert saturating[:, d].min() > default[:, d].min() - 1e-3

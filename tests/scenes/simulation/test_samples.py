@@ -1,4 +1,4 @@
-"""Samples, the history's ring and the headless summary: what they say of a run, whose settings may change on the way."""
+"""Samples, the history's ring and the headless summary, also with changes of the settings during a run."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_a_sample_before_any_step(rig: RigName, pairs: Treatment) -> None:
 
 
 @pytest.mark.parametrize("avoid", ["free", "guided", "both"])
-def test_the_levers_before_any_step_are_those_of_the_first_one(avoid: AvoidChoice) -> None:
+def test_the_levers_before_any_step_equal_those_of_the_first_step(avoid: AvoidChoice) -> None:
     simulation = Simulation(scene_settings("master_slave", avoid=avoid))
     first = simulation.sample()
     simulation.step(None)
@@ -65,7 +65,7 @@ def test_the_levers_before_any_step_are_those_of_the_first_one(avoid: AvoidChoic
         )
 
 
-def test_an_arm_that_leads_from_now_on_follows_no_more() -> None:
+def test_an_arm_that_becomes_the_master_stops_following() -> None:
     simulation = Simulation(scene_settings("master_slave"))
     play(simulation, [None] * 5)
     assert not np.isnan(simulation.sample().desired[simulation.avoiding.joints]).any()
@@ -78,29 +78,32 @@ def test_an_arm_that_leads_from_now_on_follows_no_more() -> None:
     )
 
 
-def test_samples_and_tables() -> None:
-    # Every number of a sample is the one in the table, and its arrays are its own.
+def test_a_sample_has_the_numbers_of_the_table_and_its_own_arrays() -> None:
     simulation = Simulation(hold_settings("table"))
     table = play(simulation, wander(simulation, 200))
     sample = simulation.sample()
-    names = (
-        "time",
-        "distance",
-        "activation",
-        "squared_error",
-        "pull",
-        "approach",
-        "pair",
-        "law_distance",
-        "law_approach",
-    )
-    columns = ("t", "d", "lambda", "e2", "u", "w", "pair", "law_d", "w_law")
-    assert [getattr(sample, name) for name in names] == [column(table, name)[-1] for name in columns]
+    names = {
+        "time": "t",
+        "distance": "d",
+        "activation": "lambda",
+        "squared_error": "e2",
+        "pull": "u",
+        "approach": "w",
+        "pair": "pair",
+        "law_distance": "law_d",
+        "law_approach": "w_law",
+    }
+    assert {name: getattr(sample, name) for name in names} == {
+        name: column(table, of_table)[-1] for name, of_table in names.items()
+    }
     assert_array_equal(sample.positions, simulation.history.positions(table)[-1])
     assert_array_equal(sample.velocities, simulation.history.velocities(table)[-1])
     sample.positions[:] = 9.0
     assert_array_equal(simulation.history.table(), table)
-    # q(k+1) = q(k) + q̇(k) dt in the table; d, e² and u are those of q(k).
+
+
+def test_rows_of_a_table_agree_with_each_other() -> None:
+    """q(k+1) = q(k) + q̇(k) dt; d and e² belong to q(k)."""
     simulation = Simulation(hold_settings("table"))
     table = play(simulation, wander(simulation, 300))
     q, dq = simulation.history.positions(table), simulation.history.velocities(table)
@@ -109,22 +112,29 @@ def test_samples_and_tables() -> None:
     for k in (0, 150, 299):
         assert true_distance(simulation, q[k]) == column(table, "d")[k]
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
-        assert float(np.sum((place_of(simulation) - hand) ** 2)) == pytest.approx(
-            column(table, "e2")[k], abs=1e-15
-        )
+        error = float(np.sum((place_of(simulation) - hand) ** 2))
+        assert error == pytest.approx(column(table, "e2")[k], abs=1e-15)
     assert np.abs(dq).max() > 0.05
-    # A simulation that keeps 50 steps makes the same last 50 as one that keeps them all.
+
+
+def test_a_history_of_fifty_steps_has_the_last_fifty_of_a_whole_one() -> None:
     short, long = Simulation(hold_settings(), capacity=50), Simulation(hold_settings())
     targets = wander(long, 180)
     assert_array_equal(play(short, targets), play(long, targets)[-50:])
     assert short.history.count == 180
-    # Writing to a table handed out does not change what is kept.
+
+
+def test_changes_of_a_table_do_not_change_the_history() -> None:
     simulation = Simulation(hold_settings())
     table = play(simulation, [None] * 5)
     kept = table.copy()
     table[:] = 7.0
     assert_array_equal(simulation.history.table(), kept)
-    # Another run has another history; the old one can still be read.
+
+
+def test_a_reset_makes_a_new_history_and_the_old_one_is_still_readable() -> None:
+    simulation = Simulation(hold_settings())
+    kept = play(simulation, [None] * 5).copy()
     before = simulation.history
     simulation.reset()
     assert simulation.history is not before and simulation.history.count == 0
@@ -152,7 +162,7 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
 @pytest.mark.parametrize(
     ("capacity", "count"), [(700, 699), (700, 701), (700, 2_000), (256, 600), (300, 256)]
 )
-def test_its_room_grows_up_to_its_capacity_and_what_is_not_given_is_nan(capacity: int, count: int) -> None:
+def test_a_history_grows_to_its_capacity_and_missing_values_are_nan(capacity: int, count: int) -> None:
     history = History(capacity, 1)
     for k in range(count):
         history.append((float(k), *[0.0] * (COLUMN["e2_b"] - 1)), np.full(1, float(k)), np.zeros(1))
@@ -163,12 +173,14 @@ def test_its_room_grows_up_to_its_capacity_and_what_is_not_given_is_nan(capacity
     )
 
 
-def test_summaries() -> None:
-    # Every figure recomputed here from the table of a run with a person who pushes towards the other hand, then lets go.
-    class Pusher:
-        def target(self, time: float) -> HandTarget | None:
-            return HandTarget(np.array([0.0, 0.0, 1.3])) if time < 2.0 else None
+class Pusher:
+    """A person who pushes towards the other hand for 2 s."""
 
+    def target(self, time: float) -> HandTarget | None:
+        return HandTarget(np.array([0.0, 0.0, 1.3])) if time < 2.0 else None
+
+
+def test_a_summary_has_the_figures_of_the_table() -> None:
     ticks: list[int] = []
     chosen = hold_settings("table")
     finished = run(chosen, 3.0, Pusher(), on_progress=ticks.append)
@@ -186,7 +198,10 @@ def test_summaries() -> None:
     assert summary.pair_switches == len(switches)
     assert summary.pair_switches_felt == 0
     assert summary.d_min_pair.startswith("left ") and " / right " in summary.d_min_pair
-    # The same run with λ that reaches far, and with one that is next to nothing there: only the law tells them apart.
+
+
+def test_a_switch_of_pairs_is_felt_only_with_an_active_law() -> None:
+    """The same run with a large λ and with a negligible one."""
     table = run(hold_settings("table", pairs="single"), 6.0).table
     simulation = Simulation(hold_settings("table", pairs="single"), len(table))
     near, far = table.copy(), table.copy()
@@ -195,12 +210,17 @@ def test_summaries() -> None:
     felt, not_felt = summarise(simulation, near), summarise(simulation, far)
     assert felt.pair_switches == felt.pair_switches_felt == not_felt.pair_switches > 2
     assert not_felt.pair_switches_felt == 0
-    # The default person is the autopilot of the settings' seed; a start posture given is where it begins.
+
+
+def test_the_default_person_of_a_run_is_the_autopilot_of_its_seed() -> None:
     chosen = hold_settings("torso", seed=4)
     autopilot = Autopilot(build_room("torso"), "right", 4)
     assert_array_equal(run(chosen, 1.0).table, run(chosen, 1.0, autopilot).table)
+
+
+def test_a_run_begins_at_a_given_posture() -> None:
     start = np.array(overlapping_start("torso"))
-    begun = run(chosen, 0.1, start=start)
+    begun = run(hold_settings("torso", seed=4), 0.1, start=start)
     assert_array_equal(begun.simulation.history.positions(begun.table)[0], start)
 
 
@@ -227,8 +247,7 @@ def test_a_slider_moves_no_arm(key: str, value: object) -> None:
     assert simulation.history.count == count + 1
 
 
-def test_changes_on_the_way() -> None:
-    # Positive control: a larger d_m makes the same person push the other arm further away.
+def test_a_larger_critical_distance_keeps_a_person_farther_away() -> None:
     tables = []
     for dm in (0.10, 0.25):
         simulation = Simulation(hold_settings("table"))
@@ -236,7 +255,9 @@ def test_changes_on_the_way() -> None:
         simulation.apply(changed(simulation.settings, "dm", dm))
         tables.append(play(simulation, [HandTarget(place_of(simulation))] * 600))
     assert column(tables[1], "d")[-1] > column(tables[0], "d")[-1] + 0.1
-    # Another rig is another room: everything from the start, exactly as in a fresh simulation there.
+
+
+def test_another_rig_begins_like_a_fresh_simulation() -> None:
     simulation, fresh = Simulation(hold_settings("torso")), Simulation(hold_settings("table"))
     play(simulation, wander(simulation, 100))
     simulation.apply(hold_settings("table"))
@@ -244,7 +265,9 @@ def test_changes_on_the_way() -> None:
     assert_array_equal(simulation.positions, build_room("table").start)
     targets = wander(fresh, 200)
     assert_array_equal(play(simulation, targets), play(fresh, targets))
-    # Time goes on by the new step.
+
+
+def test_time_continues_with_the_new_step() -> None:
     simulation = Simulation(hold_settings(dt=0.005))
     play(simulation, [None] * 10)
     simulation.apply(changed(simulation.settings, "dt", 0.02))

@@ -1,6 +1,6 @@
 """Benchmarks for developers: `python -m tests.tools.bench peers`, `capacity`, `fairness` or `waits`; each with `--help`.
 
-They print a table; `--out` saves the figures as JSON, and `--compare` gives ratios to saved ones.
+They print a table; `--out` saves the figures as JSON, `--compare` prints ratios to saved figures.
 """
 
 import argparse
@@ -22,7 +22,7 @@ def _peers(chosen: argparse.Namespace) -> dict[str, Any]:
 
 
 def printed_with_limits(rows: BenchRows) -> dict[str, Any]:
-    """Print rows, and below them what takes the server's time where that was measured; return the figures, ready for JSON."""
+    """Print rows, and the parts of the server's time if measured; return the figures for JSON."""
     from tests.tools.bench.processes import limit_of
 
     result = printed(rows)
@@ -105,7 +105,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure, print and save; return the exit code: 2 after one line on stderr that says what is wrong."""
+    """Measure, print and save. Returns 0, or 2 after an error in one line on stderr."""
     chosen = _parser().parse_args(arguments)
     try:
         before = read_figures(chosen.compare) if chosen.compare else None

@@ -1,4 +1,4 @@
-"""What many visitors at once cost the server."""
+"""Server costs of many simultaneous visitors."""
 
 from __future__ import annotations
 
@@ -16,41 +16,37 @@ from app.web.server import MOVED_CODE
 from tests.tools.bench.processes import PARTS, TIMEOUT, process, receive, request, serve_app
 
 WARM_UP: Final = 60
-"""Frames that every visitor receives before the measurement: by then their pages have been built."""
+"""Frames per visitor before the measurement, until the pages are built."""
 
 SETTLING: Final = 2.0
-"""Pause before the measurement of several visitors [s]."""
+"""Pause before a measurement of several visitors [s]."""
 
 CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=projector&theme=dark&lang=de")
-"""Links of the watchers of a lecture, in turn; the server draws each of these looks separately."""
+"""Queries of a lecture's watchers, in turn; the server draws each look separately."""
 
 WATCHERS: Final = 30
 """Watchers of the measured lecture."""
 
 SESSIONS: Final = 8
-"""Private sessions whose server is measured by parts of its time."""
+"""Private sessions in the measurement by parts of the server's time."""
 
 T = TypeVar("T")
 
 
 def measure_crowds(seconds: float) -> BenchRows:
-    """Yield what a lecture and private sessions cost, with the parts of the server's time. `seconds`: duration of each [s]."""
+    """Costs of a lecture and of private sessions, by parts of the server's time; `seconds` [s] each."""
     yield f"lecture with {WATCHERS} watchers", measure_crowd(WATCHERS, seconds, lecture=True)
     yield f"{SESSIONS} private sessions", measure_crowd(SESSIONS, seconds, lecture=False)
 
 
 def measure_capacity(sessions: Iterable[int], seconds: float) -> BenchRows:
-    """Yield what each number of private sessions costs `lwr-duet serve`.
-
-    Args:
-        seconds: duration of each [s].
-    """
+    """Costs of each number of private sessions in `lwr-duet serve`; `seconds` [s] each."""
     for count in sessions:
         yield f"{count} private sessions", measure_sessions(count, seconds)
 
 
 async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClient:
-    """Return the visitor once it has its page; as a page does, it comes again when it is sent to another process."""
+    """The visitor with a complete page. Like a page, it reconnects when sent to another process."""
     while True:
         await visitor.wait_for(lambda one: one.received.frames >= WARM_UP or one.closed is not None, TIMEOUT)
         if visitor.closed is None or visitor.closed.rcvd is None or visitor.closed.rcvd.code != MOVED_CODE:
@@ -61,21 +57,21 @@ async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClien
 async def _crowd(
     url: str, queries: tuple[str, ...], seconds: float, used: Callable[[], T]
 ) -> tuple[T, T, float, dict[str, float]]:
-    """Have visitors with these queries, each a separate tab.
+    """Measure visitors with these queries, each in its own tab.
 
     Args:
-        seconds: how long they are measured once all have their pages [s].
-        used: asked what the server has used so far.
+        seconds: duration of the measurement after all pages are complete [s].
+        used: gives the server's use so far.
 
     Returns:
-        What it had used at the beginning and at the end, the time between [s], and what the visitors received.
+        Use at the beginning and at the end, the time between [s], and the visitors' received data.
 
     Raises:
         RuntimeError: a visitor lost the connection.
     """
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
     visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
-    # Those that are sent elsewhere begin at once, not one after the other.
+    # Redirected visitors reconnect at once, not one after the other.
     visitors = list(
         await asyncio.gather(
             *(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))
@@ -102,16 +98,16 @@ async def _crowd(
 
 
 def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
-    """Cost of visitors with a session each to a server that was started by `lwr-duet serve`, with all its processes.
+    """Cost of visitors with private sessions for all processes of `lwr-duet serve`.
 
     Args:
-        sessions: number of visitors at once.
+        sessions: number of simultaneous visitors.
         seconds: duration of the measurement [s].
 
     Returns:
-        Processor time in percent of one core, and for one update of all pages; memory, where pages that processes share count once [MB];
-        the number of processes; frames a second at the average visitor and at the slowest; kB a second of each. Processor time and memory
-        are nan without /proc.
+        CPU time in percent of one core, and per update of all pages (both nan without /proc); memory with
+        shared pages counted once [MB] (nan without /proc); number of processes; frames per second of the
+        average and of the slowest visitor; kB per second of each.
 
     Raises:
         RuntimeError: a visitor lost the connection.
@@ -130,17 +126,17 @@ def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
 
 
 def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
-    """Cost of visitors to a server, what they receive, and what takes the time.
+    """Cost of visitors, received data, and parts of the server's time.
 
     Args:
-        visitors: number of visitors at once.
+        visitors: number of simultaneous visitors.
         seconds: duration of the measurement [s].
-        lecture: whether they watch one stage, in the looks of `CLASS`; otherwise each has a session.
+        lecture: True: they watch one lecture, in the looks of `CLASS`; False: each has a session.
 
     Returns:
-        CPU of the server in percent of one core, and for one update of all pages (which a busy machine changes least);
-        frames a second at the average visitor and at the worst; kB a second of each; the
-        percents of a core of every part of `PARTS`, and of the rest. The server's clocks cost it about half a percent.
+        CPU in percent of one core, and per update of all pages (least affected by a busy machine); frames per
+        second of the average and of the slowest visitor; kB per second of each; percent of a core for every
+        part of `PARTS` and for the rest. The server's clocks cost about half a percent.
 
     Raises:
         RuntimeError: a visitor lost the connection.

@@ -1,4 +1,4 @@
-"""What one visitor's actions leave for the others: a neighbour's frames while another visitor disturbs the server."""
+"""Fairness between visitors: a neighbour's frames while another visitor disturbs the server."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from tests.tools.bench.crowds import WARM_UP
 from tests.tools.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
 
 FLOOD_RATE: Final = 600.0
-"""Messages a second; the server reads no more of one browser."""
+"""Messages per second; the server's limit for one browser."""
 
 REBUILD_RATE: Final = 30.0
-"""Changes a second that rebuild the page."""
+"""Changes per second that rebuild the page."""
 
 HEAVY_BYTES: Final = 15_000_000
-"""Size of a heavy message."""
+"""Size of a heavy message [B]."""
 
 HEAVY_COUNT: Final = 5
 CLASS_SIZE: Final = 36
 ENTRY_SECONDS: Final = 4.0
-"""Time in which a whole class arrives [s]."""
+"""Arrival time of a whole class [s]."""
 
 
 async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[None]]) -> None:
@@ -41,12 +41,12 @@ async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[No
     for number in range(round(rate * seconds)):
         await send(number)
         ahead = begin + (number + 1) / rate - time.perf_counter()
-        # A late message is not followed by a pause, so that the mean rate is right.
+        # No pause after a late message, so that the mean rate is correct.
         await asyncio.sleep(max(ahead, 0.0))
 
 
 def _value(uuid: str, value: object) -> dict[str, Any]:
-    """Return the message that gives a control a value."""
+    """Message that sets a control's value."""
     return {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}}
 
 
@@ -57,7 +57,7 @@ async def _set(
     choices: tuple[object, ...] = (),
     rate: float = FLOOD_RATE,
 ) -> None:
-    """Set a control to the values in turn; without choices, to all of its own."""
+    """Set a control to `choices` in turn; without them, to all its own choices."""
     spec = specs(Settings)[key]
     given = choices or tuple(choice for choice in spec.choices if choice != "own")
     values = [spec.options()[str(choice)] for choice in given] if spec.choices else given
@@ -66,7 +66,7 @@ async def _set(
 
 
 async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
-    """Choose the languages in turn; each rebuilds the page, and with it the control."""
+    """Choose the languages in turn; each rebuilds the page, including the control."""
     spec = specs(Settings)["lang"]
     languages = itertools.cycle((*TRANSLATIONS, "en"))
 
@@ -86,7 +86,7 @@ async def _press_key(visitor: HeadlessClient, seconds: float, shown: str) -> Non
 
 
 async def _press_button(visitor: HeadlessClient, seconds: float, label: str) -> None:
-    """Press a button, even after its label has changed."""
+    """Press a button, also after a change of its label."""
     uuid = visitor.mirror.labelled(label, "GuiButtonMessage")["uuid"]
     await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(_value(uuid, True)))
 
@@ -95,7 +95,7 @@ async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> No
     row = next(e for e in visitor.mirror.gui.values() if option in (e.get("options") or ()))
 
     async def press(number: int) -> None:
-        # The labels change: the chosen one is marked.
+        # The labels change, as the chosen one is marked.
         value = row["options"][number % len(row["options"])]
         await visitor.send(_value(row["uuid"], value))
 
@@ -114,7 +114,7 @@ async def _drag(visitor: HeadlessClient, seconds: float) -> None:
 
 
 async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -> None:
-    """Send a large value, encoded in msgpack, to a control, each time over a new connection."""
+    """Send a control a large msgpack value, each time over a new connection."""
     uuid = visitor.mirror.labelled("robot")["uuid"]
     head = msgspec.msgpack.encode(_value(uuid, None))
     assert head.endswith(b"\xc0")
@@ -123,7 +123,7 @@ async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -
     async def send_one(_: int) -> None:
         other = await HeadlessClient(visitor.url, decode=False).connect(TIMEOUT)
         with contextlib.suppress(Exception):
-            # The server closes the connection in the middle of the message.
+            # The server closes the connection during the message.
             await other.send_raw(message)
         others.append(other)
 
@@ -135,11 +135,11 @@ async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -
 
 
 async def _enter_class(visitor: HeadlessClient, seconds: float, query: str = "") -> None:
-    """Open the pages of a whole class by one link, evenly within `ENTRY_SECONDS`."""
+    """Open a class's pages by one link, evenly within `ENTRY_SECONDS`."""
     pages: list[HeadlessClient] = []
 
     async def open_page(_: int) -> None:
-        # Each is a tab of its own, as it is in a class.
+        # Each is a separate tab, as in a class.
         tab = f"{query}&resume={secrets.token_hex(16)}".lstrip("&")
         pages.append(await HeadlessClient(visitor.url, query=tab, decode=False).connect(TIMEOUT))
 
@@ -176,17 +176,17 @@ DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]
     "a class of 36 in 4 s, a run each": _enter_class,
     "a class of 36 in 4 s, lecture": _enter_class,
 }
-"""Name → what the other visitor does for a number of seconds."""
+"""Name → action of the other visitor for a number of seconds."""
 
 
 LEAST_FRAMES: Final = 24.0
-"""Least number of frames a second that a neighbour receives."""
+"""Least frame rate of a neighbour [1/s]."""
 
 LONGEST_GAP: Final = 0.150
-"""Longest wait of a neighbour for its next frame [s]."""
+"""Longest time between two frames of a neighbour [s]."""
 
 SETTLED: Final = 10
-"""Frames that the other visitor receives before the disturbance, once the page is built."""
+"""Frames of the other visitor before the disturbance, until the page is built."""
 
 
 async def _watch(pipe: Connection, url: str, seconds: float) -> None:
@@ -202,10 +202,10 @@ async def _watch(pipe: Connection, url: str, seconds: float) -> None:
 
 
 async def _disturb(pipe: Connection, url: str, names: tuple[str, ...], seconds: float) -> None:
-    """Make one disturbance after the other, each as a visitor of its own who comes before it and leaves after it."""
+    """Make the disturbances in turn, each by a new visitor."""
     for name in names:
         visitor = await HeadlessClient(url).connect(TIMEOUT)
-        # Only who leads a lecture has commands.
+        # In a lecture only the lecturer has commands.
         await visitor.wait_for(lambda one: one.received.frames >= WARM_UP or one.mirror.commands, TIMEOUT)
         visitor.reset_counters()
         await visitor.wait_for(lambda one: one.received.frames >= SETTLED, TIMEOUT)
@@ -223,16 +223,17 @@ async def _disturb(pipe: Connection, url: str, names: tuple[str, ...], seconds: 
 def measure_fairness(
     seconds: float, names: Iterable[str] = tuple(DISTURBANCES)
 ) -> Iterator[tuple[str, dict[str, float]]]:
-    """Yield what a neighbour sees during each of `DISTURBANCES`, by name, as soon as it is measured.
+    """A neighbour's figures during each of `DISTURBANCES`, by name, as they are measured.
 
-    They follow each other on one server, as long as that gives a lecture or does not.
+    Consecutive disturbances of the same kind (lecture or not) share a server.
 
     Args:
         seconds: duration of each [s].
 
     Yields:
-        Frames a second at the neighbour, and the longest time without one [ms]; processor time of the server's longest frame [ms], which
-        a busy machine changes least, and of the whole server in percent of a core; 1 if the first two are within the limits, else 0.
+        The neighbour's frames per second, and the longest time without one [ms]; CPU time of the server's
+        longest frame [ms] (least affected by a busy machine), and of the whole server in percent of a core; 1
+        if the first two are within the limits, else 0.
 
     Raises:
         RuntimeError: the disturbance failed, or the neighbour lost the connection.

@@ -1,9 +1,11 @@
-"""The hold experiment in embodik (Pinocchio, coal and its own solver, all in C++): `FrameTask` and its collision constraint.
+"""The hold experiment in embodik (Pinocchio, coal and its own solver, all in C++): `FrameTask` and its
+collision constraint.
 
-Settings: weight K of the task, which is its gain in 1/s there; the least error instead of the scaled task, which rings at every second
-step; only the avoiding arm's joints serve the task; full exact collision checks, a row a pair; all else embodik's defaults. Its collision
-constraint has no gain of its own. It can be given w in two ways: the guided joints' velocities as a task of higher priority, or as equality
-rows. Without w these joints have speed 0 for the solver.
+Settings: task weight K, which is its gain [1/s] there; the least error instead of the scaled task, which
+oscillates at every second step; only the avoiding arm's joints serve the task; full exact collision checks,
+one row per pair; otherwise embodik's defaults. Its collision constraint has no gain. w can be given in two
+ways: the guided joints' velocities as a task of higher priority, or as equality rows. Without w these joints
+have speed 0 for the solver.
 """
 
 import tempfile
@@ -27,8 +29,8 @@ class Embodik(Peer):
     """The avoiding arm moved by embodik.
 
     Args:
-        pairs: how many of the closest pairs have a row; None for all.
-        speed: as what the solver is given the guided arm's velocity: as a task of higher priority or as equality rows; None for not at all.
+        pairs: number of closest pairs with a row; None for all.
+        speed: form of the guided arm's velocity: task of higher priority or equality rows; None: not given.
     """
 
     unsolvable = NotSolved
@@ -63,7 +65,7 @@ class Embodik(Peer):
         hand.set_target_pose(baked.place, np.asfortranarray(baked.place_rotation))
         hand.weight, hand.solve_mode, hand.priority = settings.gain, embodik.TaskSolveMode.MIN_ERROR, 1
         if speed != "rows":
-            # Beside equality rows of the others, its solver finds nothing.
+            # Otherwise its solver finds no solution with the other joints' equality rows.
             hand.set_excluded_joint_indices(guided.tolist())
         self._rows = np.asfortranarray(np.eye(robot.nv)[guided])
         if speed == "task":

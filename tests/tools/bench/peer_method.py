@@ -1,5 +1,6 @@
-"""The hold experiment without its person: what every method of `tests.tools.bench.peers` gets, what a peer is, and our model as
-URDF for the peers that read one: the same joints, one link a capsule, the avoiding hand as the link "hand"."""
+"""The hold experiment without its person: input of every method of `tests.tools.bench.peers`, the base class
+of peers, and our model as URDF: the same joints, one link per capsule, the avoiding hand as link "hand".
+"""
 
 import xml.etree.ElementTree as ElementTree
 from abc import ABC, abstractmethod
@@ -15,25 +16,26 @@ from scenes.room import Room
 from scenes.settings import RunSettings
 
 PEER_GAIN: Final = 10.0
-"""How fast the peers let the distance above d_m be used up [1/s]."""
+"""Gain of the peers' distance constraint above d_m [1/s]."""
 
 SOLVER: Final = "daqp"
 """Solver of the peers' quadratic programs."""
 
 PairDistances = dict[tuple[str, str], float]
-"""Pair of bodies, left body first → distance [m]."""
+"""Pair of bodies, left first → distance [m]."""
 
 
 @dataclass(frozen=True)
 class Baked:
-    """The hold experiment without its person: what every compared method gets.
+    """The hold experiment without its person: input of every compared method.
 
     Attributes:
-        settings: of the run that the guided arm's motion is from.
+        settings: of the run with the guided arm's motion.
         room: arms, capsules, pairs.
         guided, avoiding: columns of q.
         hand: frame id of the avoiding hand.
-        guided_positions, guided_velocities: (steps, n), at the beginning of and during each step [rad, rad/s].
+        guided_positions, guided_velocities: (steps, n), at the beginning of and during each step [rad,
+        rad/s].
         place: of the avoiding hand (3,) [m].
         place_rotation: (3, 3).
     """
@@ -50,12 +52,11 @@ class Baked:
 
     @property
     def steps(self) -> int:
-        """Number of recorded steps."""
         return len(self.guided_positions)
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
-        """Names of the two bodies of each pair, in the detector's order."""
+        """Names of both bodies of each pair, in the detector's order."""
         bodies = self.room.geometry.geometryObjects
         return [
             (bodies[pair.first].name, bodies[pair.second].name) for pair in self.room.geometry.collisionPairs
@@ -63,7 +64,7 @@ class Baked:
 
 
 def bake(settings: RunSettings, steps: int) -> Baked:
-    """Run the hold experiment once, and record the guided arm."""
+    """Recorded motion of the guided arm in one run of the hold experiment."""
     done = run(settings, steps * settings.dt)
     simulation, table = done.simulation, done.table
     guided, avoiding = simulation.guided, simulation.avoiding
@@ -82,37 +83,37 @@ def bake(settings: RunSettings, steps: int) -> Baked:
 
 
 class Method(ABC):
-    """A method of the comparison: it moves the avoiding arm, and its engine's distances and poses are compared with ours.
+    """A method of the comparison: moves the avoiding arm; its distances and poses are compared with ours.
 
     Attributes:
         positions: q (nv,) [rad].
-        unsolved: steps in which it found no solution.
+        unsolved: number of steps without a solution.
     """
 
     positions: Array
     unsolved = 0
 
     def prepare(self, step: int) -> None:  # noqa: B027 (most have nothing to prepare)
-        """Do what is not to be timed."""
+        """Work before a step that is not timed."""
 
     @abstractmethod
     def advance(self, step: int) -> Array:
-        """Make one step and return q̇ (nv,) of it [rad/s], which may be reused."""
+        """Make one step. Returns its q̇ (nv,) [rad/s], which may be reused."""
 
     @abstractmethod
     def distances(self, positions: Array) -> PairDistances | bool:
-        """Return the distance of every pair at q (nv,), or at least whether any pair overlaps."""
+        """Distance of every pair at q (nv,), or only True if any pair overlaps."""
 
     @abstractmethod
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
-        """Return place (3,) [m] and rotation (3, 3) of the avoiding hand at q (nv,)."""
+        """Place (3,) [m] and rotation (3, 3) of the avoiding hand at q (nv,)."""
 
 
 class Peer(Method):
-    """The avoiding arm moved by a peer. Where that finds no solution, the arm stands still.
+    """The avoiding arm moved by a peer. Without a solution the arm stops.
 
     Attributes:
-        unsolvable: what it raises then.
+        unsolvable: the peer's exception for no solution.
     """
 
     unsolvable: ClassVar[type[Exception]]
@@ -122,10 +123,10 @@ class Peer(Method):
 
     @abstractmethod
     def solve(self, step: int) -> Array:
-        """Return q̇ (nv,) of a step from `positions` [rad/s]."""
+        """q̇ (nv,) of a step from `positions` [rad/s]."""
 
     def prepare(self, step: int) -> None:
-        """Take over where the obstacle is."""
+        """Copy the obstacle's position."""
         self.positions[self.baked.guided] = self.baked.guided_positions[step]
 
     def advance(self, step: int) -> Array:
@@ -140,7 +141,7 @@ class Peer(Method):
 
 
 class GivenMotion:
-    """A task of a peer: joints with a given motion, Δq = q̇ dt, for the constraints of its `solve_ik`. `options`: of the peer's task."""
+    """A peer's task: joints with a given motion, Δq = q̇ dt, as a constraint. `options`: of its task."""
 
     def __init__(self, columns: slice, nv: int, **options: Any) -> None:
         self._jacobian = np.eye(nv)[columns]
@@ -148,29 +149,30 @@ class GivenMotion:
         super().__init__(**options)
 
     def take(self, baked: Baked, step: int) -> None:
-        """Take over the guided arm's motion in a step."""
+        """Copy the guided arm's motion of a step."""
         self._displacement = baked.guided_velocities[step] * baked.settings.dt
 
     def compute_error(self, configuration: Any) -> Array:
-        """Return −Δq (n,), as the peers solve J Δq = −gain · error."""
+        """−Δq (n,), as the peers solve J Δq = −gain · error."""
         return -self._displacement
 
     def compute_jacobian(self, configuration: Any) -> Array:
-        """Return the rows of the identity that belong to the joints."""
+        """Rows of the identity for the joints."""
         return self._jacobian
 
 
 ENOUGH: Final = 100.0
-"""More than any joint's speed, or than any joint's angle."""
+"""Larger than any joint's speed or angle."""
 
 HAND: Final = "hand"
 
 
 def urdf_text(baked: Baked, ground: str = "universe") -> str:
-    """Return the URDF. Every capsule is a cylinder under its own name, the guided arm has no bounds, and nothing has a mass.
+    """URDF text. Every capsule is a cylinder with its own name; the guided arm has no bounds; there are no
+    masses.
 
     Args:
-        ground: name of the link that everything stands on.
+        ground: name of the root link.
     """
     model, root = baked.room.model, ElementTree.Element("robot", name="duet")
     data = model.createData()
@@ -186,7 +188,7 @@ def urdf_text(baked: Baked, ground: str = "universe") -> str:
             f"body {name}",
             model.jointPlacements[i],
         )
-        # The axis in the joint's own frame, whatever kind of revolute joint it is.
+        # The axis in the joint's own frame, for any kind of revolute joint.
         axis = pin.log3(model.jointPlacements[i].actInv(data.liMi[i]).rotation)
         ElementTree.SubElement(joint, "axis", xyz=_text(axis / np.linalg.norm(axis)))
         low, high, speed = (
@@ -219,7 +221,7 @@ def _body(model: pin.Model, joint: int, ground: str) -> str:
 def _link(
     root: ElementTree.Element, name: str, kind: str, parent: str, child: str, placement: pin.SE3
 ) -> tuple[ElementTree.Element, ElementTree.Element]:
-    """Add a link behind a new joint; return the joint and the link."""
+    """Add a link behind a new joint. Returns joint and link."""
     link = ElementTree.SubElement(root, "link", name=child)
     joint = ElementTree.SubElement(root, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=parent)

@@ -1,8 +1,10 @@
-"""The hold experiment in mink (MuJoCo and a QP): `FrameTask` and `CollisionAvoidanceLimit`, on a MuJoCo model made of ours.
+"""The hold experiment in mink (MuJoCo and a QP): `FrameTask` and `CollisionAvoidanceLimit`, on our model in
+MuJoCo.
 
-Settings: gain K dt of the task, costs 1 per metre and per radian, damping 1e-3 as in mink's examples, pairs from 2 d_m on, joint stops as
-ours. `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) / dt, so that its documented range of gains, (0, 1],
-lets two bodies come closer than d_m within one step; `matched_gain` means 10/s. Below d_m it asks for no retreat.
+Settings: task gain K dt, costs 1 per metre and per radian, damping 1e-3 as in mink's examples, pairs from 2
+d_m on, joint stops as ours. `CollisionAvoidanceLimit` bounds the displacement of a step by gain · (d − d_m) /
+dt, so its documented range of gains, (0, 1], allows bodies closer than d_m within one step; `matched_gain`
+means 10/s. Below d_m it wants no retreat.
 """
 
 from functools import partial
@@ -30,14 +32,14 @@ FAR: Final = 100.0
 
 
 def matched_gain(dt: float) -> float:
-    """Return the gain of mink's collision limit that means `PEER_GAIN` [1/s]."""
+    """Gain of mink's collision limit that equals `PEER_GAIN` [1/s]."""
     return PEER_GAIN * dt * dt
 
 
 def mujoco_model(baked: Baked) -> mujoco.MjModel:
-    """Return our model as MuJoCo's: the same joints, the same capsules under the same names, the avoiding hand as the body "hand"."""
+    """Our model in MuJoCo: the same joints, capsules and names, the avoiding hand as body "hand"."""
     spec = mujoco.MjSpec.from_string(urdf_text(baked))
-    # MuJoCo wants masses, which nothing here depends on.
+    # MuJoCo needs masses, which have no effect here.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
     spec.compiler.fusestatic = False
     for geom in spec.geoms:
@@ -52,7 +54,7 @@ class MinkGivenMotion(GivenMotion, mink.Task):
 
 
 class Mink(Peer):
-    """The avoiding arm moved by mink. `gain`: of `CollisionAvoidanceLimit`; None for the one that means `PEER_GAIN`."""
+    """The avoiding arm moved by mink. `gain`: of `CollisionAvoidanceLimit`; None: equal to `PEER_GAIN`."""
 
     unsolvable = NoSolutionFound
 
@@ -90,7 +92,7 @@ class Mink(Peer):
         return mink.solve_ik(posture, tasks, dt, SOLVER, damping=1e-3, limits=self._limits, constraints=given)
 
     def distances(self, positions: Array) -> PairDistances:
-        """Return the distances of the pairs that mink has kept."""
+        """Distances of the pairs that mink keeps."""
         self.configuration.update(positions)
         ours, ends = {frozenset(pair): pair for pair in self.baked.pairs}, np.empty(6)
         return {

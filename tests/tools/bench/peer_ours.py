@@ -16,7 +16,7 @@ from tests.tools.bench.peer_method import PEER_GAIN, Baked, Method, PairDistance
 
 
 class BakedArm(ArmTask):
-    """The guided arm, moving as it did, for `Simulation` instead of the arm that follows a person's hand."""
+    """The guided arm with its recorded motion, for `Simulation`."""
 
     def __init__(self, baked: Baked) -> None:
         self.joints = baked.guided
@@ -42,8 +42,8 @@ class Ours(Method):
     """Our own simulation.
 
     Args:
-        person: whether the guided arm is computed, too, as it follows the person; else it moves as it did.
-        law: fields of its law that differ from that of the run that the obstacle is from.
+        person: also compute the guided arm as it follows the person; otherwise replay its motion.
+        law: fields of the law that differ from the obstacle's run.
     """
 
     def __init__(self, baked: Baked, person: bool = False, **law: Any) -> None:
@@ -76,7 +76,7 @@ class Ours(Method):
         return pose.translation.copy(), pose.rotation.copy()
 
     def nearest(self, positions: Array) -> float:
-        """Return the smallest distance at q (nv,) [m]."""
+        """Smallest distance at q (nv,) [m]."""
         self._simulation.kinematics.update(positions)
         return self._simulation.detector.detect().distance
 

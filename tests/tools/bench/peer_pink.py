@@ -1,8 +1,9 @@
 """The hold experiment in pink (Pinocchio and a QP): `FrameTask` and `SelfCollisionBarrier`.
 
-Settings: gain K dt of the task, costs 1 per metre and per radian, the barrier's gain in 1/s, its safe displacement gain and the damping
-pink's defaults, joint stops as ours. The barrier's row changes its sign where two bodies overlap, which none do in this run; rows are kept
-from the step before when no joint has moved by more than about 1e-5 of its angle.
+Settings: task gain K dt, costs 1 per metre and per radian, the barrier's gain in 1/s, pink's default damping
+and safe displacement gain, joint stops as ours. The barrier's row changes its sign at an overlap, which does
+not occur in this run; rows are kept from the previous step if no joint moved by more than about 1e-5 of its
+angle.
 """
 
 from functools import partial
@@ -19,7 +20,7 @@ from controllers.kinematics import Array
 from tests.tools.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
 
 UNBOUNDED: Final = 1e30
-"""Stop of a joint without stops [rad]; for pink, more than 1e20 is no stop."""
+"""Stop of a joint without stops [rad]; for pink, over 1e20 means no stop."""
 
 
 class PinkGivenMotion(GivenMotion, Task):
@@ -29,7 +30,7 @@ class PinkGivenMotion(GivenMotion, Task):
 
 
 class Pink(Peer):
-    """The avoiding arm moved by pink. `pairs`: how many of the closest pairs the barrier sees; None for all."""
+    """The avoiding arm moved by pink. `pairs`: number of closest pairs in the barrier; None for all."""
 
     unsolvable = NoSolutionFound
 

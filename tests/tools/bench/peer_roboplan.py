@@ -1,8 +1,9 @@
-"""The hold experiment in roboplan (Pinocchio, coal and ProxQP, all in C++): `FrameTask` and its self-collision barrier.
+"""The hold experiment in roboplan (Pinocchio, coal and ProxQP, all in C++): `FrameTask` and its
+self-collision barrier.
 
-Settings: K and the barrier's gain as for the other peers, no pull towards a safe displacement, no pair culled; all else roboplan's
-defaults. It is given w as a task of higher priority for the guided joints; without, these joints have speed 0 for the solver. roboplan
-returns no distances: of its engine it can only be checked whether any two capsules overlap.
+Settings: K and the barrier's gain as for the other peers, no pull towards a safe displacement, no culled
+pair; otherwise roboplan's defaults. w is given as a task of higher priority for the guided joints; without it
+these joints have speed 0 for the solver. roboplan gives no distances, only whether any two capsules overlap.
 """
 
 from functools import partial
@@ -16,15 +17,15 @@ from controllers.kinematics import Array
 from tests.tools.bench.peer_method import HAND, PEER_GAIN, Baked, Peer, urdf_text
 
 STILL: Final = 1e-9
-"""As good as no speed [rad/s]; 0 is refused."""
+"""Practically no speed [rad/s]; 0 is refused."""
 
 
 class RoboPlan(Peer):
     """The avoiding arm moved by roboplan.
 
     Args:
-        pairs: how many of the closest pairs have a row; None for all.
-        knows_speed: whether the solver knows the guided arm's velocity.
+        pairs: number of closest pairs with a row; None for all.
+        knows_speed: give the solver the guided arm's velocity.
     """
 
     unsolvable = RuntimeError
@@ -32,7 +33,7 @@ class RoboPlan(Peer):
     def __init__(self, baked: Baked, pairs: int | None = None, knows_speed: bool = True) -> None:
         super().__init__(baked)
         settings, model = baked.settings, baked.room.model
-        # It has no two frames of one name, and Pinocchio's is "universe".
+        # It needs unique frame names, and Pinocchio's root is "universe".
         self._scene = scene = core.Scene(
             "duet", core.loadUrdfSceneDescriptionFromXml(urdf_text(baked, "ground"))
         )

@@ -1,8 +1,10 @@
-"""`python -m tests.tools.bench peers`: the hold experiment with four libraries beside our laws, in one interleaved run.
+"""`python -m tests.tools.bench peers`: the hold experiment with four libraries and our laws, in one
+interleaved run.
 
-Every method has the same arms, capsules, pairs, joint bounds and pose to hold, and the same obstacle: the guided arm's joints from a run
-of our simulation. Its velocity is known only where the name ends in "+w". A whole step is timed, ours with its record in the history. The
-peers solve a general problem for the 14 joints of both arms, ours is one row for the 7 of the avoiding arm.
+Every method has the same arms, capsules, pairs, joint bounds, pose to hold, and obstacle: the guided arm's
+joints from a run of our simulation. Its velocity is known only to methods with "+w" in the name. Whole steps
+are timed, ours with the record in the history. The peers solve a general problem for the 14 joints of both
+arms, ours is one row for the 7 of the avoiding arm.
 """
 
 import platform
@@ -35,28 +37,28 @@ PACKAGES: Final = {
 """Module → package of the extra `peers`."""
 
 SOMEWHERE: Final = {"embodik": "embodik", "roboplan": "roboplan-oink"}
-"""Likewise, of those that not every machine can have."""
+"""Module → package of peers that are not available for every machine."""
 
 AGREEMENT: Final = 1e-9
-"""How far distances [m] and poses [m, -] of two engines may differ."""
+"""Largest difference of distances [m] and poses [m, -] between two engines."""
 
 POSTURES: Final = 1000
 """Random postures at which the engines are compared."""
 
 STILL_KEPT: Final = 1e-4
-"""A step counts as below d_m from so much below it on [m]: a law that rests on d_m itself overshoots by some of dt."""
+"""Tolerance of "below d_m" [m]: a law that rests exactly at d_m overshoots by a share of dt."""
 
 BLOCK: Final = 100
-"""Steps of one method before the next one has its turn; the first block of each is not timed."""
+"""Steps of one method per turn; the first block of each method is not timed."""
 
 
 def peer_names() -> tuple[str, ...]:
-    """Return the peers that are installed; some are only to be had for some machines and versions of Python."""
+    """Installed peers; some exist only for some machines and versions of Python."""
     return ("pink", "mink", *(name for name in SOMEWHERE if find_spec(name) is not None))
 
 
 def needs_peers() -> None:
-    """Check that the peers can be measured.
+    """Check the packages of the peers.
 
     Raises:
         BadSetting: a package is not installed.
@@ -69,12 +71,12 @@ def needs_peers() -> None:
 
 
 def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
-    """Return the largest differences between two engines over random postures, and the smallest distance met, all in [m].
+    """Largest differences between two engines over random postures, and the smallest distance, all in [m].
 
-    Of an engine that only says whether any pair overlaps, the difference is at least the distance at which it is wrong.
+    For an engine that only reports overlaps, the difference is at least the distance of a wrong report.
 
     Raises:
-        DuetError: they do not have the same pairs.
+        DuetError: they have different pairs.
     """
     model, random = room.model, np.random.default_rng(1)
     distances, poses, nearest = [0.0], [0.0], np.inf
@@ -94,7 +96,7 @@ def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
         poses += [
             float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)
         ]
-    # Unlike Python's, numpy's maximum does not overlook a nan.
+    # numpy's maximum, unlike Python's, does not ignore nan.
     return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
 
 
@@ -102,7 +104,7 @@ def gate(baked: Baked, engines: Mapping[str, Method]) -> dict[str, dict[str, flo
     """Agreement of the engines with ours.
 
     Raises:
-        DuetError: not well enough; a comparison would mean nothing.
+        DuetError: they differ too much for a comparison.
     """
     mine, found = Ours(baked), {}
     for name, engine in engines.items():
@@ -117,10 +119,10 @@ def gate(baked: Baked, engines: Mapping[str, Method]) -> dict[str, dict[str, flo
 
 
 def measure_peers(steps: int) -> dict[str, Any]:
-    """Return all figures, ready for JSON.
+    """All figures, ready for JSON.
 
     Args:
-        steps: of the hold experiment with the hand's pose to be held, a task that all of them know, for each method.
+        steps: per method, of the hold experiment with a pose to hold, a task known to all of them.
 
     Raises:
         BadSetting: a peer is not installed.

@@ -1,4 +1,4 @@
-"""Processes of the benchmark: the server with the parts of its time, and the clients, so that only the server is measured."""
+"""Processes of the benchmark: the server with its times by part, and clients outside its measurement."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
 
 
 class ServerTimes:
-    """Processor time of the server by part.
+    """CPU time of the server by part.
 
     Attributes:
         seconds: part → time so far [s].
-        longest: longest frame since this was set to 0, with all that it called [s].
+        longest: longest frame since the last reset to 0, including all calls [s].
     """
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class ServerTimes:
         self._open = threading.local()
 
     def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
-        """Return a function that adds its time to a part, without the time of the timed functions that it calls."""
+        """The function, adding its time to a part, without the time of timed functions that it calls."""
         seconds, open_parts, clock = self.seconds, self._open, time.thread_time
 
         def call(*args: Any, **kwargs: Any) -> Any:
@@ -50,7 +50,7 @@ class ServerTimes:
         return call
 
     def watch(self) -> None:
-        """Replace the functions of the program by timed ones, for the rest of the process."""
+        """Replace functions of the program by timed ones, for the rest of the process."""
         from app.features.lecture.lecture import LectureHost
         from app.hosting.private_host import PrivateHost
         from app.session.run_control import RunControl
@@ -65,7 +65,7 @@ class ServerTimes:
 
 
 def limit_of(figures: dict[str, float]) -> str:
-    """Return a line with the parts of the server's time, the largest first; "" for figures without parts."""
+    """Line with the parts of the server's time, largest first; "" for figures without parts."""
     known = {name: figures[f"{name}_percent"] for name in (*PARTS, "other") if f"{name}_percent" in figures}
     total = figures.get("cpu_percent_of_a_core", 0.0)
     if not known or total <= 0.0:
@@ -76,15 +76,15 @@ def limit_of(figures: dict[str, float]) -> str:
 
 
 TIMEOUT: Final = 120.0
-"""Longest time for a process to start or to answer [s]."""
+"""Longest time for a process to start or answer [s]."""
 
 REQUEST: Final = "figures"
 END: Final = "end"
-"""What a process is sent."""
+"""Messages to a process: `REQUEST` and `END`."""
 
 
 def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
-    """Serve the app; send the address, then (CPU time [s], CPU time of each part [s], longest frame [s]) for every request."""
+    """Serve the app. Sends its address; for each request CPU time, CPU time by part, longest frame [s]."""
     leave_with_parent()
     from app.features import FEATURES
     from app.features.lecture.lecture_options import LectureOptions
@@ -109,7 +109,7 @@ def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
 @contextmanager
 def process(work: Callable[..., None], *arguments: Any) -> Iterator[Connection]:
     """Run `work(pipe, *arguments)` in a new process while open; gives this end of the pipe."""
-    # Nothing of this process may be part of the server's measured time.
+    # Nothing of this process may be in the server's measured time.
     ours, theirs = SPAWN.Pipe()
     process = SPAWN.Process(target=work, args=(theirs, *arguments), daemon=False)
     try:
@@ -127,16 +127,16 @@ def process(work: Callable[..., None], *arguments: Any) -> Iterator[Connection]:
 
 
 def run_async(pipe: Connection, work: Callable[..., Coroutine[Any, Any, None]], *arguments: Any) -> None:
-    """Run `work(pipe, *arguments)` to its end, or that of the parent."""
+    """Run `work(pipe, *arguments)` until it, or the parent, ends."""
     leave_with_parent()
     asyncio.run(work(pipe, *arguments))
 
 
 def receive(pipe: Connection) -> Any:
-    """Return the next message of a process.
+    """Next message of a process.
 
     Raises:
-        TimeoutError: there is none within `TIMEOUT`.
+        TimeoutError: no message within `TIMEOUT`.
     """
     if not pipe.poll(TIMEOUT):
         raise TimeoutError("a process of the benchmark does not answer")
@@ -144,6 +144,6 @@ def receive(pipe: Connection) -> Any:
 
 
 def request(pipe: Connection) -> Any:
-    """Ask a process for its figures and return them."""
+    """Figures of a process."""
     pipe.send(REQUEST)
     return receive(pipe)

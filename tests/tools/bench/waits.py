@@ -1,4 +1,4 @@
-"""How long a person waits for a run at the command line, and for the curves of "what if"."""
+"""Waiting times for a run at the command line, and for the curves of "what if"."""
 
 import subprocess
 import time
@@ -14,17 +14,16 @@ from scenes.experiments import HOLD
 from scenes.settings import changed
 
 PAST: Final = 30.0
-"""How much of a run "what if" simulates again [s]."""
+"""Part of a run that "what if" simulates again [s]."""
 
 
 def measure_waits() -> BenchRows:
-    """Yield both."""
     yield "run of 46 s", measure_run()
     yield "what if, 30 s again", measure_what_if()
 
 
 def measure_run() -> dict[str, float]:
-    """Time of `lwr-duet run` for 46 s of the hold experiment, and the share of start-up [s]."""
+    """Time of `lwr-duet run` for 46 s of the hold experiment, and its start-up time [s]."""
     times: list[float] = []
     for seconds in ("46", "0.005"):
         begin = time.perf_counter()
@@ -35,7 +34,7 @@ def measure_run() -> dict[str, float]:
 
 
 def measure_what_if() -> dict[str, float]:
-    """Return the time from a slider's last move until the curves of "what if" can be drawn [s]."""
+    """Time from a slider's last move to the curves of "what if" [s]."""
     background = JobPool()
     session = Session(changed(Settings(), "whatif", True), background=background)
     try:

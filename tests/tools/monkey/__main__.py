@@ -1,6 +1,6 @@
-"""A visitor who does anything at all, again and again, in a real browser: `python -m tests.tools.monkey --seeds 1 2 3 --seconds 60`.
+"""Random actions of a visitor in a real browser: `python -m tests.tools.monkey --seeds 1 2 3 --seconds 60`.
 
-The same seed does the same things, as far as the page is the same then; a failure prints the seed and all that was done.
+The same seed gives the same actions on the same page; a failure prints the seed and all actions.
 """
 
 from __future__ import annotations
@@ -38,5 +38,5 @@ def main() -> int:
 if __name__ == "__main__":
     status = main()
     sys.stdout.flush()
-    # Workers of the background may still hold on to something.
+    # Background workers may still hold resources.
     os._exit(1 if status else 0)

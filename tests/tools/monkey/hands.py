@@ -1,4 +1,4 @@
-"""All that can be done on a page with a mouse and a keyboard, at random; every method says what it did."""
+"""Random mouse and keyboard actions on a page; every method returns a description of its action."""
 
 from __future__ import annotations
 
@@ -74,17 +74,15 @@ _HANDLES: Final = """() => { const { camera, nodeRefFromName, canvas } = __viser
 
 
 class NothingThere(Exception):
-    """There is nothing of the kind on the page."""
+    """The page has no element of the wanted kind."""
 
 
 class Hands:
-    """Mouse and keyboard of one visitor."""
-
     def __init__(self, page: Page, choices: random.Random) -> None:
         self._page, self._mouse, self._keys, self._random = page, page.mouse, page.keyboard, choices
 
     def _pick(self, kind: str) -> tuple[float, float, str]:
-        # A number between 0 and 1 picks the same one of as many, however many were picked from before.
+        # One random number per choice, so that later choices do not depend on the number of elements here.
         found, place = self._page.evaluate(_ELEMENTS, kind), self._random.random()
         if not found:
             raise NothingThere(f"finds nothing like {kind}")
@@ -97,7 +95,7 @@ class Hands:
         self._mouse.down(button=button)
         for step in range(1, steps + 1):
             self._mouse.move(x + right * step / steps, y + down * step / steps)
-        # Now and then something else happens in mid-drag.
+        # Sometimes a key is pressed during a drag.
         key = self._random.choice("R12345XN") if self._random.random() < 0.15 else ""
         if key:
             self._keys.press(key)
@@ -167,7 +165,7 @@ class Hands:
         return f"clicks anywhere at {x}, {y}"
 
     def give_file(self) -> str:
-        """Ask for a file by a place for files; who listens gives it."""
+        """Open a file input; the listener chooses the file."""
         chosen = self._page.evaluate(
             """place => { const all = [...document.querySelectorAll('input[type=file]')]; if (!all.length) return false;
                 all[Math.floor(place * all.length)].click(); return true; }""",

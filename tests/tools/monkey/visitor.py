@@ -1,4 +1,4 @@
-"""One visitor who does anything at all, again and again, and looks after every action whether all is well."""
+"""A visitor with random actions and a check after each."""
 
 from __future__ import annotations
 
@@ -31,26 +31,25 @@ from tests.browser import artefacts, listen
 from tests.tools.monkey.hands import LINKS, RUBBISH, TEXTS, Hands, NothingThere
 
 PATIENCE: Final = 60.0
-"""How long the page or the server may take to answer on a busy machine [s]."""
+"""Longest answer time of page or server on a busy machine [s]."""
 
 SHORT: Final = 1500.0
-"""How long one action looks for what it wants [ms]."""
+"""Time limit of one action to find its element [ms]."""
 
-# Said by viser's page about an element that was taken away while something was still on its way to it, and by a browser whose
-# dialogs for files are answered by a program.
+# Messages about an update of a removed element, and about file dialogs answered by a program.
 _LATE = (r"Tried to update non-existent component", r"Intercepted by Page\.setInterceptFileChooserDialog")
 
 _NOW: Final = "document.timeline.currentTime"
 _DRAWN: Final = "begin => document.timeline.currentTime !== begin"
-"""The time of the newest frame, and whether there is another one."""
+"""Time of the newest frame, and True after another frame."""
 
 
 class Trouble(AssertionError):
-    """Something that must never happen."""
+    """A fault of the page or of the server."""
 
 
 class Watch(logging.Handler):
-    """Everything that went wrong, on the page or at the server."""
+    """Collects errors of the page and of the server."""
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
@@ -71,7 +70,7 @@ class Watch(logging.Handler):
 
 @contextmanager
 def watching() -> Iterator[Watch]:
-    """Note every error of the program while open."""
+    """Collects every error of the program while open."""
     watch, before = Watch(), threading.excepthook
     logging.getLogger().addHandler(watch)
     threading.excepthook = watch.take_thread
@@ -83,7 +82,7 @@ def watching() -> Iterator[Watch]:
 
 
 def assert_sound(session: Session) -> None:
-    """All that moves is and was where it can be, and every setting is one that can be set; else Trouble."""
+    """Raise Trouble unless all positions, also past ones, and all settings are within their bounds."""
     for who, simulation in (("run", session.simulation), ("ghost", session.ghost)):
         if simulation is None:
             continue
@@ -101,7 +100,7 @@ def assert_sound(session: Session) -> None:
 
 
 class Monkey:
-    """One visitor of a house with no other; `done` says in words what was done."""
+    """The only visitor of an app; `done`: descriptions of the actions."""
 
     def __init__(self, opened: App, context: BrowserContext, seed: int, watch: Watch) -> None:
         self.opened, self.context, self.seed, self.watch = opened, context, seed, watch
@@ -193,14 +192,14 @@ class Monkey:
             if time.monotonic() > deadline:
                 raise Trouble(f"{what}: not within {PATIENCE:g} s")
             try:
-                # A frame is drawn, or the page is about to be another one.
+                # Until a frame is drawn, or the page changes.
                 self.page.wait_for_function(_DRAWN, arg=self.page.evaluate(_NOW), timeout=SHORT)
             except Error as error:
                 if self.page.is_closed():
                     raise Trouble(f"the page is gone: {error.message}") from None
 
     def _settle(self) -> None:
-        """Wait until the page is there, with one session of its own."""
+        """Wait until the page is loaded and has the only session."""
         there = "() => window.__viserMutable?.canvas && __viserMutable.nodeRefFromName"
         self.page.wait_for_function(there, timeout=1000 * PATIENCE)
         self._until(
@@ -213,7 +212,7 @@ class Monkey:
         return next(iter(live_sessions(self.opened).values()))
 
     def check(self) -> None:
-        """Look at page and server; Trouble if something is not as it must be."""
+        """Check page and server; Trouble on a fault."""
         self.watch.check()
         try:
             ask(self._session(), assert_sound, PATIENCE)
@@ -233,7 +232,7 @@ class Monkey:
         self.watch.check()
 
     def leave(self) -> None:
-        """Go, after which no visitor must be left."""
+        """Leave; then no visitor may remain."""
         self.page.goto("about:blank", timeout=1000 * PATIENCE)
         self._until(lambda: self.opened.server.count_clients() == 0, "no visitor")
         if isinstance(self.opened.host, PrivateHost):
@@ -251,7 +250,7 @@ class Monkey:
         except NothingThere as nothing:
             self.done[number] = str(nothing)
         except Error as error:
-            # What it reached for has gone meanwhile; a page that hangs is found by the check.
+            # The element has gone meanwhile; the check finds a page that hangs.
             self.done[number] = f"{name}: {error.message.splitlines()[0]}"
             if "crash" in error.message.lower() or self.page.is_closed():
                 raise Trouble(f"the page is gone: {error.message}") from None
@@ -259,10 +258,10 @@ class Monkey:
 
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
-    """Let a visitor (a lecturer, in a lecture) do anything for `seconds`, and at least `least` actions; return them."""
+    """Random actions of a visitor or lecturer for `seconds`, and at least `least` actions."""
     asked: tuple[FeatureOptions, ...] = ()
     if lecture:
-        # The monkey runs without a lecture, too.
+        # The monkey also runs without a lecture.
         from app.features.lecture.lecture_options import LectureOptions
 
         asked = (LectureOptions(lecture=True),)

@@ -1,8 +1,8 @@
-"""Make small mistakes in the product and see which of them the tests find:
+"""Make small mistakes in the product and find which of them the tests detect:
 `python -m tests.tools.mutants controllers=80 scenes=70 app/features/sweep=50`.
 
-Every mistake is made in a copy of the tree, where the quick tests near to the changed module run until one
-fails. A mutant that survives is a promise without a test, or a change that makes no difference.
+Every mistake is made in a copy of the tree, where the quick tests near the changed module run until one
+fails. A mutant that survives shows untested behaviour, or is a change without effect.
 """
 
 import argparse
@@ -28,7 +28,7 @@ class Mutant:
     """A mistake in a file.
 
     Attributes:
-        folder: for which it was drawn.
+        folder: the folder of its draw.
         file: below the root, with slashes.
         text: of the file with the mistake.
     """
@@ -40,7 +40,7 @@ class Mutant:
 
 
 def draw(root: Path, counts: dict[str, int], seed: int) -> list[Mutant]:
-    """Draw mutants at random: each kind of mistake is as frequent as any other while there are such places.
+    """Random mutants: every kind of mistake is equally frequent while it has places.
 
     Args:
         counts: number of mutants for each folder.
@@ -83,7 +83,7 @@ def interval(killed: int, all_of_them: int) -> tuple[float, float]:
 
 
 def table(verdicts: Sequence[tuple[str, str]]) -> str:
-    """Killed, survived and slow mutants for each folder; the share is killed of killed and survived.
+    """Table of killed, survived and slow mutants per folder; the share is killed of killed and survived.
 
     Args:
         verdicts: folder and verdict of each mutant.
@@ -111,7 +111,6 @@ def _counted(text: str) -> tuple[str, int]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run as a command; see the module's text."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", nargs="+", type=_counted, metavar="FOLDER=COUNT")
     parser.add_argument("--seed", type=int, default=1)

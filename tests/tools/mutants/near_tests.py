@@ -1,4 +1,4 @@
-"""The test files that are near to a module, by what they import and by the folder they are in."""
+"""Test files near a module, by their imports and their folder."""
 
 import ast
 from collections import defaultdict
@@ -8,15 +8,15 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 FAR: Final = 99
-"""Distance of a test that does not import the module on any way."""
+"""Distance of a test that does not import the module, directly or indirectly."""
 
 
 class ImportGraph:
-    """Who imports whom in a tree of sources.
+    """Imports in a source tree.
 
     Args:
-        root: folder of the tree, with `tests` beside the packages.
-        packages: folders whose modules count.
+        root: folder of the tree, with `tests` next to the packages.
+        packages: folders with the modules that count.
     """
 
     def __init__(self, root: Path, packages: tuple[str, ...]) -> None:
@@ -32,7 +32,7 @@ class ImportGraph:
         importers: dict[str, set[str]] = defaultdict(set)
         for name, file in self._files.items():
             for one in imported(file.read_text(encoding="utf-8")):
-                # The longest part of it that is a module: `from scenes.room import Room` imports `scenes.room`.
+                # The longest prefix that is a module: `from scenes.room import Room` imports `scenes.room`.
                 while one and one not in self._files:
                     one = one.rpartition(".")[0]
                 if one and one != name:
@@ -40,10 +40,10 @@ class ImportGraph:
         return importers
 
     def near(self, module: str) -> list[str]:
-        """Test files that are near to a module, the nearest first.
+        """Test files near a module, the nearest first.
 
-        First come those that import it, of these first the one with its name; then those of the folder that
-        mirrors its own, by their distance; then the others that are two imports away.
+        First files that import it, starting with the one of its name; then those of the folder that mirrors
+        its own, by distance; then others two imports away.
 
         Args:
             module: its file below the root, with slashes.
@@ -67,7 +67,7 @@ class ImportGraph:
         return [file for *_, file in sorted(found)]
 
     def _distances(self, module: str) -> dict[str, int]:
-        """Imports between a module and each that imports it, directly or through others."""
+        """Number of imports from the module to each direct or indirect importer."""
         distances = {module: 0}
         queue = [module]
         for one in queue:
@@ -79,7 +79,7 @@ class ImportGraph:
 
 
 def imported(source: str) -> Iterator[str]:
-    """Full names of all that a source text imports, anywhere in it."""
+    """Full names of all imports anywhere in a source text."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

@@ -1,6 +1,6 @@
-"""Small mistakes in a source text, one at a time: each replaces one piece of the text, and the rest stays as it is.
+"""Small mistakes in a source text, one at a time: each replaces one piece of the text.
 
-Docstrings, type hints, texts, assertions, what is logged and the text of an exception are left alone.
+Docstrings, type hints, texts, assertions, log messages and texts of exceptions are not changed.
 """
 
 import ast
@@ -42,8 +42,8 @@ class Change:
 
     Attributes:
         operator: kind of mistake.
-        line: number of the first line of the piece, from 1.
-        begin, end: where the piece is in the text as UTF-8 [bytes].
+        line: first line of the piece (1-based).
+        begin, end: place of the piece in the UTF-8 text [bytes].
         before, after: the piece.
     """
 
@@ -56,10 +56,10 @@ class Change:
 
 
 def changes(source: str) -> list[Change]:
-    """All mistakes that can be made in a source text, in its order.
+    """All possible mistakes in a source text, in its order.
 
     Raises:
-        SyntaxError: the text is no Python.
+        SyntaxError: the text is not Python.
     """
     whole = source.encode()
     starts = [0]
@@ -68,7 +68,7 @@ def changes(source: str) -> list[Change]:
     found: list[Change] = []
     for node, inside in _nodes(ast.parse(source), inside=False):
         for operator, new in _mistakes(node, inside):
-            # Only the condition is replaced: the lines of its block keep their indentation.
+            # Only the condition is replaced, so that its block keeps its indentation.
             piece = node.test if operator == "condition" and isinstance(node, CONDITIONAL) else node
             assert piece.end_lineno is not None and piece.end_col_offset is not None
             begin = starts[piece.lineno - 1] + piece.col_offset
@@ -80,7 +80,7 @@ def changes(source: str) -> list[Change]:
 
 
 def changed(source: str, change: Change) -> str | None:
-    """A source text with a mistake; None if it says the same as before, or nothing."""
+    """The source text with a mistake; None if it is equivalent or not valid."""
     whole = source.encode()
     text = (whole[: change.begin] + change.after.encode() + whole[change.end :]).decode()
     try:
@@ -93,7 +93,7 @@ Placed = ast.expr | ast.stmt
 
 
 def _nodes(node: ast.AST, inside: bool) -> Iterator[tuple[Placed, bool]]:
-    """Expressions and statements in which a mistake may be made, and whether each is inside a function."""
+    """Expressions and statements for mistakes, each with True inside a function."""
     if isinstance(node, ast.JoinedStr | ast.Assert | ast.Raise | ast.Import | ast.ImportFrom):
         return
     if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
@@ -168,7 +168,7 @@ def _is_none(node: ast.expr) -> bool:
 
 
 def _other_slices(node: ast.Slice) -> Iterator[tuple[str, ast.Slice]]:
-    """The slice begins one later; it ends one earlier."""
+    """Slices that begin one later, or end one earlier."""
     one = ast.Constant(1)
     if node.lower is not None:
         yield "slice", ast.Slice(ast.BinOp(node.lower, ast.Add(), one), node.upper, node.step)
@@ -177,7 +177,7 @@ def _other_slices(node: ast.Slice) -> Iterator[tuple[str, ast.Slice]]:
 
 
 def _other_calls(node: ast.Call) -> Iterator[tuple[str, ast.Call]]:
-    """A minimum becomes a maximum; the first two arguments change places."""
+    """A minimum becomes a maximum; the first two arguments are swapped."""
     name = ""
     if isinstance(node.func, ast.Name):
         name = node.func.id
@@ -196,7 +196,7 @@ def _other_calls(node: ast.Call) -> Iterator[tuple[str, ast.Call]]:
 
 
 def _can_be_left_out(node: Placed) -> bool:
-    """Whether the function still makes sense without the statement: nothing that gives a local name its value."""
+    """True if the function is still valid without the statement: it assigns no local name."""
     if isinstance(node, ast.Assign):
         return all(isinstance(target, ast.Attribute | ast.Subscript) for target in node.targets)
     return isinstance(node, ast.Expr | ast.AugAssign | ast.Continue | ast.Break)

@@ -1,4 +1,4 @@
-"""Runs of near tests on a copy of a tree, each in a forked process that has the heavy packages already."""
+"""Runs of near tests on a copy of a tree, each in a forked process with imported heavy packages."""
 
 import importlib.util
 import json
@@ -23,7 +23,7 @@ HEAVY: Final = (
     *("numpy", "scipy.optimize", "scipy.spatial", "pinocchio", "coal", "numba", "matplotlib.figure"),
     *("viser", "trimesh", "yourdfpy", "websockets", "msgspec"),
 )
-"""Packages that are imported once for all runs, as far as they are installed."""
+"""Packages imported once for all runs, if installed."""
 
 OURS: Final = ("controllers", "scenes", "app", "tests")
 LEFT_OUT: Final = shutil.ignore_patterns(
@@ -31,12 +31,12 @@ LEFT_OUT: Final = shutil.ignore_patterns(
 )
 SLOW_TEST: Final = 5.0
 SLOW_FILE: Final = 15.0
-"""A test and a file that take longer [s] are left out."""
+"""Longest test, and longest file [s]; slower ones are left out."""
 MOST_FILES: Final = 12
 
 
 def load_heavy_packages() -> None:
-    """Import what every run needs, so that a forked process has it."""
+    """Import the common packages before a fork."""
     for name in ("OMP", "OPENBLAS"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     for name in HEAVY:
@@ -46,11 +46,11 @@ def load_heavy_packages() -> None:
 
 @dataclass
 class Timed:
-    """A test file on the tree as it is.
+    """A test file on the unchanged tree.
 
     Attributes:
-        seconds: of the tests that are kept.
-        left_out: tests that are slow or fail.
+        seconds: of the remaining tests.
+        left_out: slow or failing tests.
     """
 
     seconds: float = 0.0
@@ -59,11 +59,11 @@ class Timed:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the tests say about a mutant.
+    """Verdict of the tests on a mutant.
 
     Attributes:
         verdict: "killed", "survived" or "slow".
-        by: first failed test, or what ended the run.
+        by: first failed test, or the reason of the run's end.
     """
 
     verdict: str
@@ -76,8 +76,8 @@ class Copy:
 
     Args:
         tree: a checkout.
-        limit: time after which a run is ended [s].
-        budget: time of all tests of a mutant together, on the tree as it is [s].
+        limit: time limit of a run [s].
+        budget: total time of a mutant's tests on the unchanged tree [s].
     """
 
     def __init__(self, tree: Path, limit: float, budget: float) -> None:
@@ -92,7 +92,7 @@ class Copy:
         shutil.rmtree(self._place, ignore_errors=True)
 
     def chosen(self, near: list[str]) -> list[str]:
-        """Those of the near test files that are quick and pass, as many as the budget allows."""
+        """The near test files that are quick and pass, within the budget."""
         near = near[:MOST_FILES]
         for file in near:
             if file not in self._timed:
@@ -111,8 +111,8 @@ class Copy:
 
         Args:
             file: below the root.
-            mutated: its text meanwhile.
-            tests: files as `chosen` gives them.
+            mutated: its temporary text.
+            tests: files from `chosen`.
         """
         if not tests:
             return Outcome("survived", "no test is near", 0.0)
@@ -146,14 +146,14 @@ class Copy:
         return timed
 
     def _write(self, path: Path, text: bytes) -> None:
-        """Write a source, and have it compiled again: its byte code would hold for a text of the same length."""
+        """Write a source and remove its byte code, which would be valid for a text of the same length."""
         path.write_bytes(text)
         Path(importlib.util.cache_from_source(str(path))).unlink(missing_ok=True)
 
     def _run(
         self, tests: list[str], left_out: set[str], stop: bool
     ) -> tuple[int | None, float, list[tuple[str, str, str, float]]]:
-        """Exit status (None after the limit), time, and for each part of a test name, part, outcome and time."""
+        """Exit status (None after the limit), time, and per part of a test: name, part, outcome and time."""
         reports, warm, cache = self._place / "reports", self._place / "warm", self._place / "cache"
         reports.write_text("", encoding="utf-8")
         if stop:
@@ -175,7 +175,7 @@ class Copy:
 
 
 def _be_the_run(root: Path, cache: Path, tests: list[str], recorder: "Recorder", stop: bool) -> None:
-    """Become a run of pytest on the tree, and end with its status."""
+    """Run pytest on the tree in this process, and exit with its status."""
     status = 70
     try:
         os.setsid()
@@ -192,7 +192,7 @@ def _be_the_run(root: Path, cache: Path, tests: list[str], recorder: "Recorder",
         os.environ |= {"PYTHONPATH": str(root), "XDG_CACHE_HOME": str(cache)}
         options = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "--tb=line", "-o", "addopts="]
         options += ["-m", "not slow and not thorough", f"--basetemp={root.parent / 'temporary'}"]
-        # The heavy packages came before pytest could rewrite their assertions.
+        # The heavy packages were imported before pytest could rewrite their assertions.
         options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
         options += ["-x"] if stop else []
         status = int(pytest.main([*options, *tests], plugins=[recorder]))
@@ -205,11 +205,11 @@ def _be_the_run(root: Path, cache: Path, tests: list[str], recorder: "Recorder",
 
 
 class Recorder:
-    """A plugin of pytest: leaves out tests, does not shrink examples, and writes down each outcome.
+    """pytest plugin: leaves out tests, does not shrink examples, and records each outcome.
 
     Args:
-        place: file for the outcomes, a line of JSON for each part of a test.
-        left_out: names of tests that do not run.
+        place: file for the outcomes, a line of JSON per part of a test.
+        left_out: names of omitted tests.
     """
 
     def __init__(self, place: Path, left_out: set[str]) -> None:

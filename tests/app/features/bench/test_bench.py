@@ -32,8 +32,8 @@ needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memo
 
 
 @needs_proc
-def test_what_a_process_has_started_counts_as_its_own() -> None:
-    # More than the clock's tick, which is 10 ms.
+def test_cpu_time_of_child_processes_is_counted() -> None:
+    # More than the clock's tick of 10 ms.
     busy = "import subprocess, sys, time\nwhile time.process_time() < 0.05: pass\n"
     code = f"{busy}child = subprocess.Popen(['sleep', '60']); print(child.pid, flush=True); sys.stdin.read(); child.kill()"
     with subprocess.Popen(

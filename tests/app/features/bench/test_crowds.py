@@ -1,4 +1,4 @@
-"""What many visitors cost: the parts of the server's time, a lecture, private sessions."""
+"""Cost of many visitors: the parts of the server's time, a lecture, private sessions."""
 
 import itertools
 from pathlib import Path
@@ -26,7 +26,7 @@ def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) 
             step()
         return steps // (not fails)
 
-    # Every look at the clock takes a second of it: a step has one, a frame one more than it has steps.
+    # Each reading of the clock adds 1 s to it: a step reads it once, a frame once more than its steps.
     assert times.timed(work, "drawing")(2, False) == 2
     assert times.seconds == {"step": 2.0, "drawing": 3.0, "packing": 0.0, "sending": 0.0}
     with pytest.raises(ZeroDivisionError):
@@ -35,7 +35,9 @@ def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) 
     assert times.seconds == {"step": 4.0, "drawing": 3.0, "packing": 2.0, "sending": 0.0}
 
 
-def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str], approve: Approve) -> None:
+def test_the_bottleneck_is_printed_below_the_table(
+    capsys: pytest.CaptureFixture[str], approve: Approve
+) -> None:
     parts = {
         "step_percent": 10.0,
         "drawing_percent": 25.0,
@@ -66,11 +68,11 @@ def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memory are read from /proc")
-def test_private_sessions_are_measured_with_all_processes_of_the_server(
+def test_private_sessions_are_measured_with_all_server_processes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(crowds, "SETTLING", 0.0)
-    # As many as there are places come at once, and are spread over the workers; none is refused on the way to another one.
+    # Visitors come for all places at once and are spread over the workers; none is refused on the way.
     ((name, figures),) = measure_capacity([6], 1.0)
     assert name == "6 private sessions"
     assert (

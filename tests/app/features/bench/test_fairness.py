@@ -1,4 +1,4 @@
-"""What one visitor leaves for the others."""
+"""Effect of one visitor on the others."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""How peers do in the same experiment: engines that disagree are refused, and who keeps the distance with w and without."""
+"""Peers in the same experiment: disagreeing engines are refused; w decides who keeps the distance."""
 
 import importlib.util
 import json
@@ -70,15 +70,15 @@ def test_only_engines_that_agree_pass_the_gate() -> None:
 @pytest.mark.parametrize("rig", ["torso", "table"])
 def test_the_engines_agree_overlaps_included(rig: str) -> None:
     hold = bake(changed(POSE, "rig", rig), 2)
-    # embodik and roboplan where they are installed: not every machine can have them.
+    # Only installed ones: embodik and roboplan are not available for every machine.
     methods = {name: import_module(f"tests.tools.bench.peer_{name}").METHODS for name in peers.peer_names()}
     agreement = gate(hold, {name: next(iter(made.values()))(hold) for name, made in methods.items()})
     assert all(differences["nearest"] < -0.01 for differences in agreement.values())
-    # No pair is silently left out of those in which the gate asks for the same as ours.
+    # No pair is silently omitted when the gate compares our distances.
     assert len(Ours(hold).distances(hold.room.start)) == len(hold.room.geometry.collisionPairs) == 15
 
 
-def test_an_engine_that_overlaps_elsewhere_is_found_out() -> None:
+def test_an_engine_with_different_overlaps_is_detected() -> None:
     pytest.importorskip("roboplan", reason="roboplan is not installed: pip install -e '.[peers]'")
     hold = baked()
     other = import_module("tests.tools.bench.peer_roboplan").RoboPlan(hold)
@@ -98,7 +98,7 @@ def test_the_mujoco_model_has_our_bounds_and_leaves_the_guided_arm_free() -> Non
     ranges = np.column_stack([ours.lowerPositionLimit, ours.upperPositionLimit])
     assert np.array_equal(model.jnt_range[hold.avoiding], ranges[hold.avoiding])
     assert matched_gain(0.005) == pytest.approx(2.5e-4)
-    # From where it counts, mink's bound on a step is 10/s times the distance that is left.
+    # Within its detection distance, mink bounds a step by 10/s times the remaining distance.
     arm = Mink(hold, matched_gain(0.005))
     arm.limit.collision_detection_distance = 10.0
     distances = Ours(hold).distances(hold.room.start)
@@ -108,8 +108,8 @@ def test_the_mujoco_model_has_our_bounds_and_leaves_the_guided_arm_free() -> Non
 
 
 @pytest.mark.parametrize("pairs", ["single", "soft"])
-def test_ours_is_the_run_bit_for_bit(pairs: str) -> None:
-    """The guided arm that is played back moves as the one that a person held, and so does the other."""
+def test_ours_equals_the_original_run_bit_for_bit(pairs: str) -> None:
+    """With the guided arm played back, both arms move as in the run in which a person held it."""
     settings = changed(POSE, "pairs", pairs)
     done = run(settings, 1000 * settings.dt)
     hold = bake(POSE, 1000)
@@ -124,8 +124,8 @@ def test_ours_is_the_run_bit_for_bit(pairs: str) -> None:
 
 
 @needs_extra
-def test_the_task_is_the_same() -> None:
-    """A displaced hand comes back along the same line at about the same speed, where nothing is in the way."""
+def test_ours_and_mink_do_the_same_task() -> None:
+    """Without obstacles a displaced hand returns along the same line at about the same speed."""
     from tests.tools.bench.peer_mink import Mink, matched_gain
 
     hold = baked()
@@ -135,7 +135,7 @@ def test_the_task_is_the_same() -> None:
     engine, h = Ours(hold), 1e-6
     place = engine.hand_pose(q)[0]
     wanted = POSE.gain * (hold.place - place)
-    # Gain 0 would forbid all approach; a large one permits any.
+    # Gain 0 would forbid any approach; a large gain permits all.
     arm = Mink(still, 1.0)
     arm.positions = q.copy()
     arm.prepare(0)
@@ -145,8 +145,8 @@ def test_the_task_is_the_same() -> None:
 
 
 @needs_extra
-def test_measured() -> None:
-    """Far too short for a time that means something, but everything else shows: the arms meet within these steps."""
+def test_all_peers_are_measured() -> None:
+    """Too short for meaningful times, long enough for all other figures: the arms meet within these steps."""
     result: dict[str, Any] = measure_peers(1000)
     figures = result["figures"]
     assert json.loads(json.dumps(result)) == result
@@ -160,11 +160,11 @@ def test_measured() -> None:
             and row["unsolved"] == 0.0
         ), name
         assert 0.135 < row["d_min"] < 0.25 and row["e2_max"] > 1e-4 and row["ddq_max"] > 0.0, name
-        # Every method has to give way, by at most a millimetre below d_m; without w embodik and roboplan come closer.
+        # Every method gives way, at most 1 mm below d_m; without w embodik and roboplan come closer.
         alone = name.startswith(("embodik", "roboplan")) and "+w" not in name
         assert (row["d_min"] > 0.149) is not alone, name
         if name.startswith("embodik"):
-            # It does not ring.
+            # No oscillation.
             assert (row["share_below"] > figures["embodik, all pairs +w"]["share_below"]) is alone and row[
                 "ddq_max"
             ] < 50.0, name
@@ -174,7 +174,7 @@ def test_measured() -> None:
     assert all(name in table for name in figures) and "1000 steps" in table
 
 
-def test_a_bare_checkout_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkout_without_peers_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def installed(name: str) -> str:
         if name == "lwr-duet":
             raise PackageNotFoundError(name)
@@ -192,7 +192,7 @@ def test_a_bare_checkout_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> Non
     assert result["version"] == "0" and result["figures"]
 
 
-def test_what_is_not_installed_is_named(
+def test_missing_packages_are_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(

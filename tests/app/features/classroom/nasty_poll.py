@@ -1,4 +1,4 @@
-"""A poll of the worst that a lesson may hold."""
+"""A poll with hostile texts in every field."""
 
 from app.features.classroom.classroom import Poll
 from app.features.lessons.outcomes import AnswerVerdict

@@ -1,4 +1,4 @@
-"""Every student reads the poll in a language of their own."""
+"""Each student reads the poll in his or her language."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
     walk.phase = Phase.OBSERVE
     polls = {}
     for language in ("de", "en", "sl"):
-        # The texts speak the language of the book, and not that of the page that asks first.
+        # The texts have the book's language, not that of the page that asks first.
         set_language("sl" if language == "de" else "de")
         polls[language] = room.poll(walk, our_book(language))
     assert polls["de"] is not None and polls["en"] is not None and polls["sl"] is not None

@@ -1,4 +1,4 @@
-"""The class's templates escape what a lesson or a student may hold."""
+"""The class's templates escape texts of lessons and students."""
 
 import time
 
@@ -34,10 +34,10 @@ SURFACES: Surfaces = {
     "features/classroom/class_report.html": class_report,
     "features/classroom/tally.html": lambda: poll_html(poll(), live=True),
 }
-"""Template → pages and pieces that are made with it, of the worst that a name or a lesson may hold."""
+"""Template → pages and fragments made from it with hostile names and lesson texts."""
 
 
-def test_every_template_of_the_class_is_tried() -> None:
+def test_every_template_of_the_class_is_listed() -> None:
     assert sorted(SURFACES) == [name for name in ALL_TEMPLATES if name.startswith("features/classroom/")]
 
 

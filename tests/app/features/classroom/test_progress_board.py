@@ -1,4 +1,4 @@
-"""The board of those who work alone, without a page: invented names, steps, who is stuck; and the pace."""
+"""The progress board, without a page: invented names, steps, stuck students; and the pace."""
 
 import json
 from dataclasses import replace
@@ -14,6 +14,7 @@ from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from tests.app.features.lessons.helpers import our_book
+from tests.approved import Approve
 
 BOOK = our_book()
 LESSON = BOOK.lessons[0]
@@ -26,7 +27,7 @@ def progress(lesson: Lesson, step: int, **done: object) -> str:
     return json.dumps({"version": 1, "lesson": lesson.id, "step": name, "phase": "do", "steps": [entry]})
 
 
-def test_names_are_drawn_once_and_no_two_are_alike() -> None:
+def test_drawn_names_are_unique_and_stay() -> None:
     board = ProgressBoard()
     students = [f"student {i}" for i in range(2 * len(NAMES) + 5)]
     names = [board.name_of(student) for student in students]
@@ -34,7 +35,7 @@ def test_names_are_drawn_once_and_no_two_are_alike() -> None:
     assert [board.name_of(student) for student in students] == names and board.student_of(
         names[7]
     ) == students[7]
-    # A class that goes on after a crash keeps them, and draws none twice.
+    # A class resumed after a crash keeps its names and draws none of them again.
     later = ProgressBoard()
     later.names = dict(board.names)
     more = [later.name_of(f"late {i}") for i in range(len(NAMES))]
@@ -42,7 +43,7 @@ def test_names_are_drawn_once_and_no_two_are_alike() -> None:
     assert later.student_of("nobody") is None
 
 
-def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
+def test_a_row_shows_passed_and_tried_steps_and_the_stuck_one() -> None:
     board = ProgressBoard()
 
     def row(now: float) -> tuple[Cell, ...]:
@@ -55,7 +56,7 @@ def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
     assert row(10.0 + STUCK)[0] == (False, 0, True, 3)
     board.note("ann", progress(LESSON, 0, attempts=2, choice=1), 200.0)
     assert row(201.0)[0] == (False, 2, True, 0)
-    # A try more is no step on; a challenge that is passed is one.
+    # Another attempt is not progress; a passed challenge is.
     board.note("ann", progress(LESSON, 0, attempts=3, choice=1), 200.0 + STUCK)
     assert row(201.0 + STUCK)[0] == (False, 3, True, 3)
     board.note("ann", progress(LESSON, 0, attempts=4, choice=1, passed=True), 500.0)
@@ -75,14 +76,16 @@ def test_a_pace_is_typed_as_numbers_of_steps(text: str, steps: tuple[int, int] |
 
 
 @pytest.mark.parametrize("text", ["0", "4", "3-2", "2-9", "two", "-2", "2-3-4", "٢", "1" * 1000])
-def test_what_is_no_pace_says_what_is_one(text: str) -> None:
-    with pytest.raises(BadSetting, match=r"written 2 or 2-3; this lesson has 1 to 3"):
-        open_steps_from_text(text, LESSON)
-    with pytest.raises(BadSetting, match=r"This lesson has one step"):
-        open_steps_from_text(text, replace(LESSON, steps=LESSON.steps[:1]))
+def test_an_invalid_pace_is_refused_with_the_valid_forms(text: str, approve: Approve) -> None:
+    said: list[str] = []
+    for lesson in (LESSON, replace(LESSON, steps=LESSON.steps[:1])):
+        with pytest.raises(BadSetting) as refused:
+            open_steps_from_text(text, lesson)
+        said.append(str(refused.value))
+    approve("refused steps.txt", "\n".join(said) + "\n")
 
 
-def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
+def test_a_closed_step_is_refused_by_every_action(approve: Approve) -> None:
     session = Session(Settings())
     lessons, notices = LessonSession(session, BOOK), session.notices
     lessons.enter(0, 0)
@@ -93,10 +96,10 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
         return lessons.walk.lesson.id, lessons.walk.step_index
 
     assert where() == (LESSON.id, 1)
-    assert notices.pop() == ("Your teacher has not opened this step", "Lesson 1: steps 2 to 3 only.")
+    approve("step that is not open.txt", "\n".join(notices.pop()) + "\n")
     for asked in (GoTo(None, 0), Press("back"), GoTo(3, 0), Enter(5)):
         lessons.act(asked)
-        # Neither is a step that is not open answered before the next frame.
+        # A closed step also takes no answer before the next frame.
         lessons.act(Choose(0))
         assert lessons.walk.done_in(LESSON.id, LESSON.steps[0].id).untouched
         lessons.act(Press("reset"))
@@ -104,7 +107,7 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
     lessons.act(GoTo(None, 2))
     assert where() == (LESSON.id, 2) and not notices
     lessons.act(GoTo(None, 0))
-    assert where() == (LESSON.id, 2) and notices.pop(), "who is in an open step stays there"
+    assert where() == (LESSON.id, 2) and notices.pop(), "a student in an open step stays there"
     lessons.pace = OpenSteps(LESSON.id, 1, 1, 1)
     assert where() == (LESSON.id, 1)
     lessons.act(Choose(0))

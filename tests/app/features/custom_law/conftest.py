@@ -1,4 +1,4 @@
-"""Where a student's law is."""
+"""Fixture with the path of a custom law."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Files with laws in them, a situation to try them in, and ways to wait for a process."""
+"""Law files, a situation to call them with, and functions that wait for a process."""
 
 import textwrap
 from contextlib import closing
@@ -23,7 +23,7 @@ from scenes.settings import changed
 from tests.app.runtime.processes import gone
 
 SHORT = LawLimits(load=0.1, call=0.02, memory=96 * 2**20)
-"""So that what never ends is ended soon."""
+"""Short limits: an endless call is ended soon."""
 
 PAPER = """
     D_M, ORDER, V, MU = 0.15, 6.0, 0.30, 0.06
@@ -44,7 +44,7 @@ def write(path: Path, text: str) -> Path:
 
 
 def situation(n: int = 7, pairs: int = 5) -> Situation:
-    """A situation 100 mm from an obstacle, with everything in it."""
+    """A situation 100 mm from an obstacle, with all fields set."""
     rng = np.random.default_rng(n)
     rows = rng.uniform(-0.5, 0.5, (pairs, n))
     bound = np.full(n, 2.0)
@@ -68,12 +68,12 @@ def received(sent: Situation) -> Situation:
 
 
 def law_of(path: Path) -> LateLawMaker:
-    """What a server with a law file makes for each session."""
+    """The law maker that a server with a law file uses for each session."""
     return lambda background, wake: StudentLaw(path, LawTimeShare(), background, wake)
 
 
 def edited(path: Path) -> CustomLawOptions:
-    """Options of a server on whose page a file is edited."""
+    """Options of a server with an editor for a file on its page."""
     return CustomLawOptions(edit_law=True, unnamed=path)
 
 
@@ -89,7 +89,7 @@ GOOD = "def law(s):\n    return s.nominal * 2"
 
 
 def soon(law: CustomLaw) -> Array:
-    """q̇ of a law that is not waited for, after a moment at most; zeros where it has not answered by then."""
+    """q̇ of a law that answers late, waited for up to a moment; zeros without an answer."""
     law.allow(1.0)
     try:
         law.activation(0.1)
@@ -101,7 +101,7 @@ def soon(law: CustomLaw) -> Array:
 
 
 def frozen(law: CustomLaw) -> str:
-    """Call a law that fails; return what is said. Its process is gone at once, and nothing starts another."""
+    """Message of a law that fails when called. Its process must end at once without a restart."""
     with law:
         assert law.load() or law.problem
         pid = law.pid

@@ -1,4 +1,4 @@
-"""A law that is written on the page: by the person who started the server alone, whole, and never over another editor's text."""
+"""A law edited on the page: only by the server's owner, saved whole, never over another editor's text."""
 
 import json
 import re
@@ -27,7 +27,7 @@ from tests.blocking_client import BlockingClient
 
 LAW = "def law(situation):\n    return situation.nominal\n"
 PLACE = "Your law: my_law.py"
-"""Heading of the editor of a file; visitors have one of a formula, which is not a program."""
+"""Heading of the editor of a law file; visitors have one of a formula, which is not a program."""
 
 STATE = re.compile(r'duet-law-state" data-text="(\{.*\})"></i>')
 
@@ -47,7 +47,7 @@ def test_a_file_is_saved_whole_and_only_over_the_version_that_was_read(file: Pat
     assert file.read_bytes() == b"x = 2\r\n"
 
 
-def test_what_is_no_text_for_a_file_leaves_it_alone_and_what_cannot_be_edited_is_named(file: Path) -> None:
+def test_invalid_text_is_not_written_and_uneditable_files_are_named(file: Path) -> None:
     version = save_text(file, LAW, "")
     for text, said in (("a\0b", "zero byte"), ("é" * (MOST // 2 + 1), "48 kB")):
         with pytest.raises(BadInputFile, match=said):
@@ -62,7 +62,7 @@ def test_what_is_no_text_for_a_file_leaves_it_alone_and_what_cannot_be_edited_is
 
 
 def state_of(visitor: Client) -> dict[str, Any] | None:
-    """What the page's script is told; None where there is no editor."""
+    """State that the page's script gets; None without an editor."""
     found = STATE.search(shown(visitor))
     return None if found is None else json.loads(found[1])
 
@@ -71,7 +71,7 @@ def enter(visitor: BlockingClient, box: str, text: str, number: int = 1, base: s
     visitor.send({"type": "GuiUpdateMessage", "uuid": box, "updates": {"value": f"{number} {base}\n{text}"}})
 
 
-def test_the_owner_saves_runs_and_gets_every_refusal_in_words(
+def test_the_owner_saves_and_runs_and_reads_every_refusal(
     house: OpenHouse, arrive: Arrive, file: Path
 ) -> None:
     owner = arrive(house(features=(edited(file),)))
@@ -92,7 +92,7 @@ def test_the_owner_saves_runs_and_gets_every_refusal_in_words(
             base = state["sha"]
             assert owner.session.law.of_run is not None and owner.session.ghost is not None
     assert file.read_text(encoding="utf-8") == texts[1]
-    # A word that is no entry of the script's, and one that the gate refuses.
+    # Values that the script never sends, and one that the gate refuses.
     for forged in ("", "\n", "1", "x" * 200_000, 1.0):
         owner.visitor.send({"type": "GuiUpdateMessage", "uuid": box, "updates": {"value": forged}})
     owner.visitor.wait_for(lambda v: v.closed is not None)
@@ -107,7 +107,7 @@ PROXIES = (
 )
 
 
-def test_a_visitor_gets_no_editor_and_forges_none(
+def test_a_visitor_gets_no_editor_and_cannot_forge_a_save(
     house: OpenHouse, arrive: Arrive, join: Join, file: Path
 ) -> None:
     opened: App = house(features=(edited(file),), sessions=12)
@@ -126,7 +126,7 @@ def test_a_visitor_gets_no_editor_and_forges_none(
         BlockingClient(opened.url, "https://evil.example")
     others = [one for one in live_sessions(opened).values() if one is not owner.session]
     assert len(others) == len(visitors)
-    # What a connection sends is dealt with in its order: the forged entries have been.
+    # A connection's messages are handled in order: the forged entries have been handled.
     owner.visitor.wait_for(lambda _: all(one.paused for one in others))
     assert not file.exists() and (state_of(owner.visitor) or {})["number"] == ""
     enter(owner.visitor, box, LAW)
@@ -143,7 +143,7 @@ def test_a_visitor_gets_no_editor_and_forges_none(
         {"host": "0.0.0.0"},
     ],
 )
-def test_where_others_may_come_there_is_no_editor(
+def test_a_server_open_to_others_has_no_editor(
     house: OpenHouse, join: Join, file: Path, options: dict[str, Any]
 ) -> None:
     opened = house(features=(edited(file),), **options)

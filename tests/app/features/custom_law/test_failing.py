@@ -1,4 +1,4 @@
-"""However a student's law fails, the arm freezes at worst, the line is named, no call is held up, and no process is left."""
+"""A failing custom law at worst freezes its arm: its line is named, no call waits, no process remains."""
 
 import gc
 import os
@@ -38,8 +38,8 @@ pytestmark = pytest.mark.slow
          "        except OSError:\n            pass\n    while True: pass", "it hung up the line between its process and the page"),
     ],
 )  # fmt: skip
-def test_how_it_may_fail(file: Path, text: str, says: str) -> None:
-    """While it is called, while it is loaded, and by what no exception tells of; `test_law_file` has all the rest."""
+def test_a_failing_law_is_named_with_its_reason(file: Path, text: str, says: str) -> None:
+    """Failures in a call, while loading, and without an exception; `test_law_file` has the others."""
     said = frozen(CustomLaw(write(file, text), waits=True))
     assert says in said, said
 
@@ -71,7 +71,7 @@ def test_an_endless_loop_is_ended_and_named(
         until(given_up)
         assert law.problem is not None
         assert law.problem.line in line
-        # Where it is asked depends on the machine.
+        # The line at which the loop is stopped depends on the machine.
         said, _, _ = law.problem.text.partition(", in “")
         what = "read" if text.startswith("x = 1") else "called"
         approve(
@@ -103,8 +103,8 @@ def test_a_memory_hog_is_ended_and_named(file: Path, hog: str, approve: Approve)
         approve("memory.txt", law.problem.text.partition(", in “")[0] + "\n")
 
 
-def test_processes_that_break(file: Path) -> None:
-    # What the law may break in its process does not depend on the page's.
+def test_broken_law_processes_are_reported_and_restarted(file: Path) -> None:
+    # Open files of the page's process do not change what the law can break in its own process.
     text = "import os\ndef law(s):\n    os.closerange(3, 20)"
     opened = [os.open(os.devnull, os.O_RDONLY) for _ in range(100)]
     try:
@@ -112,7 +112,7 @@ def test_processes_that_break(file: Path) -> None:
     finally:
         for number in opened:
             os.close(number)
-    # The process is killed from outside while it waits, and while it works.
+    # The process is killed from outside.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         assert law.pid is not None
@@ -122,7 +122,7 @@ def test_processes_that_break(file: Path) -> None:
         law.restart()
         assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
         assert law.problem is None
-    # A law of 5 ms a call leaves the rest of its curve blank instead of holding up the page.
+    # A law of 5 ms per call leaves the rest of its curve empty instead of delaying the page.
     text = "import time\ndef law(s):\n    time.sleep(0.005)\n    return s.nominal"
     with CustomLaw(write(file, text), LawLimits(call=1.0), waits=True) as law:
         found = law.line_rates(np.linspace(0.0, 0.6, 100), 0.1, 0.0, 1.0)
@@ -130,7 +130,7 @@ def test_processes_that_break(file: Path) -> None:
         assert law.problem is None
 
 
-def test_a_file_that_is_none(tmp_path: Path) -> None:
+def test_unusable_paths_are_refused(tmp_path: Path) -> None:
     for path, says in (
         (tmp_path / "no.py", "there is no such file; `lwr-duet new-law no.py` writes one"),
         (tmp_path, "cannot be read"),
@@ -152,7 +152,7 @@ def test_a_python_that_cannot_be_started(file: Path, monkeypatch: pytest.MonkeyP
             )
 
 
-def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
+def test_a_slow_start_delays_no_call(file: Path, tmp_path: Path) -> None:
     text = f"""
         import pathlib, time
 
@@ -185,7 +185,7 @@ def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
         assert law.problem is None
 
 
-def test_no_process_is_left(file: Path) -> None:
+def test_no_process_remains(file: Path) -> None:
     write(file, GOOD)
     law = CustomLaw(file, waits=True)
     law(SITUATION)
@@ -205,7 +205,7 @@ def test_no_process_is_left(file: Path) -> None:
 
 
 @pytest.mark.parametrize("end", ["closed", "dead"])
-def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
+def test_processes_started_by_the_law_end_with_it(file: Path, end: str) -> None:
     text = """
         import os, subprocess, sys
         child = subprocess.Popen([sys.executable, "-SE", "-c", "input()"], stdin=subprocess.PIPE)
@@ -215,7 +215,7 @@ def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
                 os._exit(0)
             return s.nominal * 0 + child.pid
     """
-    # Its end takes longer than an answer may where the machine is busy.
+    # On a busy machine its end takes longer than an answer may.
     with CustomLaw(write(file, text), LawLimits(call=5.0), waits=True) as law:
         grandchild = int(law(SITUATION)[0])
         assert not gone(grandchild)
@@ -227,7 +227,7 @@ def test_what_the_law_started_goes_with_it(file: Path, end: str) -> None:
 
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "sys.exit()"])
-def test_it_goes_with_the_page(file: Path, end: str) -> None:
+def test_the_law_process_ends_with_the_page(file: Path, end: str) -> None:
     write(file, "while True: pass")
     page = f"""
         import os, sys

@@ -1,4 +1,4 @@
-"""A student's file, read and called: what is wrong is said in its own words, with the line. No process is needed for that."""
+"""A custom law's file, read and called without a process: errors are described plainly, with the line."""
 
 import subprocess
 import sys
@@ -25,8 +25,8 @@ def wrong(text: str) -> Wrong:
     return caught.value
 
 
-def test_the_laws_process_needs_no_robotics_library() -> None:
-    """It imports the situation of every law, and starts in a tenth of a second all the same."""
+def test_the_law_process_needs_no_robotics_library() -> None:
+    """It imports the situation of all laws and still starts within 0.1 s."""
     code = "import sys, app.features.custom_law.worker; sys.exit(any(name in sys.modules for name in ('pinocchio', 'coal', 'scipy')))"
     assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 0
 
@@ -35,7 +35,7 @@ def test_the_laws_process_needs_no_robotics_library() -> None:
 @pytest.mark.parametrize(
     "bare", ["", "task_jacobian", "lower upper", "rows distances approaches", "approaches"]
 )
-def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) -> None:
+def test_a_situation_is_transferred_bit_for_bit(n: int, pairs: int, bare: str) -> None:
     sent = situation(n, max(pairs, 1))
     if pairs == 0:
         sent = sent._replace(rows=np.zeros((0, n)), distances=np.zeros(0), approaches=np.zeros(0))
@@ -76,7 +76,7 @@ OURS = {
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_what_is_wrong_in_our_words(language: Language, approve: Approve) -> None:
+def test_errors_in_our_words(language: Language, approve: Approve) -> None:
     errors = {case: wrong(text) for case, text in OURS.items()}
     said = {f"{case}, line {error.line}": error.text for case, error in errors.items()}
     approve(f"wrong files {language}.txt", lines_of(said, language))
@@ -86,7 +86,7 @@ def test_what_is_wrong_in_our_words(language: Language, approve: Approve) -> Non
     ("text", "line", "says"),
     [
         ("def law(s):\n    x = 1\n    return x / 0", 3, "in “return x / 0”"),
-        # The last line of the student's own, not the one in the library.
+        # The last line in the student's file, not the one in the library.
         ("import numpy as np\n\ndef inner(s):\n    return np.linalg.inv(np.zeros((2, 2)))\n\ndef law(s):\n    return inner(s)",
          4, "in “return np.linalg.inv"),
         ("def law(s):\n    return s.rwo", 2, "'rwo'"),
@@ -101,7 +101,7 @@ def test_what_is_wrong_in_our_words(language: Language, approve: Approve) -> Non
         ("def law(s, gain):\n    return 0", 1, "'gain'"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_in_pythons_words_and_where(text: str, line: int | None, says: str) -> None:
+def test_errors_in_pythons_words_name_the_line(text: str, line: int | None, says: str) -> None:
     error = wrong(text)
     assert says in error.text, error.text
     assert error.line == line
@@ -111,7 +111,7 @@ def test_what_is_wrong_in_pythons_words_and_where(text: str, line: int | None, s
 def test_messages_and_encodings() -> None:
     long = "def law(s):\n    raise ValueError('x' * 10_000)"
     assert len(wrong(long).text) == 300
-    # Whatever Python reads: a declared encoding, a byte order mark, and the lines of Windows.
+    # All that Python reads: a declared encoding, a byte order mark, line ends of Windows.
     for text in (
         "# coding: latin-1\r\n# für\r\ndef law(s):\r\n    return s.nominal / 0 + ü".encode("latin-1"),
         "\ufeff# für\n\ndef law(s):\n    return s.nominal / 0 + ü".encode(),
@@ -123,7 +123,7 @@ def test_messages_and_encodings() -> None:
         ):
             law.velocities(situation())
         assert caught.value.line == 4
-    # Python's own words for these differ between 3.11.2, 3.11.4 and 3.13.
+    # Python's messages for these differ between 3.11.2, 3.11.4 and 3.13.
     bytes_after_text, declared = b"def law(s):\n    return s.nominal\n\x00", (b"klingon", b"rot13", b"ascii")
     for no_text in (
         *(
@@ -141,14 +141,14 @@ def test_messages_and_encodings() -> None:
 @pytest.mark.parametrize(
     "returned", ["[0.1] * 7", "(1,) * 7", "s.nominal.astype('f4')", "[True] * 7", "list(s.nominal)"]
 )
-def test_what_is_as_good_as_an_array(returned: str) -> None:
+def test_returned_values_similar_to_an_array_are_accepted(returned: str) -> None:
     velocities, seconds = file_of(f"def law(s):\n    return {returned}").velocities(situation())
     assert velocities.dtype == np.float64 and velocities.shape == (7,)
     assert seconds >= 0.0
 
 
 def test_a_file_and_its_curves() -> None:
-    # All pairs unless it says otherwise; λ if it has one; and what stands under __main__ is not for the page.
+    # Defaults: all pairs, λ only if defined; code under __main__ is not run on the page.
     law = file_of("def law(s):\n    return s.nominal\nif __name__ == '__main__':\n    raise ValueError")
     assert law.wants_all_pairs and not law.has_activation
     law = file_of(f"WANTS_ALL_PAIRS = False\n{textwrap.dedent(PAPER)}")
@@ -156,7 +156,7 @@ def test_a_file_and_its_curves() -> None:
     assert (
         law.activation(0.3) == 0.5**6 and law.activation(0.1) == 1.0 and law.activation(float("inf")) == 0.0
     )
-    # J_d q̇ = λ v − (1 − λ) u of the paper's law, for every distance; u, w and |J_d| as asked for.
+    # J_d q̇ = λ v − (1 − λ) u of the paper's law at every distance; u, w and |J_d| as requested.
     law = file_of(PAPER.replace("0.30, 0.06", "0.30, 0.0"))
     d, u = np.array([0.1, 0.2, 0.4, np.inf]), 0.2
     lam = np.minimum(0.15 / d, 1.0) ** 6
@@ -176,7 +176,7 @@ def test_a_file_and_its_curves() -> None:
     [("1.5", "1.5 at d = 0.2 m; expected 0 to 1"), ("float('nan')", "nan"), ("None", "returned None"), ("'x'", "returned a str"),
      ("1 / 0", "Zero")],
 )  # fmt: skip
-def test_an_activation_that_is_none(returned: str, says: str) -> None:
+def test_an_invalid_activation_is_refused(returned: str, says: str) -> None:
     law = file_of(f"def law(s):\n    return s.nominal\ndef activation(d):\n    return {returned}")
     with pytest.raises(Wrong, match=says) as caught:
         law.activation(0.2)

@@ -1,4 +1,4 @@
-"""Options of a custom law on the command line: what they refuse, and what they give to a server and to a run."""
+"""Options of a custom law on the command line: refusals, and their effect on a server and a run."""
 
 import hashlib
 from pathlib import Path
@@ -29,7 +29,7 @@ def test_a_missing_file_is_named(capsys: pytest.CaptureFixture[str], tmp_path: P
     assert_said(capsys, tmp_path, "run --law-file {}/none.py --csv {}/hand.csv", "none.py")
 
 
-def test_the_edited_file_is_that_of_the_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_default_edited_file_is_in_the_current_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     served: list[ServeOptions] = []
 
     def start(options: ServeOptions, *_: object, **__: object) -> App:
@@ -41,7 +41,7 @@ def test_the_edited_file_is_that_of_the_folder(monkeypatch: pytest.MonkeyPatch) 
     assert served[0].of(CustomLawOptions).edited == Path("my_law.py").absolute()
 
 
-def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_its_line(
+def test_the_template_is_the_papers_law_and_a_mistake_is_named_with_its_line(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / "my_law.py"

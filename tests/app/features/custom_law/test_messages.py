@@ -1,4 +1,4 @@
-"""Messages about a custom law in other languages, also those that come from its process."""
+"""Messages about a custom law in other languages, including messages from its process."""
 
 import pytest
 from msgspec import msgpack
@@ -15,7 +15,7 @@ from tests.app.i18n.messages import on_the_page
 from tests.approved import Approve
 
 
-def test_what_is_wrong_with_a_law_crosses_the_line_in_parts(approve: Approve) -> None:
+def test_errors_of_a_law_are_sent_in_parts(approve: Approve) -> None:
     with pytest.raises(Wrong) as caught:
         LawFile("/my_law.py", b"law = 3", 2**20)
     assert TextParts.of(LazyText("a {b} \ud800")).text() == "a {b} ?"
@@ -38,7 +38,7 @@ def test_what_is_wrong_with_a_law_crosses_the_line_in_parts(approve: Approve) ->
         b"\x93\xa7Failure" + b"\x92\xa0\x81\xa0" * 99999,
     ],
 )
-def test_a_law_that_writes_to_the_line_fills_nothing_in(sent: bytes) -> None:
+def test_a_law_that_writes_to_the_line_cannot_forge_parts(sent: bytes) -> None:
     with pytest.raises(ValueError):
         reply = decode_reply(sent)
         assert isinstance(reply, Failure)
@@ -50,11 +50,11 @@ class Still(Unprotected):
     seconds = 0.0
 
 
-def test_the_verdict_on_a_law_that_stands_still(approve: Approve) -> None:
+def test_the_verdict_on_a_law_that_does_not_move(approve: Approve) -> None:
     verdict = verdict_on(Still(), "bounded where J_d is singular")
     for language in LANGUAGES:
         approve(f"verdict {language}.txt", f"{words_of(language)(verdict.reason)}\n")
 
 
-def test_errors_of_a_law_s_file_are_texts_of_the_page() -> None:
+def test_errors_of_a_law_file_are_texts_of_the_page() -> None:
     assert "law_file.py" in {path.name for path in on_the_page()}

@@ -1,4 +1,4 @@
-"""Plots of a run that a custom law makes."""
+"""Plots of a run with a custom law."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from app.features.custom_law.custom_law import CustomLaw
 from tests.app.plots.helpers import ShownPanel
 
 
-def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
+def test_a_custom_law_has_no_resting_distance(tmp_path: Path) -> None:
     path = tmp_path / "my_law.py"
     path.write_text("def law(s):\n    return s.nominal", encoding="utf-8")
     shown = ShownPanel("hold")

@@ -1,4 +1,4 @@
-"""A law that is slow, or hangs, holds up nothing but the run that it moves, and the page says so; a busy machine is no endless loop."""
+"""A slow or hanging law delays only its run, and the page says so; a busy machine is not an endless loop."""
 
 import os
 import sys
@@ -28,7 +28,7 @@ FRAME = 0.03
 
 
 def gated(gate: Path) -> str:
-    """The paper's law, which from its tenth call on waits for a file, and counts its calls in what it returns."""
+    """The paper's law: its tenth call waits for a file; its result encodes the number of calls."""
     waits = f"""
         global calls
         calls += 1
@@ -54,12 +54,12 @@ def patient(session: Session, limit: float = 60.0) -> None:
 
 
 @pytest.mark.parametrize("scene", ["ball", "imitation"])
-def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Path, scene: str) -> None:
+def test_a_run_waits_for_its_law_and_gives_the_same_result(file: Path, tmp_path: Path, scene: str) -> None:
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, scene=scene, avoid="both" if scene == "imitation" else "free") as session:
         patient(session)
-        # Its tenth call; before that it may be late for a moment, as any law.
+        # Hanging at the tenth call; any law may be late for a moment before that.
         whole = 9 // (2 if scene == "imitation" else 1)
         advanced(session, lambda: hangs(session) and session.simulation.steps == whole)
         steps, before = session.simulation.steps, session.simulation.snapshot()
@@ -71,7 +71,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
             assert [array.tobytes() for array in one] == [array.tobytes() for array in other]
         assert "waiting for my_law.py" in late_law_html(session.law_status) and not session.pace.slowed
         advanced(session, lambda: session.pace.rate < 0.01)
-        # A step that is asked for while it waits is made when the law answers.
+        # A step requested during the wait is made when the law answers.
         session.control.single_step()
         for _ in range(5):
             assert session.advance(FRAME) == 0
@@ -79,7 +79,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         advanced(session, lambda: session.simulation.steps > steps)
         assert session.simulation.steps == steps + 1 and session.advance(FRAME) == 0
         session.control.toggle_pause()
-        # Its tenth call, which was a long one, is still in the average.
+        # The slow tenth call is still in the average.
         advanced(
             session,
             lambda: session.simulation.steps >= 60 and "runs my_law.py" in late_law_html(session.law_status),
@@ -92,12 +92,12 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         assert rerun(recorded).table.tobytes() == reference.table.tobytes()
 
 
-def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path: Path) -> None:
+def test_the_run_waits_with_a_waiting_ghost(file: Path, tmp_path: Path) -> None:
     gate = tmp_path / "go on"
     write(file, gated(gate))
     with session_of(file, ghost="own") as session:
         patient(session)
-        # Its tenth call, as above.
+        # Hanging at the tenth call, as above.
         advanced(session, lambda: hangs(session) and session.simulation.steps == 9)
         assert session.ghost is not None and session.ghost.steps == session.simulation.steps
         session.change("n", 8.0)
@@ -127,7 +127,7 @@ def test_a_frame_waits_no_longer_than_its_share(
     with session_of(file) as session:
         patient(session)
         advanced(session, lambda: in_vain.clear() or session.simulation.steps > 0)
-        # Its tenth call, as above.
+        # Hanging at the tenth call, as above.
         while not (hangs(session) and session.simulation.steps == 9):
             in_vain.clear()
             session.advance(FRAME)
@@ -140,7 +140,7 @@ def test_a_frame_waits_no_longer_than_its_share(
         assert in_vain and sum(in_vain) == 0.0
 
 
-def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_share_is_divided_among_all_callers(monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     monkeypatch.setattr("app.features.custom_law.law_limits.time.monotonic", lambda: now)
     share = LawTimeShare()
@@ -149,20 +149,20 @@ def test_a_share_is_divided_among_those_who_call(monkeypatch: pytest.MonkeyPatch
     assert share.part(1) == SHARE
 
 
-def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
+def test_the_page_blames_the_law_and_not_the_computer(file: Path) -> None:
     write(
         file,
         "import time\n"
         + "\n".join(line[4:] for line in PAPER.splitlines()).replace("c =", "time.sleep(0.01); c ="),
     )
     with session_of(file, scene="ball", dt=0.005) as session:
-        # Where the machine is busy, it sleeps for longer than a call may take.
+        # On a busy machine it sleeps longer than a call may take.
         patient(session)
         found: list[LateLawStatus] = []
 
         def is_slow() -> bool:
             found[:] = [session.law_status]
-            # A moment later it may be waited for.
+            # The session may wait for it a moment later.
             return found[0].slow is not None and not found[0].waits
 
         advanced(session, is_slow)
@@ -186,7 +186,7 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
         advanced(session, lambda: session.law_status.slow is None and not session.law_status.problem)
 
 
-def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
+def test_a_curve_of_the_law_appears_after_a_moment(file: Path) -> None:
     write(
         file, PAPER.replace("1.0 if distance <= D_M", "1 / 0 if distance == 0.0 else 1.0 if distance <= D_M")
     )
@@ -206,7 +206,7 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(law_limits, "processor_time", lambda process: machine.used)
     monkeypatch.setattr(law_limits, "wants_a_core", lambda process: machine.wants)
     monkeypatch.setattr(law_limits, "without_core", lambda process: machine.without_core)
-    # A process that computes or sleeps is too long.
+    # A process that computes or sleeps exceeds the limit.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0
         patience = Patience(1, 1.0)
@@ -214,14 +214,14 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
         assert not patience.over
         machine.now = 1.01
         assert patience.over
-    # A process that waits for a core is given time, but not for ever.
+    # A process that waits for a core gets more time, up to `LONGEST`.
     machine.now, machine.used, machine.wants = 0.0, 0.0, True
     patience = Patience(1, 1.0)
     machine.now, machine.used = LONGEST - 0.1, 0.9
     assert not patience.over
     machine.now = LONGEST + 0.1
     assert patience.over
-    # One that has waited and sleeps by now began late.
+    # A process that has waited for a core and now sleeps began late.
     machine.now, machine.used, machine.wants, machine.without_core = 0.0, 0.0, False, 3.0
     patience = Patience(1, 1.0)
     machine.now, machine.without_core = 1.4, 3.5
@@ -231,8 +231,7 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only there it is known")
-def test_this_process_by_its_own_number() -> None:
-    """It runs, uses time, and what is no process neither runs nor does."""
+def test_processor_time_of_this_process_and_of_a_missing_one() -> None:
     before = law_limits.processor_time(os.getpid())
     assert before is not None and before > 0.0
     sum(range(1_000_000))

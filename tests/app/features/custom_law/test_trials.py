@@ -1,4 +1,4 @@
-"""The tests of a student's law, with what each fails and says, and the law on the page: beside, as the law, as the ghost, at rest."""
+"""The tests of a custom law with their failures and messages; the law as law, as ghost, and at rest."""
 
 import math
 import re
@@ -40,7 +40,7 @@ KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
 
 
 class Candidate:
-    """A law of this process; what the tests do not ask is the built-in one's."""
+    """A law in this process, with the built-in law's answers to what the tests do not check."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
@@ -65,13 +65,13 @@ def from_text(text: str) -> Candidate:
 
 @cache
 def verdicts_of(name: str) -> dict[str, TrialResult]:
-    """Verdicts on a built-in law; to be read only."""
+    """Verdicts on a built-in law (read-only)."""
     law = built_in(name)
     return {test: verdict_on(law, test) for test in TRIALS}
 
 
 def parts_of(verdict: TrialResult) -> dict[str, Any]:
-    """What the reason of a verdict is made of."""
+    """Parts of the text with a verdict's reason."""
     assert isinstance(verdict.reason, LazyText)
     return verdict.reason.parts
 
@@ -94,7 +94,7 @@ SWITCHED = """
 TASK_ONLY = "def law(s):\n    return s.nominal"
 
 
-def test_a_law_of_a_student_fails_what_it_should() -> None:
+def test_a_switched_and_an_unprotected_law_fail_the_expected_tests() -> None:
     law, unprotected = from_text(SWITCHED), verdicts_of("unprotected")
     verdicts = [verdict_on(law, test) for test in TRIALS]
     assert failed(verdicts) == {SMOOTH}, verdicts
@@ -107,7 +107,7 @@ def test_a_law_of_a_student_fails_what_it_should() -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_reason_has_names_and_numbers_of_its_language(language: Language, approve: Approve) -> None:
+def test_a_reason_uses_names_and_numbers_of_its_language(language: Language, approve: Approve) -> None:
     laws = {
         "switched": verdict_on(from_text(SWITCHED), SMOOTH),
         "alone": verdict_on(built_in(order=1.0), ALONE),
@@ -119,8 +119,10 @@ def test_a_reason_has_names_and_numbers_of_its_language(language: Language, appr
 
 
 @pytest.mark.thorough
-def test_through_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # The tests are made on the text that was there, whatever the file says by then.
+def test_tests_run_in_other_processes_and_can_be_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The tests use the text from the start of the examination, even if the file changes meanwhile.
     monkeypatch.setattr(examination_module, "TRIALS", {OUT: TRIALS[OUT]})
     path = write(tmp_path / "my_law.py", TASK_ONLY)
     with closing(JobPool(1)) as background:
@@ -142,7 +144,7 @@ def test_through_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert asked == 31
 
 
-def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
+def test_a_new_law_is_the_papers_and_unbounded_where_j_d_is_singular(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "her_law.py"
@@ -150,7 +152,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert "lwr-duet law-test" in capsys.readouterr().out
     text = path.read_text(encoding="utf-8")
     assert "law-test her_law.py" in text and "my_law.py" not in text
-    # The other three are made on the same law in this process, see below; through another one they take their time.
+    # The other three test the same law in this process below; through another process they are slow.
     monkeypatch.setattr(
         "app.features.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)}
     )
@@ -159,7 +161,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert len(lines) == 4 and "2 of 3" in lines[-1]
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
-    # By whatever names, its answers are those of the template; those of a law that is damped more are not.
+    # Renamed variables give the template's answers; stronger damping does not.
     renamed = text.replace("    c = ", "    print(lam)\n    rate = ").replace("J_d * c", "J_d * rate")
     for own, same in ((renamed, True), (text.replace("MU = 0.01", "MU = 0.06"), False)):
         (verdict,) = examine(path, only=(BOUNDED,), text=own.encode())
@@ -183,12 +185,12 @@ FAILED: dict[str, set[str]] = {
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(("name", "failures"), FAILED.items())
-def test_what_the_built_in_laws_fail(name: str, failures: set[str]) -> None:
+def test_failures_of_the_built_in_laws(name: str, failures: set[str]) -> None:
     assert failed(list(verdicts_of(name).values())) == failures
 
 
 def test_numbers_of_the_built_in_laws() -> None:
-    # The barrier keeps d_m as soon as it knows how fast the hand comes; the paper's law with n = 1 harms the task from afar.
+    # With the hand's speed the barrier keeps d_m; the paper's law with n = 1 disturbs the task from afar.
     assert (
         verdict_on(built_in("barrier_qp", feed_forward=True), KEEPS).passed
         and not verdicts_of("barrier_qp")[KEEPS].passed
@@ -197,17 +199,17 @@ def test_numbers_of_the_built_in_laws() -> None:
     early, out, bounded = (verdict_on(flat, test) for test in (ALONE, OUT, BOUNDED))
     assert not early.passed and re.search(r"\b7\d*(\.\d+)? mm", early.reason)
     assert out.passed and bounded.passed
-    # Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left.
+    # The hand rests where λ (v + u) = u; leaving overlap takes (d_m − d) / v; the whole of a jump remains.
     paper = verdicts_of("smooth_priority")
     parts = parts_of(paper[ALONE])
-    # K |e| ≈ u, up to the angle between the row and the hand's way, and to the part of 1.5 s that is too short to settle.
+    # K |e| ≈ u, except the angle between the row and the hand's path; 1.5 s is too short to settle fully.
     lam = (0.15 / metres(parts["d"])) ** 6
     assert metres(parts["error"]) == pytest.approx(lam * 0.3 / 2.0, rel=0.2)
     parts = parts_of(paper[OUT])
     assert parts["time"] == pytest.approx((0.15 - metres(parts["start"])) / 0.3, abs=0.03)
     assert parts_of(paper[SMOOTH])["share"] == pytest.approx(0.5, abs=0.02)
     assert parts_of(verdicts_of("strict_switched")[SMOOTH])["share"] == pytest.approx(1.0, abs=0.02)
-    # Digit for digit where J_d is regular, with the same λ.
+    # All digits agree where J_d is regular, with the same λ.
     paper, there = LawSettings().made(), situation()
     assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [
         paper.activation(d) for d in (0.1, 0.2, math.inf)
@@ -216,7 +218,7 @@ def test_numbers_of_the_built_in_laws() -> None:
 
 
 def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
-    # An exception in overlap ends the three tests that come there, with its line; the others start again.
+    # An exception in overlap fails the three tests that reach it, with its line; other tests restart.
     text = PAPER + "    def guard(d):\n        if d < 0:\n            raise ValueError('overlap')\n"
     text = text.replace("        c = ", "        guard(situation.distance)\n        c = ")
     verdicts = list(examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK)))
@@ -224,10 +226,10 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     for verdict in verdicts:
         if not verdict.passed:
             assert "line 13: ValueError" in verdict.reason
-            assert verdict.curve is None, "of one sample"
+            assert verdict.curve is None, "a single sample gives no curve"
     text = "calls = []\ndef law(s):\n    calls.append(1)\n    return s.nominal / (len(calls) < 3)\n"
     kept, empty = examine(write(tmp_path / "my_law.py", text), only=(KEEPS, ALONE))
-    assert kept.curve is not None and empty.curve is None, "of d = ∞"
+    assert kept.curve is not None and empty.curve is None, "d = ∞ gives no curve"
     verdicts = list(examine(write(tmp_path / "my_law.py", "def law(s)\n")))
     assert failed(verdicts) == set(TRIALS)
     (reason,) = {verdict.reason for verdict in verdicts}
@@ -236,8 +238,8 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
         list(examine(tmp_path / "other.py"))
 
 
-def test_a_slow_law_is_named_and_does_not_hold_the_others_up(approve: Approve) -> None:
-    """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
+def test_a_slow_law_is_named_and_does_not_delay_the_other_tests(approve: Approve) -> None:
+    """2 ms per call: too slow. 60 ms per call: the runs end after 10 s of calls."""
     law = built_in()
     law.seconds = 0.002
     verdicts = [verdict_on(law, test) for test in (OUT, QUICK)]
@@ -277,7 +279,7 @@ def names_it(path: Path, text: bytes, name: str) -> TrialResult:
     return TrialResult(name, name.encode() in text, f"{name} is named")
 
 
-def test_verdicts_come_in_order_and_on_the_text_as_it_was(
+def test_verdicts_come_in_order_and_refer_to_the_original_text(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(examination_module, "examine_one", names_it)
@@ -300,14 +302,14 @@ def test_verdicts_come_in_order_and_on_the_text_as_it_was(
     assert examination.advance() and all(v.passed for v in examination.progress.verdicts)
 
 
-def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
+def test_tests_that_cannot_run_give_a_reason(tmp_path: Path) -> None:
     path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
     examination = Examination(path, background, lambda: None)
     examination.begin()
+    number = examination.progress.number
     examination.drop()
-    assert examination.progress == ExaminationProgress("my_law.py") and {
-        job.state for job in background.jobs
-    } == {"dropped"}
+    assert number > 0 and examination.progress == ExaminationProgress("my_law.py", number=number)
+    assert {job.state for job in background.jobs} == {"dropped"}
     closed = JobPool(1)
     closed.close()
     examination = Examination(path, closed, lambda: None)
@@ -318,7 +320,7 @@ def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
         examination.begin()
 
 
-def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
+def test_a_custom_law_is_the_law_or_the_ghosts_law(tmp_path: Path) -> None:
     path = write(tmp_path / "my_law.py", STANDS_STILL)
     with session_of(path, scene="ball") as session:
 
@@ -371,7 +373,7 @@ PANELS = {
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_every_test_says_how_it_went_in_words(language: Language, approve: Approve) -> None:
+def test_every_test_describes_its_result(language: Language, approve: Approve) -> None:
     set_language(language)
     pages = {state: law_html(*given) for state, given in PANELS.items()}
     assert "<script" not in "".join(pages.values()) and "<no" not in pages["a message"]

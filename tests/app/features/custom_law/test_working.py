@@ -1,4 +1,4 @@
-"""A student's law in its own process is a law like any other, a failure freezes the arm and nothing else, and a saved file is reloaded."""
+"""A working custom law in its own process: like any law, isolated when it fails, reloaded on save."""
 
 import os
 from collections.abc import Iterator
@@ -21,14 +21,14 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CustomLaw]:
-    """The paper's law from a file, in one process for all tests that only call it; without damping, as it is printed."""
+    """The paper's law from a file, undamped as printed; one process for all tests that only call it."""
     path = write(tmp_path_factory.mktemp("paper") / "my_law.py", PAPER.replace("0.30, 0.06", "0.30, 0.0"))
     with CustomLaw(path, waits=True) as law:
         yield law
         assert law.problem is None
 
 
-def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
+def test_a_custom_law_behaves_as_any_law(paper: CustomLaw) -> None:
     law: Law = paper
     assert isinstance(law, CustomLaw)
     before = [np.copy(value) for value in SITUATION if isinstance(value, np.ndarray)]
@@ -38,7 +38,7 @@ def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
     np.testing.assert_allclose(
         first, SITUATION.nominal + J_d * (0.3 + SITUATION.pull) / (J_d @ J_d), rtol=1e-14
     )
-    first[:] = 0.0  # It is the caller's.
+    first[:] = 0.0  # The array belongs to the caller.
     for value, now in zip(before, (v for v in SITUATION if isinstance(v, np.ndarray)), strict=True):
         assert_array_equal(now, value)
     assert law.activation(0.3) == law.activation(0.3) == 0.5**6
@@ -54,13 +54,13 @@ def test_it_is_a_law_like_any_other(paper: CustomLaw) -> None:
     assert law.ready and law.problem is None and law.seconds < 1.0
 
 
-def test_a_file_with_its_neighbours(file: Path) -> None:
-    # Without an activation it is nought and pairs may be left out.
+def test_a_file_imports_its_neighbours(file: Path) -> None:
+    # Without an activation λ is 0, and pairs may be omitted.
     with CustomLaw(write(file, "WANTS_ALL_PAIRS = False\n" + GOOD), waits=True) as law:
         assert law.activation(0.1) == 0.0
         assert law.load()
         assert not law.wants_all_pairs and CustomLaw.wants_all_pairs
-    # A module and a table beside it; the arrays are its own.
+    # The module and the table are in the same folder; the arrays belong to the law.
     write(file.with_name("gains.py"), "GAIN = 3.0")
     np.save(file.with_name("table.npy"), np.arange(7.0))
     text = """
@@ -78,7 +78,9 @@ def test_a_file_with_its_neighbours(file: Path) -> None:
         assert law.problem is None
 
 
-def test_what_it_prints_and_asks_for_goes_nowhere(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_output_of_a_law_is_discarded_and_its_input_is_empty(
+    file: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     text = """
         import os, sys
         print("x" * 1_000_000)
@@ -105,14 +107,14 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 PLENTY = LawLimits(load=1.0, call=0.5, memory=SHORT.memory)
-"""Short for an endless loop; a good law has it also where it gets no core for a while."""
+"""Short for an endless loop, enough for a good law that gets no core for a while."""
 
 ENDLESS = "def law(s):\n    while True: pass"
 LARGE = "#" * 900_000 + "\n"  # larger than the buffer of a socket
 
 
 @pytest.mark.usefixtures("eager")
-def test_it_is_reloaded_on_save(file: Path) -> None:
+def test_a_law_is_reloaded_on_save(file: Path) -> None:
     with CustomLaw(write(file, GOOD), PLENTY) as law:
         pids: set[int | None] = set()
 
@@ -129,7 +131,7 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
             (LARGE + GOOD, 2, ""),
         )
         for number, (text, factor, says) in enumerate(saves):
-            # Some editors write into the file, others put a new one in its place.
+            # Some editors write into the file, others replace it.
             if number % 2:
                 os.replace(write(file.with_suffix(".tmp"), text), file)
             else:
@@ -140,8 +142,8 @@ def test_it_is_reloaded_on_save(file: Path) -> None:
 
 
 @pytest.mark.usefixtures("eager")
-def test_files_that_are_no_news(file: Path) -> None:
-    # The same text saved again, and a file that is away for a moment, as some editors have it, leave the process alone.
+def test_a_file_without_new_text_does_not_restart_the_process(file: Path) -> None:
+    # The process survives a save of the same text and a file that is briefly missing, as with some editors.
     with CustomLaw(write(file, GOOD), waits=True) as law:
         law(SITUATION)
         pid = law.pid
@@ -163,14 +165,14 @@ def test_files_that_are_no_news(file: Path) -> None:
         write(file, GOOD)
         assert law.refresh()
         assert_array_equal(law(SITUATION), SITUATION.nominal * 2)
-    # A session that has the law but never uses it costs nothing; a file that is saved meanwhile counts when it does.
+    # An unused law starts no process; its first use takes the latest saved text.
     with CustomLaw(write(file, "def law(s)")) as law:
         write(file, GOOD)
         assert law.refresh() and law.pid is None and not law.ready and law.problem is None
         until(lambda: np.any(soon(law)))
 
 
-def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_file_is_checked_at_intervals(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[float] = []
     now = 100.0
     monkeypatch.setattr(custom_law_module, "monotonic", lambda: now)
@@ -183,7 +185,7 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
 
 
 @pytest.mark.usefixtures("eager")
-def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
+def test_broken_and_repaired_files_are_noticed_while_nothing_moves(file: Path) -> None:
     with CustomLaw(write(file, GOOD), PLENTY) as law:
         until(lambda: np.any(soon(law)))
 

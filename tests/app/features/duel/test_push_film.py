@@ -13,7 +13,7 @@ from tests.scenes.inputs.test_run_text import recorded as run_of
 
 
 def there_and_back(seconds: float, dt: float = 0.02) -> Recorded:
-    """The hand goes to the other one, and comes back."""
+    """The hand approaches the other hand and returns."""
     turn = 0.4 * seconds
     return run_of(
         lambda s, i: HandTarget(np.array([0.25 - 0.25 * max(0.0, 1.0 - abs(i * dt - turn)), 0.0, 1.3]), None),
@@ -34,5 +34,5 @@ def test_a_film_has_five_seconds_around_the_nearest_moment(seconds: float) -> No
             picture.seek(frame)
             seen.add(picture.convert("RGB").tobytes())
             lengths.append(picture.info["duration"])
-    assert sum(lengths) == 1000.0 * SECONDS and len(seen) > 2, "it moves"
-    assert (max(lengths) > 2000) == (seconds < BEFORE), "a short push stands at its end"
+    assert sum(lengths) == 1000.0 * SECONDS and len(seen) > 2, "the picture moves"
+    assert (max(lengths) > 2000) == (seconds < BEFORE), "a short push holds its last frame"

@@ -1,4 +1,4 @@
-"""Where a student's law is, for runs with one."""
+"""Fixture with the path of a custom law, for runs with one."""
 
 from tests.app.features.custom_law.conftest import file
 

@@ -1,4 +1,4 @@
-"""The past on the real page, in a real browser: watched, scrubbed, exported and loaded; the link, and the lab report."""
+"""Recording controls in a real browser: watch, scrub, export, load; also the link and the lab report."""
 
 from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
@@ -25,7 +25,7 @@ WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
 
 
 def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ExportQueue]:
-    """Come by a link and open the folder; the session, and what makes its files."""
+    """Open a page with a link and the exports folder. Returns its session and export queue."""
     session = visit(page, opened, query)
     wait_ready(page, WRIST)
     page.get_by_text("Keep and replay").click()
@@ -55,7 +55,7 @@ def text_of(download: Download) -> str:
 
 
 def press_key(page: Page, key: str) -> None:
-    """Press a key that is meant for the page, not for the button that was pressed last."""
+    """Press a key meant for the page; first take the focus from the last button."""
     page.evaluate("document.activeElement?.blur()")
     if key:
         page.keyboard.press(key)
@@ -68,7 +68,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
 
 
 @pytest.mark.thorough
-def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
+def test_recording_link_and_report_in_a_browser(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
     session, queue = enter(page, opened, "picture=fast&dm=0.12&gizmo=1&speed=2")
@@ -92,11 +92,11 @@ def look_back(page: Page, session: Session, queue: ExportQueue) -> None:
         lambda: queue.player.replay is not None and not queue.player.replay.playing,
         "at rest at its end",
     )
-    # From now on as slow as the page takes to say that it is replayed.
+    # From here at the speed at which the page shows the replay.
     ask(session, lambda s: s.change("speed", 1.0))
     press_key(page, "Space")
     until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
-    # While it plays the page writes into the box too, but not while a visitor is about to type there.
+    # During the replay the page writes into the box, except while the visitor edits it.
     moment(page).click()
     until(
         page,
@@ -108,7 +108,7 @@ def look_back(page: Page, session: Session, queue: ExportQueue) -> None:
     until(page, lambda: abs(float(moment(page).input_value()) - replay.time) < 0.01, "where")
     moment(page).fill("9")
     wait_frames(page, 6)
-    # A run of a few seconds has no such moment, and the typing has not come to its end.
+    # The short run has no such moment, and the entry is not finished.
     assert moment(page).input_value() == "9"
     moment(page).fill("0.5")
     moment(page).press("Enter")
@@ -124,11 +124,11 @@ LABELS = """() => {
   const look = () => document.querySelectorAll("button").forEach((button) => window.labels.add(button.innerText));
   new MutationObserver(look).observe(document.body, { subtree: true, childList: true, characterData: true, attributes: true });
 }"""
-"""Notes what buttons are called from now on."""
+"""Records the captions that buttons show from now on."""
 
 
 def copy(page: Page, button: Locator) -> None:
-    """Press a button that copies; it says so for a moment."""
+    """Press a copy button and wait for its brief confirmation."""
     page.evaluate(LABELS)
     button.click()
     until(page, lambda: page.evaluate("labels.has('Copied')"), "copied")
@@ -138,7 +138,7 @@ def export(page: Page, session: Session) -> bytes:
     live = ask(session, lambda s: s.simulation.history.table())
     rows = [line for line in text_of(take(page, "CSV")).splitlines() if line and not line.startswith("#")]
     assert rows[0].startswith("t,d,lambda,e2")
-    # On a slow machine more than the length has passed.
+    # On a slow machine more than the requested length has passed.
     newest = live[len(live) - (len(rows) - 1) :]
     assert [float(row.split(",")[1]) for row in rows[1:6]] == newest[:5, COLUMN["d"]].tolist()
     run = Path(take(page, "Run").path()).read_bytes()

@@ -1,4 +1,4 @@
-"""What a visitor keeps: files, a loaded file, and the past beside the live run; a job ends as soon as its result is not wanted."""
+"""A visitor's exports, loaded file and replay beside the live run; unwanted jobs end at once."""
 
 from collections.abc import Callable
 from functools import cache
@@ -34,7 +34,7 @@ from tests.approved import Approve
 
 
 class Desk:
-    """A session, its exports, and a background that works when asked to."""
+    """A session, its exports, and a background that works only on request."""
 
     def __init__(self) -> None:
         self.background = Inline()
@@ -42,7 +42,6 @@ class Desk:
         self.queue = ExportQueue(self.session, self.session.player)
 
     def run(self, seconds: float) -> None:
-        """Let the live run go on."""
         for _ in range(round(seconds / 0.05)):
             self.frame(0.05)
 
@@ -69,7 +68,7 @@ class Desk:
 
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
-    """Two seconds of the hold experiment; no frame is cut short on a busy machine."""
+    """Two seconds of the hold experiment; a busy machine shortens no frame."""
     monkeypatch.setattr("app.session.replay.BUDGET", float("inf"))
     made = Desk()
     made.run(2.0)
@@ -81,7 +80,7 @@ def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
 def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind: FileKind) -> None:
     desk.queue.ask(kind, 1.0)
     assert desk.queue.busy and not desk.queue.take_files()
-    desk.run(0.1)  # the live run goes on meanwhile
+    desk.run(0.1)  # The live run continues meanwhile.
     assert desk.work() == [kind] and not desk.queue.busy
     (file,) = desk.queue.take_files()
     assert file.name.startswith("duet-hold-") and file.name.endswith(
@@ -90,7 +89,7 @@ def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind:
     assert len(file.content) > 1000 and not desk.queue.take_files() and not desk.take_news()
 
 
-def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
+def test_the_player_page_matches_the_page(desk: Desk) -> None:
     desk.session.change("plot", "lambda")
     desk.queue.ask("html", 1.0)
     (job,) = desk.background.waiting()
@@ -99,7 +98,7 @@ def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
     assert page is desk.session.settings.page and language == "en"
 
 
-def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_saved(desk: Desk) -> None:
+def test_a_saved_run_equals_the_run_and_an_irreproducible_one_is_not_saved(desk: Desk) -> None:
     table = desk.session.simulation.history.table()
     desk.queue.ask("run", KEEP)
     desk.work()
@@ -107,7 +106,7 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
     kept = saved_from(file.content, file.name)
     assert kept.recorded.steps == 400 and kept.outcome.rows[-1].tobytes() == table[-1].tobytes()
     assert file.name == "duet-hold-0-2s.duet.npz" == f"{file_name(kept.recorded, KEEP)}.duet.npz"
-    # As after a mistake of ours: the arm was pushed.
+    # Simulates a bug: the arm was moved outside the step.
     desk.session.simulation.positions[2] += 1e-9
     desk.run(0.1)
     desk.queue.ask("run", KEEP)
@@ -116,7 +115,7 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
     assert "gives another result" in text and not desk.queue.take_files()
 
 
-def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_lines_match_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     desk.queue.ask("python", 0.5)
     desk.work()
     snippet = desk.queue.take_snippet()
@@ -137,10 +136,10 @@ def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest
         desk.watch(KEEP)
 
 
-def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
+def test_before_the_first_step_nothing_can_be_exported(desk: Desk) -> None:
     for empty in (Desk(), desk):
         if empty is desk:
-            # The log still has the run before, which was not asked for.
+            # The log still has the previous run, which was not requested.
             desk.session.control.toggle_pause()
             desk.session.reset()
         for kind in get_args(FileKind):
@@ -151,7 +150,7 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
 
 
 @pytest.mark.parametrize("paused", [False, True])
-def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: bool) -> None:
+def test_watching_pauses_the_live_run_and_leaving_continues_it(desk: Desk, paused: bool) -> None:
     simulation, table = desk.session.simulation, desk.session.simulation.history.table()
     before = simulation.steps
     if paused:
@@ -171,7 +170,7 @@ def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: boo
     assert simulation.steps == before + (0 if paused else 20)
 
 
-def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
+def test_slider_keys_and_speed_control_the_replay_while_there_is_one(desk: Desk) -> None:
     do, player = desk.session.handlers.do, desk.queue.player
     for paused in (True, False):
         do(Pause())
@@ -201,7 +200,7 @@ def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Des
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
-def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not(
+def test_continuing_or_another_experiment_ends_the_replay_but_not_colours(
     desk: Desk, change: tuple[str, Any]
 ) -> None:
     desk.watch(1.0)
@@ -217,7 +216,7 @@ def test_going_on_or_another_experiment_ends_the_replay_and_other_colours_do_not
         assert past is None and desk.queue.player.replay is None and not desk.session.paused
 
 
-def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_newest_part_of_a_long_run_is_ready_first(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_player, "DRAFT", 0.5)
     desk.queue.player.watch(KEEP)
     (job,) = desk.background.waiting()
@@ -234,7 +233,7 @@ def test_the_newest_part_of_a_long_run_is_there_first(desk: Desk, monkeypatch: p
     assert DRAFT > 0.5
 
 
-def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
+def test_leaving_drops_pending_jobs(desk: Desk) -> None:
     desk.queue.player.watch(1.0)
     desk.queue.player.leave()
     assert not desk.background.waiting() and not desk.queue.busy and not desk.session.paused
@@ -243,7 +242,7 @@ def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
     assert not desk.background.waiting() and not desk.queue.busy
 
 
-def test_a_run_that_is_being_loaded_is_waited_for(desk: Desk) -> None:
+def test_a_loading_run_blocks_the_live_run(desk: Desk) -> None:
     player, recorded = desk.queue.player, piece("ball", 1.0)[0]
     player.watch_file(recorded, "a push from a link")
     assert "is being loaded" in replay_html(desk.session)
@@ -258,7 +257,7 @@ def test_a_run_that_is_being_loaded_is_waited_for(desk: Desk) -> None:
         and player.past is not None
         and "is being loaded" not in replay_html(player.past)
     )
-    # Back to live, as in a replay.
+    # Back to live, as from a replay.
     player.watch_file(recorded, "theirs.duet.npz")
     do(Reset())
     assert not desk.background.waiting() and not desk.session.paused and not player.coming
@@ -289,7 +288,7 @@ def test_a_file_is_compared_and_replayed(desk: Desk, approve: Approve) -> None:
         and desk.queue.player.loaded == "theirs.duet.npz"
     )
     assert past.simulation.history.table(1)[0].tobytes() == table[0].tobytes()
-    # What is kept now is kept of the file's run.
+    # Exports now contain the file's run.
     desk.queue.ask("csv", 9.0)
     desk.work()
     assert desk.queue.take_files()[0].name == "duet-ball-0-1s.csv"

@@ -1,4 +1,4 @@
-"""Pictures, tables and lines of Python of another first task have its symbol and unit."""
+"""Pictures, tables and Python lines of another first task use its symbol and unit."""
 
 from functools import cache
 
@@ -43,7 +43,7 @@ def test_charts_over_the_first_task(first: str, over: str, rate: str) -> None:
     assert ("over the value" in laws) == ("over the value the law" in curve) == (first != WALL)
 
 
-def test_the_caption_has_threshold_and_speed_in_its_unit() -> None:
+def test_the_caption_has_threshold_and_speed_in_the_tasks_unit() -> None:
     settings = piece(SINGULAR).settings
     line = caption(settings)
     assert "switched at $σ_m$ · $σ_m$ = 150 mm/rad" in line and "v = 0.3 m/rad/s, K" in line
@@ -55,12 +55,12 @@ def test_the_table_names_the_unit() -> None:
     assert "d [rad]" in units and "u [rad/s]" in units and "e2 [m²]" in units
 
 
-def test_lines_of_python_label_the_axis() -> None:
+def test_python_lines_label_the_axis() -> None:
     made = run_plot(piece(STOPS).settings, "run", "[0.1]")
     assert 'label="h"' in made and 'ylabel="way to the joint stops [mrad]"' in made
 
 
-def test_the_nearest_moment_is_of_a_distance_or_of_a_value() -> None:
+def test_the_nearest_moment_refers_to_a_distance_or_a_value() -> None:
     film = Replay(make_film(piece(STOPS)))
     assert least_name(film.simulation.settings.quantity) == "smallest value"
     assert least_name(FIRST_TASKS[WALL]) == "smallest distance"

@@ -1,4 +1,4 @@
-"""A run under a law of one's own is kept with the law's answers, and replayed to the last bit where that law is not."""
+"""A run under a custom law is saved with the law's answers and replayed bit for bit without the law."""
 
 import io
 from pathlib import Path
@@ -34,7 +34,7 @@ pytestmark = pytest.mark.slow
 COUNTED = "    calls = 0\n" + PAPER.replace(
     "\n        c =", "\n        global calls\n        calls += 1\n        c ="
 ).replace("MU**2)", "MU**2) + 1e-4 * (calls % 7)")
-"""The paper's law with a memory: called again, it does not give the same."""
+"""The paper's law with a memory: the same call gives different answers."""
 
 FAILING = COUNTED.replace("calls += 1\n", "calls += 1\n        assert calls < 120\n")
 
@@ -65,9 +65,7 @@ CASES: dict[str, tuple[str, dict[str, object]]] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(
-    file: Path, case: str, approve: Approve
-) -> None:
+def test_a_saved_run_is_replayed_bit_for_bit_without_its_law(file: Path, case: str, approve: Approve) -> None:
     text, settings = CASES[case]
     write(file, text)
     background = Inline()
@@ -104,7 +102,7 @@ def test_a_kept_run_is_replayed_to_the_last_bit_without_its_law(
     for step in (1, replay.steps, 7, 100):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
-    # A part of it is a run of its own, and it can be kept once more.
+    # A part of it is a complete run that can be saved again.
     part = newest_piece(replay.recorded, 0.3)
     assert rerun(part).table.tobytes() == table[-len(rerun(part).table) :].tobytes() and part.steps < len(
         table
@@ -142,7 +140,7 @@ def test_table_picture_and_page_show_the_answers(made: tuple[Recorded, Array]) -
     assert np.isnan(Curves(recorded, table).column("d*")).all()
 
 
-def test_what_needs_the_law_again_is_refused(made: tuple[Recorded, Array]) -> None:
+def test_exports_that_need_the_law_are_refused(made: tuple[Recorded, Array]) -> None:
     recorded, _ = made
     for asked in ({"overrides": {"n": 8.0}}, {"substeps": 2}):
         with pytest.raises(BadSetting, match=r"my_law\.py runs in its"):
@@ -163,7 +161,7 @@ def test_a_record_of_a_session_keeps_the_answers(made: tuple[Recorded, Array], f
     recorded, table = made
     back = record_from_bytes(record_to_bytes(recorded), Recorded)
     assert rerun(back).table.tobytes() == table.tobytes()
-    # A session goes on from them under such a law only.
+    # A session continues from them only under a custom law.
     with session_of(write(file, PAPER)) as session:
         for own in (True, False):
             let_custom_law_run(session, own)
@@ -188,7 +186,7 @@ def test_a_run_has_one_kind_of_law(file: Path) -> None:
             assert rerun(recorded).table[-1].tobytes() == simulation.history.table(1).tobytes()
 
 
-def test_answers_count_for_the_bound_of_memory(file: Path) -> None:
+def test_answers_count_towards_the_memory_limit(file: Path) -> None:
     with session_of(write(file, PAPER)) as session:
         session.inputs = InputsLog(most_bytes=60_000)
         ran(session, 1400)
@@ -233,7 +231,7 @@ def test_a_file_with_wrong_answers_is_refused(
 
 
 def recorded_about(session: Session) -> str:
-    """What a file without such a law says of itself; it has no part for answers."""
+    """The `about` part of a file whose run has no custom law; checks that the file has no answers."""
     session.advance(0.05)
     recorded = session.inputs.window()
     assert recorded is not None and recorded.settings == RunSettings()

@@ -62,7 +62,7 @@ def test_the_table_holds_every_number_of_the_last_seconds(scene: str) -> None:
     assert settings["duet"]
 
 
-def test_settings_that_changed_stand_with_their_time() -> None:
+def test_changed_settings_are_listed_with_their_time() -> None:
     recorded, _ = piece("hold", 3.0, 99.0, lively=True)
     changed = [(1.355, "dm", 0.11), (2.105, "k", 3.0), (2.105, "dt", 0.004), (2.105, "v", 0.4)]
     assert [(round(time, 3), key, value) for time, key, value in changes(recorded)] == changed
@@ -72,7 +72,7 @@ def test_settings_that_changed_stand_with_their_time() -> None:
         "0.11",
         "3.0",
     )
-    # What changed before the first row of a shorter table is simply as it is there.
+    # Changes before the first row of a shorter table appear as plain settings.
     settings, _, rows = read(csv_bytes(recorded, 0.6))
     assert (
         settings["dm"] == "0.11"
@@ -92,7 +92,7 @@ def test_a_large_table_is_compressed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_curves_are_what_the_page_plots(scene: str) -> None:
+def test_curves_equal_the_plots_of_the_page(scene: str) -> None:
     recorded, table = piece(scene)
     simulation, buffer = Simulation(recorded.settings), RollingSeries()
     curves = Curves(recorded, table)
@@ -101,7 +101,7 @@ def test_curves_are_what_the_page_plots(scene: str) -> None:
     for target in recorded.targets():
         simulation.step(target)
         buffer.feed(simulation)
-        # The newest bin holds the newest step; d and e² are the extremes in it.
+        # The newest bin contains the newest step; d and e² are its extremes.
         newest_bin = buffer.newest(list(range(len(NAMES))))
         row = rows[round(float(newest_bin[0][-1]), 9)]
         if simulation.steps % 100 == 0 and len(newest_bin[0]) > 1:
@@ -109,7 +109,7 @@ def test_curves_are_what_the_page_plots(scene: str) -> None:
             for name in set(NAMES) - {"t", "d", "e", "e2", "changes"}:
                 page = newest_bin[1:][COLUMNS[name]][-1]
                 if math.isnan(page) and (name == "elbow" or name.startswith("other_")):
-                    # The page spares itself what it does not plot here.
+                    # The page does not compute what it does not plot here.
                     continue
                 mine = curves.column(name)[row]
                 np.testing.assert_allclose(mine, page, rtol=1e-12, atol=1e-12, err_msg=name)
@@ -129,7 +129,7 @@ def test_d_m_follows_its_changes() -> None:
         curves.column("mood")
 
 
-def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
+def test_thinning_keeps_dips_peaks_and_jumps() -> None:
     table = np.zeros((5 * POINTS, 40))
     table[:, COLUMN["t"]] = np.arange(len(table))
     table[:, COLUMN["d"]] = 1.0
@@ -139,7 +139,7 @@ def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
     rows, chosen = thinned_table(table)
     assert rows.tobytes() == table[chosen].tobytes() and len(rows) <= POINTS and chosen[-1] == len(table) - 1
     assert {77, 500, 4321, 6542, 6543} <= set(chosen.tolist())
-    # Chatter is a band: both ends of it in every bin.
+    # Chatter is a band: each bin keeps both extremes.
     chatter = rows[(chosen > 9000) & (chosen < 9900), 35]
     assert (
         np.count_nonzero(chatter == 1.0) > 20 and np.count_nonzero(chatter == 0.0) > 20 and len(chatter) < 450
@@ -149,7 +149,7 @@ def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_everything_that_can_be_chosen_is_a_panel(scene: str) -> None:
+def test_every_choice_is_a_panel(scene: str) -> None:
     recorded, table = piece(scene, 1.0)
     curves = Curves(recorded, table, "dark")
     for details in get_args(Details):
@@ -166,12 +166,12 @@ def test_everything_that_can_be_chosen_is_a_panel(scene: str) -> None:
                 assert not np.isinf(stroke.values).any()
 
 
-def test_section_three_is_looked_at_along_the_way_or_says_why_not() -> None:
+def test_stability_is_computed_along_the_run_or_a_reason_is_given() -> None:
     recorded, table = piece("hold", 6.0)
     panel = Curves(recorded, table).panels("stability")[2]
     assert len(panel.times) == MOMENTS and [s.name for s in panel.strokes] == ["eigenvalue / K", "1 − λρ²"]
     survival = panel.strokes[1].values
-    # What is left is at most everything, and at least 1 − λ.
+    # The remaining share is between 1 − λ and 1.
     rows = np.searchsorted(table[:, COLUMN["t"]], panel.times)
     lam = table[rows, COLUMN["lambda"]]
     assert lam.max() > 0.1 and (survival <= 1.0 + 1e-9).all() and (survival >= 1.0 - lam - 1e-9).all()
@@ -199,11 +199,11 @@ PICTURES: list[tuple[str, Details, PictureKind, bool]] = [
     *(("hold", "pairs", "png", True), ("solo", "joints", "svg", True)),
     *(("hold", "laws", "svg", False), ("ball", "curve", "svg", False), ("imitation", "follow", "svg", False)),
 ]
-"""Experiment, plots, kind of picture, and whether it is drawn twice."""
+"""Experiment, plots, kind of picture, and True to draw it twice."""
 
 
 @pytest.mark.parametrize(("scene", "details", "kind", "twice"), PICTURES)
-def test_every_experiment_has_its_picture_and_it_is_the_same_every_time(
+def test_every_experiment_has_a_reproducible_picture(
     scene: str, details: Details, kind: PictureKind, twice: bool
 ) -> None:
     recorded, _ = piece(scene, 1.0, lively=True)
@@ -213,18 +213,18 @@ def test_every_experiment_has_its_picture_and_it_is_the_same_every_time(
         assert ET.fromstring(picture).tag.endswith("svg")
 
 
-def test_pictures_can_be_opened_and_grow_with_what_is_in_them() -> None:
+def test_pictures_can_be_opened_and_grow_with_their_content() -> None:
     recorded, _ = piece("hold", 1.5)
     sizes = []
     for details in ("none", "lambda"):
         with Image.open(io.BytesIO(picture_bytes(recorded, 1.0, details, "png"))) as picture:
             sizes.append(picture.size)
-            # Something is drawn, in the colour of d.
+            # It contains the colour of d.
             assert picture.convert("RGB").getextrema() != ((255, 255), (255, 255), (255, 255))
     assert sizes[0][0] == sizes[1][0] and sizes[1][1] > sizes[0][1] + 200
 
 
-def test_an_svg_for_a_page_keeps_to_itself() -> None:
+def test_an_svg_does_not_affect_the_page_around_it() -> None:
     recorded, _ = piece("hold", 1.0)
     svg = inline_svg(recorded, "one", only=("lambda",))
     root = ET.fromstring(svg)

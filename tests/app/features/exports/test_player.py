@@ -1,4 +1,4 @@
-"""The page that plays without a server: the scene as it was, the numbers as they were, nothing from elsewhere."""
+"""The page that plays without a server: scene and numbers of the run, nothing loaded from elsewhere."""
 
 import base64
 from dataclasses import replace
@@ -34,7 +34,7 @@ def filmed(scene: str) -> Filmed:
 
 
 def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
-    """Where the last link of each arm is drawn at a time [m]."""
+    """Positions of each arm's last link at a time [m]."""
     replay = Replay(make_film(recorded))
     replay.seek(time)
     simulation: Simulation = replay.simulation
@@ -60,7 +60,7 @@ def test_the_still_scene_is_in_viser_s_format() -> None:
     )
 
 
-def test_frames_are_a_twentieth_of_a_second_apart_on_the_clock_of_the_run() -> None:
+def test_frames_are_50_ms_apart_on_the_clock_of_the_run() -> None:
     film = filmed("hold")
     assert len(film.times) == 21 and film.times[-1] == 2.0
     np.testing.assert_allclose(np.diff(film.times), 1.0 / RATE)
@@ -69,7 +69,7 @@ def test_frames_are_a_twentieth_of_a_second_apart_on_the_clock_of_the_run() -> N
         assert track.frames[-1] < len(film.times) == 21 and len(track.values) == len(track.frames)
 
 
-def test_every_turn_is_the_joint_s_own() -> None:
+def test_every_rotation_equals_its_joint_angle() -> None:
     film = filmed("hold")
     recorded, _ = piece("hold", 2.0)
     replay = Replay(make_film(recorded))
@@ -90,8 +90,8 @@ def test_every_turn_is_the_joint_s_own() -> None:
     assert turned >= 2
 
 
-def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
-    # How the arms ought to stand is drawn from where they do not.
+def test_nodes_added_later_are_hidden_before() -> None:
+    # The wanted arms are drawn only where the arms differ from them.
     film = film_scene(piece("imitation", 14.0)[0], 1.0, FAST)
     late = {
         m["name"]
@@ -106,7 +106,7 @@ def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     assert turn.frames[1] > seen.frames[1]
 
 
-def test_a_track_keeps_news_only_and_none_of_what_changes_later() -> None:
+def test_a_track_keeps_changed_values_only_and_copies_them() -> None:
     track = Track("/a", "text")
     for frame, value in enumerate(("a", "a", "b", "b", "a")):
         track.put(frame, value)
@@ -118,11 +118,11 @@ def test_a_track_keeps_news_only_and_none_of_what_changes_later() -> None:
     assert track.frames == [0, 2] and np.array(track.values).tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
 
 
-def test_a_stage_that_is_built_anew_on_the_way_moves_on() -> None:
+def test_a_rebuilt_3d_view_continues_moving() -> None:
     recorded, _ = piece("hold", 3.0)
     (stretch,) = recorded.stretches
     again = stretch._replace(settings=replace(stretch.settings, path="circle"))
-    assert "path" not in stretch.settings.experiment.reads, "the stage is built again, the run goes on"
+    assert "path" not in stretch.settings.experiment.reads, "the 3-D view is rebuilt, the run continues"
     film = film_scene(Recorded(recorded.snapshot, (stretch, again)), 9.0, FAST)
     whole = film_scene(recorded, 9.0, FAST)
     assert len(film.times) == 2 * len(whole.times) and set(film.bodies) == set(whole.bodies)
@@ -131,7 +131,7 @@ def test_a_stage_that_is_built_anew_on_the_way_moves_on() -> None:
         turned, count = tracks[track.node, TURN], len(track.frames)
         assert turned.frames[:count] == track.frames and turned.frames[-1] > track.frames[-1]
         np.testing.assert_array_equal(turned.values[:count], track.values)
-    # For one frame there is no skin; where that is the last one, there is none in the still scene.
+    # The skin is missing for one frame; if that is the last one, also in the still scene.
     skin = "/arms/right/base/j1/j2/skin_of_right_outer_upper_arm"
     seen = tracks[skin, SEEN]
     assert seen.values == [True, False, True] and seen.frames[2] == seen.frames[1] + 1
@@ -143,7 +143,7 @@ def test_a_stage_that_is_built_anew_on_the_way_moves_on() -> None:
     assert skin not in names and {track.node for track in short.tracks} <= names
 
 
-def test_packed_numbers_are_the_tracks_own() -> None:
+def test_packed_numbers_equal_the_tracks() -> None:
     tracks = (
         Track("/a", TURN, [0, 3], [np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.6, 0.0, 0.8, 0.0])]),
         Track("/a", PLACE, [0, 1], [np.array([0.1, 0.2, 0.3]), np.array([1.0, 2.0, 3.0])]),
@@ -194,11 +194,11 @@ def test_the_page_loads_nothing_and_is_small() -> None:
 
 
 def open_file(page: Page, path: Path) -> list[str]:
-    """Open a file with the network cut; the addresses that it asked for all the same."""
+    """Open a file without a network. Returns the addresses that the page requested nevertheless."""
     asked: list[str] = []
     page.context.set_offline(True)
     page.on("request", lambda request: asked.append(request.url))
-    # Its notes go after some seconds.
+    # Notifications disappear after some seconds.
     page.add_init_script(
         "addEventListener('duet-built', () => setTimeout(() => { window.noted = document.getElementById('duet-note')?.innerText; }))"
     )
@@ -213,10 +213,10 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     path.write_bytes(player_html(recorded, 5.0, PageSettings(picture="fast", details="speeds")))
     page = page_at(1000, 640, fresh=True)
     asked = open_file(page, path)
-    # This browser has no graphics card. The page says so in one line, for some seconds; viser itself says nothing.
+    # This browser has no graphics card: the page says so for some seconds, viser shows no message.
     page.wait_for_function("window.noted?.includes('without a graphics card')")
     assert page.locator("[class*=Notification-root]").count() == 0
-    # Any moment, there and back.
+    # Any moment, forwards and backwards.
     for time in (5.0, 2.0, 5.6):
         see_moment(page, recorded, table, time)
     seek_by_slider_and_plot(page)
@@ -228,7 +228,7 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
 
 
 def see_moment(page: Page, recorded: Recorded, table: Array, time: float) -> None:
-    """The arms stand where they stood, and the numbers are those of the moment."""
+    """Arms and numbers show the moment of the run."""
     page.evaluate("time => duet.seek(time)", time)
     assert page.evaluate("duet.time") == pytest.approx(time, abs=0.02)
     for name, wrist in wrists(recorded, time).items():
@@ -254,8 +254,8 @@ def seek_by_slider_and_plot(page: Page) -> None:
 
 
 def play_pause_and_step(page: Page) -> None:
-    """By buttons and by keys, to the end of the film."""
-    # Early and slow enough for a busy machine to press twice before its end.
+    """By buttons and keys, up to the end of the film."""
+    # Early and slow enough that a busy machine presses twice before the end.
     page.evaluate("duet.seek(1.2)")
     page.get_by_label("Speed", exact=True).select_option("0.25")
     page.get_by_role("button", name="Play").click()

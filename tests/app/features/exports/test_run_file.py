@@ -1,4 +1,4 @@
-"""A run as a file: it comes back to the last bit, says what differs, and no file does harm."""
+"""A run as a file: restored bit for bit, with differences described, and harmless whatever it contains."""
 
 import io
 import math
@@ -45,7 +45,7 @@ def saved() -> SavedRun:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
+def test_a_file_is_recomputed_bit_for_bit(scene: str) -> None:
     recorded, table = piece(scene, 3.0, 1.2, lively=True)
     assert recorded.begin >= 1.0 and len(recorded.stretches) >= 2
     data = saved_bytes(recorded, table[-1].tobytes())
@@ -56,13 +56,13 @@ def test_a_file_is_made_again_to_the_last_bit(scene: str) -> None:
     assert loaded.verdict == "exact" and f"all {recorded.steps} steps" in loaded.words
     assert loaded.recorded.stretches[-1].settings == recorded.stretches[-1].settings
     assert loaded.recorded.steps == recorded.steps
-    # The outcome is that of the run itself, not of what was made again.
+    # The saved outcome comes from the original run, not from the recomputed one.
     kept = saved_from(data, "a.npz").outcome
     assert kept.rows.tobytes() == outcome_of(table, kept.columns).rows.tobytes()
 
 
 def test_a_file_of_an_earlier_version_is_read() -> None:
-    """Saved before the rooms of `app` had their names, and before an upper arm began where it moves beside a pedestal."""
+    """Saved when the folders of `app` had other names and an upper arm beside a pedestal began elsewhere."""
     loaded = load_run(Path(__file__).with_name("earlier.duet.npz").read_bytes(), "earlier.duet.npz")
     assert loaded.recorded.steps == 60 and loaded.recorded.settings.scene == "hold"
     comparison = loaded.comparison
@@ -75,7 +75,7 @@ def with_setting(file: SavedRun, key: str, value: float) -> SavedRun:
     return replace(file, recorded=replace(file.recorded, stretches=stretches))
 
 
-def test_another_setting_is_another_run_and_the_first_step_is_named(approve: Approve) -> None:
+def test_another_setting_gives_another_run_and_the_first_step_is_named(approve: Approve) -> None:
     found = verify(with_setting(saved(), "k", 2.5))
     assert found.verdict == "differs"
     recorded, table = piece("hold")
@@ -91,7 +91,7 @@ def test_another_setting_is_another_run_and_the_first_step_is_named(approve: App
     assert comparison.first_step == first and f"number {first + 1} of {recorded.steps}." in found.words
     assert comparison.first is not None and comparison.largest is not None
     assert comparison.first.step == first and comparison.first.time == table[first, 0]
-    # How much, and where, is in the numbers themselves.
+    # Size and place of the difference follow from the numbers themselves.
     by = np.abs(np.nan_to_num(table) - np.nan_to_num(again.history.table()))
     assert comparison.largest.by == by.max() > CLOSE
     row, column = np.unravel_index(int(by.argmax()), by.shape)
@@ -100,16 +100,16 @@ def test_another_setting_is_another_run_and_the_first_step_is_named(approve: App
     approve("comparison with another gain.txt", without_numbers(f"{found.words}\n"))
 
 
-def test_last_bits_of_another_machine_count_as_the_same_run(approve: Approve) -> None:
+def test_differences_in_the_last_bits_count_as_the_same_run(approve: Approve) -> None:
     file = with_setting(replace(saved(), made={**made_here(), "numpy": "1.0"}), "k", 2.0 + 1e-12)
     found = verify(file)
     assert found.verdict == "close"
-    # Which column differs most, and where, depends on the machine.
+    # Column and place of the largest difference depend on the machine.
     approve("comparison with last bits.txt", f"{found.words.partition('. ')[0]}.\n")
     assert f"numpy 1.0 then, {np.__version__} now" in found.words and found.words.count(" then, ") == 1
 
 
-def test_runs_of_another_length_and_columns_of_another_version_are_compared() -> None:
+def test_runs_of_another_length_or_with_other_columns_are_compared() -> None:
     recorded, table = piece("hold")
     columns = history_columns(Simulation(recorded.settings, 1))
     found = compare_run(outcome_of(table, columns), table[:-7], columns)
@@ -124,7 +124,7 @@ def test_runs_of_another_length_and_columns_of_another_version_are_compared() ->
     assert (found.largest.column, found.largest.by, found.largest.step) == ("left_q2", 0.25, 5)
 
 
-def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(
+def test_long_runs_keep_evenly_spread_steps_and_find_the_first_difference(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(outcome_module, "MOST_ROWS", 50)
@@ -138,10 +138,10 @@ def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(
     assert 307 <= found.first.step < 307 + 12 and (found.first.column, found.first.by) == ("d", 3.0)
 
 
-def test_numbers_that_are_not_there_are_not_the_same_as_numbers(approve: Approve) -> None:
+def test_missing_numbers_differ_from_numbers(approve: Approve) -> None:
     table = np.array([[0.0, 1.0, np.nan], [0.1, 1.0, np.nan]])
     kept = outcome_of(table, ("t", "d", "e2_b"))
-    # Which bits stand for nan does not matter, but nan is not 0.
+    # The bits of a nan do not matter, but nan differs from 0.
     same = table.copy()
     same[:, 2] = -np.float64(np.nan)
     assert compare_run(kept, same, kept.columns).exact
@@ -187,7 +187,7 @@ def test_a_wrong_part_is_refused_and_named(data: bytes, approve: Approve) -> Non
     approve("refused parts.txt", lines_of(said))
 
 
-def test_a_part_that_is_no_array_does_no_harm(data: bytes) -> None:
+def test_a_part_that_is_not_an_array_does_no_harm(data: bytes) -> None:
     with zipfile.ZipFile(io.BytesIO(data)) as file:
         parts = {name: file.read(name) for name in file.namelist()}
     for name in parts:
@@ -203,17 +203,13 @@ def test_a_part_that_is_no_array_does_no_harm(data: bytes) -> None:
 
 
 @pytest.mark.parametrize("made", [None, "{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
-def test_what_a_file_says_of_its_making_does_not_keep_it_from_being_read(
-    data: bytes, made: str | None
-) -> None:
+def test_a_file_is_read_whatever_it_says_about_its_making(data: bytes, made: str | None) -> None:
     file = rewritten(data, **({} if made is None else {"made": as_bytes(made)}))
     assert load_run(file, "mine.npz").verdict == "exact"
     assert max(map(len, saved_from(file, "mine.npz").made.values()), default=0) <= LONGEST_ENTRY
 
 
-def test_a_run_that_cannot_be_made_here_or_is_too_long_is_refused(
-    data: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_impossible_or_too_long_run_is_refused(data: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     def missing(*_: object, **__: object) -> None:
         raise BadSetting("robot = panda needs a package.")
 
@@ -237,11 +233,11 @@ def test_one_wrong_byte_is_refused_or_changes_nothing(data: bytes, place: int, f
     except BadInputFile as error:
         assert str(error).startswith("mine.npz: ")
     else:
-        # Every part has its own checksum: only what the archive says about itself can be wrong.
+        # Each part has a checksum: only the archive's own description can be wrong.
         assert file.outcome.digest == saved_from(data, "good").outcome.digest
 
 
-def test_nothing_in_a_file_is_run(data: bytes) -> None:
+def test_no_code_in_a_file_is_executed(data: bytes) -> None:
     class Bomb:
         def __reduce__(self) -> tuple[Any, ...]:
             return exec, ("raise SystemExit('boom')",)
@@ -255,7 +251,7 @@ def test_nothing_in_a_file_is_run(data: bytes) -> None:
         load_run(out.getvalue(), "mine.npz")
 
 
-def test_what_made_a_file() -> None:
+def test_a_file_names_the_versions_that_made_it() -> None:
     here = made_here()
     assert set(here) == set(NAMES) and made_from(here) == here and not changed_versions(here, here)
     assert changed_versions({}, here)[0].startswith("Duet unknown then, ")

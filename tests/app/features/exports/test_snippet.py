@@ -1,4 +1,4 @@
-"""What is copied: lines of Python that make the run again, and a link that gives the settings again or leads to the lesson."""
+"""Copied texts: Python lines that repeat the run, and a link to the settings or to the lesson."""
 
 import io
 import runpy
@@ -52,35 +52,33 @@ def any_settings(draw: st.DrawFn) -> Settings:
 
 
 @given(any_settings(), any_settings())
-def test_a_link_gives_the_same_settings_whatever_the_server_was_started_with(
-    settings: Settings, start: Settings
-) -> None:
+def test_a_link_gives_the_same_settings_on_any_server(settings: Settings, start: Settings) -> None:
     path = urlsplit(link_to("http://a", to_query(settings)))
     assert from_query(page_query(f"{path.path}?{path.query}"), start) == (settings, ())
 
 
 @given(any_settings(), any_settings())
-def test_what_is_known_need_not_be_said(settings: Settings, known: Settings) -> None:
+def test_a_link_omits_what_the_receiver_knows(settings: Settings, known: Settings) -> None:
     said = to_query(settings, known)
     del said[WHOLE]
     assert from_query(said, known) == (settings, ())
     assert len(said) == sum(values(settings)[key] != value for key, value in values(known).items())
 
 
-def test_what_is_as_at_first_is_not_said() -> None:
+def test_a_link_omits_default_values() -> None:
     assert to_query(Settings()) == {WHOLE: "1"}
     assert to_query(changed(changed(Settings(), "dm", 0.1), "autopilot", False)) == {
         "dm": "0.1",
         "autopilot": "0",
         WHOLE: "1",
     }
-    # Without the word a link leaves alone what it does not say.
+    # Without `WHOLE`, a link keeps the settings that it does not name.
     start = changed(Settings(), "rig", "table")
     assert from_query({"dm": "0.1"}, start)[0].run.rig == "table"
 
 
 @pytest.mark.parametrize(("step", "key", "value"), [(0, "k", 5.0), (2, "k", 0.5)])
-def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(
+def test_a_link_to_a_lesson_opens_its_step_with_the_changed_settings(
     step: int, key: str, value: float
 ) -> None:
     book = load_lessons()
@@ -108,7 +106,7 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(
 
 
 def executed(snippet: Snippet, folder: Path) -> tuple[str, Array]:
-    """What the lines print in a folder that holds nothing but what belongs to them, and their d."""
+    """Output of the lines in a folder with only the files that they need, and their d."""
     folder.mkdir()
     if snippet.inputs is not None:
         (folder / "mine.duet.npz").write_bytes(snippet.inputs)
@@ -121,7 +119,7 @@ def executed(snippet: Snippet, folder: Path) -> tuple[str, Array]:
     return said.getvalue(), made["table"][:, COLUMN["d"]]
 
 
-def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
+def test_the_lines_compute_and_plot_the_chosen_piece_with_its_settings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     snippets, tables = dict[str, Snippet](), dict[str, Array]()
@@ -153,14 +151,14 @@ def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
         )
 
 
-def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:
+def test_only_an_unchanged_autopilot_run_from_the_start_is_fresh() -> None:
     recorded, _ = piece("hold", 1.0)
     assert is_fresh(recorded)
-    assert not is_fresh(piece("hold", 2.0, 0.9)[0])  # not from the start
-    assert not is_fresh(piece("hold", 1.0, lively=True)[0])  # other settings on the way
-    assert not is_fresh(touched(at=150, start=None))  # all was let go of
+    assert not is_fresh(piece("hold", 2.0, 0.9)[0])  # does not begin at the start
+    assert not is_fresh(piece("hold", 1.0, lively=True)[0])  # settings changed during the run
+    assert not is_fresh(touched(at=150, start=None))  # the handle was released
     simulation = Simulation(RunSettings())
-    assert not is_fresh(touched(at=9999, start=simulation.room.start + 0.01))  # another posture
+    assert not is_fresh(touched(at=9999, start=simulation.room.start + 0.01))  # another start posture
 
 
 def touched(at: int, start: object) -> Recorded:

@@ -1,4 +1,4 @@
-"""The numbers of the figures, each computed once for all tests, and the files of all figures."""
+"""Numbers of the figures, computed once for all tests, and the files of all figures."""
 
 import io
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from app.features.studies.law_knobs import knobs
 from controllers.kinematics import Array
 
 KNOBS = tuple(knob for knob in knobs() if knob.law in ("smooth_priority", "barrier_qp", "intermediate_value"))
-"""Knobs of the figure at equal safety, which would take half of the time for all figures with the knobs of all laws."""
+"""Knobs of the figure at equal safety; the knobs of all laws would take half of the time for all figures."""
 
 
 def entry(name: str) -> FigureEntry:
@@ -34,11 +34,11 @@ class Table:
 
 
 Numbers = Callable[[str], Table]
-"""Name of a figure → its numbers."""
+"""Function from a figure's name to its numbers."""
 
 
 def read(text: str) -> Table:
-    """The content of a CSV file whose cells hold no commas."""
+    """Content of a CSV file with no commas in its cells."""
     lines = text.splitlines()
     head = [line for line in lines if line.startswith("# ")]
     rows = [line.split(",") for line in lines[len(head) :]]
@@ -49,7 +49,7 @@ def read(text: str) -> Table:
 
 @pytest.fixture(scope="session")
 def csv_file() -> Callable[[str], str]:
-    """Name of a figure → content of its CSV file; each is computed once, and all share their runs."""
+    """Function from a figure's name to its CSV content, computed once with shared runs."""
     plan = Plan(quick=True)
 
     @cache
@@ -70,7 +70,7 @@ def table(csv_file: Callable[[str], str]) -> Numbers:
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All files of all figures, as the command writes them."""
+    """Folder with all files of all figures, written as by the command."""
     out = tmp_path_factory.mktemp("figures")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(equal_safety, "knobs", lambda: KNOBS)

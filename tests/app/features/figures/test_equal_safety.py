@@ -1,4 +1,4 @@
-"""Laws at equal safety, the loss between two pairs, and how the figures of laws and imitation are drawn."""
+"""Laws at equal safety, the loss between two pairs, and the drawings of laws and imitation."""
 
 from pathlib import Path
 
@@ -28,12 +28,12 @@ def price(knob_number: int, *e2: float, growth: float = 0.0) -> equal_safety.Pri
     return equal_safety.Price(curve, 0.1, np.array(e2), 2.0, growth, 10.0)
 
 
-def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> None:
-    """A curve a knob, several persons; a point made once more has the same numbers. The report has a table at equal distance."""
+def test_every_point_equals_its_run(table: Numbers, folder: Path) -> None:
+    """One curve per knob, several persons, repeatable points; the report has a table at equal distance."""
     rows = table("equal_safety")
     curves = set(zip(rows.columns["law"], rows.columns["w_added"], rows.columns["knob"], strict=True))
     assert curves == {(knob.law, str(int(knob.setting.feed_forward)), knob.setting.key) for knob in KNOBS}
-    assert len(set(rows["seed"])) == 2 and equal_safety.SEEDS >= 5, "five in the whole figure"
+    assert len(set(rows["seed"])) == 2 and equal_safety.SEEDS >= 5, "the full figure has five"
     at = next(i for i, law in enumerate(rows.columns["law"]) if law == "intermediate_value")
     changes = {"law": "intermediate_value", rows.columns["knob"][at]: rows["value"][at]}
     settings = with_values(RunSettings(dt=0.01, seed=int(rows["seed"][at])), **changes)
@@ -43,8 +43,8 @@ def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> No
     assert "| Smooth priority, over" in section and "needs w" in section
 
 
-def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:
-    """Not beyond them: a law that cannot be so near or so far has no error there."""
+def test_values_at_equal_distance_are_interpolated_per_person() -> None:
+    """No extrapolation: a law that does not reach a distance has no error there."""
     knob = knobs()[0]
     d, e2 = np.array([[0.1, 0.2], [0.16, 0.2]]), np.array([[0.0, 0.1], [0.0, 0.1]])
     curve = equal_safety.KnobCurve(knob, np.array([0.1, 0.2]), d, e2, [])
@@ -53,8 +53,8 @@ def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:
     assert curve.value_at(0.165) == pytest.approx(0.15)
 
 
-def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> None:
-    """A law that keeps it for the easy person only is not better for that."""
+def test_laws_are_compared_over_persons_for_whom_all_keep_the_distance() -> None:
+    """A law that keeps the distance only for the easy person gains nothing from that."""
     prices = [price(0, 0.1, 0.3, 0.5), price(1, np.nan, 0.2, 0.4), price(2, 0.01, 0.4, np.nan)]
     assert equal_safety.common(prices).tolist() == [False, True, False] and equal_safety.common([]).size == 0
     table, sentence, *_ = equal_safety.findings([p.curve for p in prices], prices, RunSettings())
@@ -63,7 +63,7 @@ def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> 
 
 
 @pytest.mark.parametrize("law", ["task_activation", "set_based_task"])
-def test_every_law_has_the_knob_that_its_authors_would_take(law: str) -> None:
+def test_every_law_has_its_authors_knob(law: str) -> None:
     mine = {(knob.setting.key, knob.setting.feed_forward): knob for knob in knobs() if knob.law == law}
     near, far = (
         run(mine["dm", False].at(RunSettings(dt=0.01), d_m), 10.0).summary.d_min for d_m in (0.06, 0.19)
@@ -73,13 +73,13 @@ def test_every_law_has_the_knob_that_its_authors_would_take(law: str) -> None:
     assert moved.critical_distance == 0.19 and (moved.influence_distance == pytest.approx(0.34)) == (
         law == "task_activation"
     )
-    # What can be given w is compared with it, too.
+    # Laws that accept w are also compared with w.
     assert {knob.law for knob in knobs() if knob.setting.feed_forward} == {
         n for n, entry in LAWS.items() if "ff" in entry.reads
     }
 
 
-def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
+def test_every_value_of_every_knob_gives_a_run() -> None:
     for knob in knobs():
         for value in knob.setting.points:
             done = run(knob.at(RunSettings(dt=0.01), value), 0.02)
@@ -90,7 +90,7 @@ def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])
-def test_the_report_says_where_a_rival_is_better_and_its_price(
+def test_the_report_names_where_a_rival_is_better_and_its_cost(
     ratio: float, words: str, approve: Approve
 ) -> None:
     fed = next(i for i, knob in enumerate(knobs()) if knob.law == "barrier_qp" and knob.setting.feed_forward)
@@ -99,7 +99,7 @@ def test_the_report_says_where_a_rival_is_better_and_its_price(
     approve(f"verdict {words}.txt", f"{said}\n")
 
 
-def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None:
+def test_between_two_pairs_only_the_closest_pair_loses(table: Numbers) -> None:
     rows = table("slide_loss")
     pairs = np.array(rows.columns["pairs"])
     assert rows["lost_mm"][(pairs == "single") & (rows["v"] == 0.05)] > 100.0
@@ -108,7 +108,7 @@ def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None
     assert (rows["out_of_authority_s"] == 0.0).all()
 
 
-def test_a_desired_line_is_thin_and_dashed_beside_a_solid_actual_one() -> None:
+def test_a_wanted_line_is_thin_and_dashed_beside_a_solid_actual_one() -> None:
     figure: Figure = imitation(PLAN).figure
     panels = [axes for axes in figure.axes if "q_" in axes.get_ylabel()]
     assert len(panels) == 8
@@ -119,7 +119,7 @@ def test_a_desired_line_is_thin_and_dashed_beside_a_solid_actual_one() -> None:
 
 
 def test_the_frames_of_the_film_differ() -> None:
-    """No two frames are as alike as two that are evenly spread over time."""
+    """Frames differ more from each other than frames evenly spread over time."""
     run, _ = imitation_run(PLAN)
 
     def least(rows: list[int]) -> float:

@@ -1,4 +1,4 @@
-"""`lwr-duet figures`: its numbers repeat the paper's claims and our closed forms, and are the same each time."""
+"""`lwr-duet figures`: its numbers repeat the paper's claims and our closed forms, the same each time."""
 
 import io
 import pickle
@@ -65,17 +65,17 @@ def test_files(figure: FigureEntry, folder: Path) -> None:
 
 
 OF_OTHER_TESTS = ("equal_safety", "setup", "film")
-"""Figures whose numbers other tests repeat: one run of the many, and moments of the runs of two other figures."""
+"""Figures checked by other tests: one of the many runs, and moments of the runs of two other figures."""
 
 
 def elsewhere(function: Callable[..., T], calls: Iterable[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
-    """What the processes of `--workers` would be sent and send back, without them."""
+    """Results as through the processes of `--workers`: pickled both ways, without processes."""
     for found in computed(*pickle.loads(pickle.dumps((function, list(calls))))):
         yield pickle.loads(pickle.dumps(found))
 
 
 @pytest.mark.thorough
-def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own_and_another_seed_is_another_person(
+def test_every_csv_is_reproducible_and_another_seed_is_another_person(
     folder: Path,
 ) -> None:
     plan = Plan(quick=True, compute=elsewhere)
@@ -130,11 +130,11 @@ def test_scheme(csv_file: Callable[[str], str]) -> None:
         assert {end[column] for end in ends} >= set(BLOCKS)
 
 
-def test_hold_and_the_setup_at_its_moment_when_the_arms_are_nearest(table: Numbers) -> None:
+def test_hold_and_the_setup_at_the_moment_of_the_smallest_distance(table: Numbers) -> None:
     rows = table("hold")
     assert table("setup")["d"].tolist() == [rows["d"].min()]
     assert rows["d"].min() >= CRITICAL - SLACK and rows["d_soft"].min() >= CRITICAL - SLACK
-    assert rows["d"].min() < CRITICAL + 0.05, "nothing was to be avoided"
+    assert rows["d"].min() < CRITICAL + 0.05, "the arms never come close"
     assert rows["e2"].max() > 0.01 and rows["e2"][0] == 0.0
     at_rest = np.flatnonzero(~np.isnan(rows["d_rest"]))
     assert len(at_rest) > 100
@@ -158,12 +158,12 @@ def test_master_slave(table: Numbers) -> None:
 def test_imitation_and_film(table: Numbers) -> None:
     rows, frames = table("imitation"), table("film")
     assert rows["d"].min() >= CRITICAL - SLACK
-    assert rows["d"].min() < CRITICAL + 0.05, "nothing was to be avoided"
+    assert rows["d"].min() < CRITICAL + 0.05, "the arms never come close"
     for side in ("left", "right"):
         for i in range(1, 5):
             assert np.abs(rows[f"{side}_qd{i}"] - rows[f"{side}_q{i}"]).max() < 0.5
         assert max(np.ptp(rows[f"{side}_qd{i}"]) for i in range(1, 5)) > 0.5
-    # The frames are moments of that run, in their order.
+    # The frames are moments of that run, in order.
     assert len(frames["t"]) == 8 and (np.diff(frames["t"]) > 0.0).all()
     places = np.searchsorted(rows["t"], frames["t"] - 1e-9)
     assert_allclose(frames["right_q2"], rows["right_q2"][places])
@@ -209,15 +209,15 @@ def test_laws(table: Numbers) -> None:
 
 
 @pytest.mark.thorough
-def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path, approve: Approve) -> None:
+def test_the_report_explains_jumps_of_a_law_with_growing_acceleration(folder: Path, approve: Approve) -> None:
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = [line for line in report.splitlines() if "the largest q̈ is at" in line]
     approve("causes of jumps.txt", without_numbers("\n".join(said)) + "\n")
     assert "damaged text" in report and "axis of e²" in report
 
 
-def test_null_space_avoidance_jumps_where_the_hands_lie_parallel(approve: Approve) -> None:
-    """Measured over the full experiment: the hand leaves next to nothing of J_d, and the closest points slide along both hands."""
+def test_null_space_avoidance_jumps_where_the_hands_are_parallel(approve: Approve) -> None:
+    """In the full experiment the hand leaves little of J_d, and the closest points slide along both hands."""
     plan = Plan()
     jump = laws.largest_jump(
         plan.run(plan.settings({"law": "null_space_avoidance", "pairs": "soft"}, rig="table", dt=0.005), 37.5)
@@ -227,7 +227,7 @@ def test_null_space_avoidance_jumps_where_the_hands_lie_parallel(approve: Approv
     approve("cause of a jump.txt", without_numbers(laws.cause("x", jump, True)) + "\n")
 
 
-def test_growth_is_1_if_the_acceleration_doubles_when_dt_is_halved_and_0_if_it_stays() -> None:
+def test_growth_is_1_for_doubled_and_0_for_equal_acceleration_at_half_the_dt() -> None:
     summary, steps = Plan(quick=True).run(RunSettings(), 0.1).summary, (0.02, 0.01, 0.005)
     assert laws.growth([replace(summary, ddq_max=3.0 / dt) for dt in steps], steps) == pytest.approx(1.0)
     assert laws.growth([replace(summary, ddq_max=3.0) for _ in steps], steps) == 0.0
@@ -262,7 +262,7 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
-def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_closed_form(
+def test_only_the_law_keeps_first_tasks_at_the_rate_of_the_closed_form(
     table: Numbers,
 ) -> None:
     rows = table("first_tasks")
@@ -285,7 +285,9 @@ def test_first_tasks_are_kept_by_the_law_and_only_by_it_at_the_rate_of_the_close
 
 
 @pytest.mark.thorough
-def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
+def test_the_report_has_a_section_per_figure_and_the_numbers_of_the_files(
+    folder: Path, table: Numbers
+) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]
@@ -325,7 +327,7 @@ def test_figures_are_chosen_by_number_or_name() -> None:
 
 
 @pytest.mark.parametrize("only", ["9", "0", "two", "2;5", "-1"])
-def test_no_such_figure(only: str) -> None:
+def test_unknown_figures_are_refused(only: str) -> None:
     with pytest.raises(BadSetting) as refusal:
         chosen_figures(f"2,{only}")
     message = str(refusal.value)
@@ -335,7 +337,7 @@ def test_no_such_figure(only: str) -> None:
 
 
 @pytest.mark.thorough
-def test_only_what_is_asked_for_and_the_same_drawings_each_time(
+def test_only_the_requested_figures_are_drawn_the_same_each_time(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = dict(matplotlib.rcParams)
@@ -352,7 +354,7 @@ def test_only_what_is_asked_for_and_the_same_drawings_each_time(
     assert "λ over the distance" in (out / "report.md").read_text(encoding="utf-8")
 
 
-def test_a_folder_a_seed_and_a_number_of_workers_that_cannot_be(tmp_path: Path) -> None:
+def test_invalid_folder_seed_and_number_of_workers_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BadSetting, match="another folder"):
         draw_figures(Figures(only="2", out=tmp_path / "file" / "inside"))

@@ -1,4 +1,4 @@
-"""Pictures: perspective, what hides what, light and shadow, and arms where their joints put them."""
+"""Pictures: perspective, occlusion, light and shadow, and arms at their joint angles."""
 
 from typing import Final
 
@@ -19,7 +19,7 @@ from scenes.solo import build_alone
 
 WIDE, HIGH = 90, 60
 CAMERA: Final = Camera((0.0, 0.0, 1.0), (3.0, 0.0, 0.0), 1.2, 0.8, float(np.radians(20.0)))
-"""Level, from +x: y is to the right."""
+"""Horizontal view from +x; y points right."""
 
 RED, BLUE = np.array([0.7, 0.02, 0.02]), np.array([0.02, 0.02, 0.7])
 
@@ -32,19 +32,19 @@ def is_red(picture: Array) -> NDArray[np.bool_]:
     return picture[..., 0] > picture[..., 2] + 40.0
 
 
-def test_the_view_has_its_middle_its_height_and_its_width_in_the_picture() -> None:
+def test_the_view_is_centred_and_scaled() -> None:
     view = Viewpoint(CAMERA, WIDE, HIGH)
     flat = view.project(np.array([CAMERA.centre, (0.0, 0.1, 1.0), (0.0, 0.0, 1.1)]))
     assert_allclose(flat[0], (WIDE / 2, HIGH / 2), atol=1e-9)
-    # 0.8 m fill the height at the centre's distance.
+    # At the centre's distance the picture is 0.8 m high.
     assert_allclose(flat[1:] - flat[0], [(0.1 * HIGH / 0.8, 0.0), (0.0, -0.1 * HIGH / 0.8)], atol=1e-9)
     assert_allclose(np.linalg.norm(view.eye - CAMERA.centre), 0.4 / np.tan(np.radians(10.0)))
     flat = Viewpoint(CAMERA, 40, 80).project(np.array([(0.0, -0.6, 1.0), (0.0, 0.6, 1.0)]))
     assert_allclose(flat[:, 0], (0.0, 40.0), atol=1e-9)
 
 
-def test_a_sphere_covers_its_disc_with_smooth_edges_each_time_and_nothing_behind_the_eye_is_seen() -> None:
-    # Moved by some thousandths, so that no outline falls on the border of two pixels.
+def test_a_sphere_is_a_smooth_disc_and_nothing_behind_the_eye_is_seen() -> None:
+    # Shifted by a few mm, so that no outline falls on a pixel border.
     radius, middle = 0.2, np.array([0.0, 0.154, 1.053])
     scene = ball(middle, radius, RED), ball(np.array([9.0, 0.0, 1.0]), 0.5, BLUE)
     raw, picture = render(scene, CAMERA, WIDE, HIGH), shot(*scene)
@@ -52,7 +52,7 @@ def test_a_sphere_covers_its_disc_with_smooth_edges_each_time_and_nothing_behind
     assert not (picture[..., 2] > picture[..., 0] + 60.0).any()
     covered, view = is_red(picture), Viewpoint(CAMERA, WIDE, HIGH)
     ((x, y),), depth = view.project(middle[None]), view.axes[2] @ (middle - view.eye)
-    # The outline is where the sight touches the sphere.
+    # The outline is where the line of sight touches the sphere.
     seen_radius = view.focal * radius / np.sqrt(depth**2 - radius**2)
     rows, columns = np.mgrid[:HIGH, :WIDE] + 0.5
     away = np.hypot(columns - x, rows - y)
@@ -65,13 +65,13 @@ def test_a_sphere_covers_its_disc_with_smooth_edges_each_time_and_nothing_behind
     assert 1 <= between.sum() <= 6
 
 
-def test_what_is_in_front_hides_what_is_behind() -> None:
+def test_nearer_objects_hide_farther_ones() -> None:
     for red, blue in ((0.5, -0.5), (-0.5, 0.5)):
         picture = shot(
             ball(np.array([red, 0.0, 1.0]), 0.15, RED), ball(np.array([blue, 0.0, 1.0]), 0.15, BLUE)
         )
         assert is_red(picture)[HIGH // 2, WIDE // 2] == (red > blue)
-        # In perspective the nearer one hides all of the other.
+        # In perspective the nearer ball hides the other one completely.
         assert is_red(picture).any() == (red > blue)
 
 
@@ -89,7 +89,7 @@ def test_light_comes_from_above_and_casts_a_shadow() -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("makes", ["lwr", "panda_ur5"])
-def test_links_are_where_the_joints_put_them(makes: str) -> None:
+def test_links_are_drawn_at_their_joint_angles(makes: str) -> None:
     room = build_room("torso", makes)
     left, right = (robot.key for robot in room.robots)
     q = room.start + np.linspace(-0.3, 0.3, len(room.start))
@@ -107,7 +107,7 @@ def test_links_are_where_the_joints_put_them(makes: str) -> None:
             assert_allclose(mesh.normals @ pose.rotation, part.normals, atol=1e-12)
 
 
-def test_a_single_arm_stands_on_a_bench() -> None:
+def test_a_single_arm_is_on_a_bench() -> None:
     room = build_alone()
     drawn = arms(room, room.start, ("orange",))
     foot = min(mesh.vertices[:, 2].min() for mesh in drawn)
@@ -117,17 +117,17 @@ def test_a_single_arm_stands_on_a_bench() -> None:
 
 
 @pytest.mark.parametrize("rig", ["torso", "table", "0,0.6,1,0:0.3,-0.6,1,0", "0,0.5,1,0:0,-0.5,1,0"])
-def test_arms_stand_on_what_the_page_shows(rig: str) -> None:
+def test_arms_are_on_the_furniture_of_the_page(rig: str) -> None:
     room = build_room(rig)
     drawn = furniture(room)
     shown = meshes(furniture_glb(room.rig, coarse=False), MATERIALS)
     assert [len(mesh.vertices) for mesh in drawn] == [len(mesh.vertices) for mesh in shown]
     for base in room.rig.bases:
         near = [np.linalg.norm(mesh.vertices - base.translation, axis=1).min() for mesh in drawn]
-        assert min(near) < 0.12, "something is below each foot"
+        assert min(near) < 0.12, "nothing is below a foot"
 
 
-def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missing(
+def test_the_film_shows_only_robots_without_the_model_of_the_person(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(film, "body_parts", lambda: (_ for _ in ()).throw(MissingPackage("not installed")))
@@ -146,6 +146,6 @@ def test_the_person_bends_an_elbow() -> None:
     names = [part.name for part, looks in film.person_parts() for _ in looks]
     assert [name for name, flag in zip(names, moved, strict=True) if flag] == ["left_forearm"]
     forearm = names.index("left_forearm")
-    # Forward and up: the hand was the lowest part of it.
+    # Forward and up: the hand was the lowest point of the straight arm.
     assert bent[forearm].vertices[:, 0].max() > straight[forearm].vertices[:, 0].max() + 0.1
     assert bent[forearm].vertices[:, 2].min() > straight[forearm].vertices[:, 2].min() + 0.1

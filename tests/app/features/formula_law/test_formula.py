@@ -1,4 +1,4 @@
-"""The language of formulas: what it computes, what it refuses, and that nothing in it reaches Python."""
+"""The language of formulas: results, refusals, and no access to Python."""
 
 import math
 
@@ -40,7 +40,7 @@ COMPUTED = {
 
 
 @pytest.mark.parametrize("text", COMPUTED)
-def test_a_formula_is_arithmetic_of_floats_and_of_arrays(text: str) -> None:
+def test_a_formula_computes_with_floats_and_arrays(text: str) -> None:
     formula = Formula(text)
     assert formula.value(VALUES) == pytest.approx(COMPUTED[text], rel=1e-12)
     with np.errstate(all="ignore"):
@@ -89,7 +89,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_what_is_no_formula_is_refused_where_it_ends_to_be_one(language: Language, approve: Approve) -> None:
+def test_an_invalid_formula_is_refused_at_the_first_wrong_place(language: Language, approve: Approve) -> None:
     said = dict[str, str]()
     for case, text in REFUSED.items():
         with pytest.raises(BadFormula) as found:
@@ -123,7 +123,7 @@ HUGE = (
 
 
 @pytest.mark.parametrize("text", HUGE)
-def test_what_is_not_defined_stops_the_law_and_gives_no_curve(text: str) -> None:
+def test_an_undefined_value_stops_the_law_and_gives_no_curve(text: str) -> None:
     law = FormulaLaw(Formula(text), LawSettings)
     with pytest.raises((ArithmeticError, ValueError)):
         law.change(D, U, W)
@@ -134,7 +134,7 @@ def test_what_is_not_defined_stops_the_law_and_gives_no_curve(text: str) -> None
     )
 
 
-def test_the_longest_formula_is_computed_with_a_shallow_stack() -> None:
+def test_the_longest_formula_needs_a_shallow_stack() -> None:
     text = "+".join(["d"] * (MOST_TOKENS // 2))
     assert Formula(text).value(VALUES) == pytest.approx(D * (MOST_TOKENS // 2))
     nested = "(" * (DEEPEST - 1) + "d" + ")" * (DEEPEST - 1)

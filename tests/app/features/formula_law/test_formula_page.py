@@ -1,4 +1,4 @@
-"""A visitor of a shared server writes a formula on the page, in Compare and in the step of lesson ten."""
+"""A visitor of a shared server writes a formula on the page, in Compare and in lesson 10."""
 
 import pytest
 
@@ -41,7 +41,7 @@ def test_a_visitor_runs_a_formula_beside_the_papers_law_and_goes_back(
     guest.ask(lambda session: session.post(StopFormula()))
     guest.visitor.wait_for(lambda v: BACK not in buttons(v))
     assert not guest.session.law.given and guest.session.parts.of(SessionFormula).text == PAPER
-    # Far too long for a formula, and still an entry.
+    # Too long for a formula, but short enough for an entry.
     enter(guest.visitor, first["box"], "(" * 20_000, 3)
     guest.visitor.wait_for(lambda v: (state_of(v) or {})["number"] == "3")
     assert "20000 characters" in (state_of(guest.visitor) or {})["refused"]

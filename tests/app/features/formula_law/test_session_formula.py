@@ -1,4 +1,4 @@
-"""A formula in a session: it runs, is kept with the session, and gives way to a law that is chosen."""
+"""A formula in a session: it runs, is saved with the session, and ends when a law is chosen."""
 
 from contextlib import closing
 from pathlib import Path
@@ -37,7 +37,7 @@ def played(session: Session, steps: int = 40) -> np.ndarray:
     return session.simulation.history.table()
 
 
-def test_the_papers_law_as_a_formula_moves_the_arm_alike() -> None:
+def test_the_papers_law_as_a_formula_moves_the_arm_equally() -> None:
     with a_session(law=DEFAULT_LAW) as plain, a_session(law=DEFAULT_LAW) as session:
         formula = session.parts.of(SessionFormula)
         formula.run(PAPER)
@@ -62,10 +62,10 @@ def test_a_formula_follows_the_sliders_it_names() -> None:
         assert law.line_rate(0.2, 0.0, 0.0, 1.0) == 0.5
 
 
-def test_a_formula_that_fails_freezes_its_arm_and_says_where() -> None:
+def test_a_failing_formula_freezes_its_arm_and_names_the_place() -> None:
     law = FormulaLaw(Formula("1 / (d - d)"), LawSettings)
     assert not law(SITUATION).any()
-    # How Python names the fault differs by version; where it is, is ours.
+    # Python's name for the error differs by version; the place is our own text.
     assert law.problem is not None and " at d = 0.1 m, u = " in str(law.problem.text)
     with a_session() as session:
         session.parts.of(SessionFormula).run("10^10^10")
@@ -110,7 +110,7 @@ def test_a_broken_record_restores_nothing(saved: bytes) -> None:
         assert formula.text == "" and not formula.runs
 
 
-def test_a_law_that_is_chosen_ends_the_formula_and_keeps_its_text() -> None:
+def test_choosing_a_law_ends_the_formula_and_keeps_its_text() -> None:
     with a_session(law="unprotected") as session:
         formula = session.parts.of(SessionFormula)
         formula.run("u")
@@ -124,7 +124,7 @@ def test_a_law_that_is_chosen_ends_the_formula_and_keeps_its_text() -> None:
         assert formula.runs and session.law_status.ghost_file == FILE and session.law_status.file is None
 
 
-def test_the_law_of_a_file_goes_before_a_formula(tmp_path: Path) -> None:
+def test_the_law_of_a_file_has_priority_over_a_formula(tmp_path: Path) -> None:
     with session_of(write(tmp_path / "my_law.py", FILE_OF_PAPER)) as session:
         session.parts.restore({SessionFormula.name: b'{"text": "v", "runs": true}'})
         formula = session.parts.of(SessionFormula)
@@ -133,7 +133,7 @@ def test_the_law_of_a_file_goes_before_a_formula(tmp_path: Path) -> None:
         assert session.law_status.file == "my_law.py"
 
 
-def test_a_run_with_a_formula_is_kept_and_replayed() -> None:
+def test_a_run_with_a_formula_is_saved() -> None:
     with a_session() as session:
         session.parts.of(SessionFormula).run(PAPER)
         played(session, 20)
@@ -149,7 +149,7 @@ def test_the_papers_formula_passes_all_six_tests() -> None:
 
 
 @pytest.mark.slow
-def test_what_the_editor_begins_with_is_not_smooth() -> None:
+def test_the_first_formula_of_the_editor_is_not_smooth() -> None:
     assert [name for name in TRIALS if not examine_formula(FIRST, name).passed] == ["smooth"]
 
 
@@ -161,7 +161,7 @@ def test_a_formula_fails_a_test_with_its_reason() -> None:
     assert examine_formula("0", "quick").passed
 
 
-def test_studies_rest_while_a_formula_is_given_and_go_on_after_it() -> None:
+def test_studies_pause_while_a_formula_runs_and_resume_after_it() -> None:
     with closing(Session(Settings(), background=Inline())) as session:
         formula, studies = session.parts.of(SessionFormula), session.parts.of(BackgroundStudies)
         assert studies.trade_off is not None

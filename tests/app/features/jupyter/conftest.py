@@ -1,4 +1,4 @@
-"""A real Jupyter server, in the folder that a hub would give it."""
+"""A real Jupyter server in a folder as a hub would use it."""
 
 import json
 import os
@@ -21,7 +21,7 @@ TOKEN = "open-sesame-to-the-tests"
 
 @dataclass(frozen=True)
 class JupyterServer:
-    """`name`: under which it is opened; every name below `localhost` is this computer, but none that Duet knows."""
+    """`name`: host name of its address, below `localhost`: this computer, but a name unknown to Duet."""
 
     port: int
     log: Path
@@ -37,7 +37,7 @@ class JupyterServer:
         return f"http://{self.name}:{self.port}"
 
     def get(self, path: str, token: str = TOKEN) -> tuple[int, str, bytes]:
-        """Return status, final address and content of an answer."""
+        """Status, final address and content of an answer."""
         request = urllib.request.Request(
             self.url + path, headers={"Authorization": f"token {token}"} if token else {}
         )
@@ -54,7 +54,7 @@ def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]
     output = home / "log"
     options = {
         "ServerApp.ip": "127.0.0.1",
-        # The next free one, if another program takes it meanwhile.
+        # The next free port if another program takes this one meanwhile.
         "ServerApp.port": free_port(),
         "ServerApp.base_url": JupyterServer.folder,
         "ServerApp.allow_remote_access": True,
@@ -83,20 +83,20 @@ def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]
 
 
 def environment(home: Path) -> dict[str, str]:
-    """Return the environment of a Jupyter that writes into no folder but `home`."""
+    """Environment for a Jupyter that writes only into `home`."""
     folders = {f"JUPYTER_{kind}_DIR": str(home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")}
     return {**os.environ, **folders, "HOME": str(home), "IPYTHONDIR": str(home / "ipython")}
 
 
 def goes_on(process: subprocess.Popen[bytes]) -> bool:
-    """True if a process still runs a moment from now."""
+    """True if the process still runs after 0.1 s."""
     with suppress(subprocess.TimeoutExpired):
         process.wait(0.1)
     return process.returncode is None
 
 
 def _port_in(about: Path) -> int:
-    """Return the port that a server says it has; 0 as long as it has not said so."""
+    """Port in the server's status file; 0 while the file lacks it."""
     try:
         return json.loads(about.read_text(encoding="utf-8"))["port"]
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""A law from a cell as the text of a file, and the steps that a cell makes, without a kernel."""
+"""A cell's law as the text of a file, and a cell's steps, without a kernel."""
 
 import math
 from contextlib import closing
@@ -34,7 +34,7 @@ def own(situation: Any) -> Any:
     return math.sqrt(4.0) * helped(1.0) * situation.nominal + WEIGHTS * 0.0
 
 
-def test_a_function_takes_what_it_uses_along() -> None:
+def test_the_text_of_a_function_includes_what_it_uses() -> None:
     file = LawFile("law.py", law_text(own).encode(), 2**29)
     np.testing.assert_array_equal(file.velocities(SITUATION)[0], SITUATION.nominal)
     text = law_text(own).splitlines()
@@ -51,13 +51,13 @@ def numbers(situation: Any) -> Any:
     return ROOT * SINGLE * situation.nominal if came else None
 
 
-def test_what_numpy_has_computed_comes_along() -> None:
+def test_the_text_of_a_function_includes_numpy_values() -> None:
     file = LawFile("law.py", law_text(numbers).encode(), 2**29)
     np.testing.assert_array_equal(file.velocities(SITUATION)[0], SITUATION.nominal)
 
 
 @pytest.mark.parametrize("wrong", [lambda situation: situation.nominal, 3, print])
-def test_what_is_no_function_of_its_own_is_refused(wrong: Any) -> None:
+def test_lambdas_and_builtins_are_refused(wrong: Any) -> None:
     with pytest.raises(BadSetting, match="written with def"):
         law_text(wrong)
 
@@ -89,7 +89,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         assert recorded is not None
         np.testing.assert_array_equal(rerun(recorded).table, session.simulation.history.table())
         assert saved_from(saved_bytes(recorded), "it").recorded.steps == 5
-        # Then a law of a file comes; what cannot be read changes nothing.
+        # Then a file's law is taken; an unreadable file changes nothing.
         with pytest.raises(BadInputFile):
             take_law_file(session, tmp_path / "none.py")
         assert session.law.of_run is None
@@ -109,6 +109,8 @@ def test_a_step_waits_for_the_law_of_the_ghost(tmp_path: Path) -> None:
     file = write(tmp_path / "law.py", PAPER)
     with closing(Session(changed(Settings(), "ghost", "own"), law=law_of(file))) as session:
         given = GivenVelocities(np.zeros(7))
-        assert not step_with(session, given) and session.simulation.steps == 0, "its process has not begun"
+        assert not step_with(session, given) and session.simulation.steps == 0, (
+            "the law's process has not started"
+        )
         until(lambda: (session.advance(0.03), step_with(session, given))[1])
         assert session.ghost is not None and session.simulation.steps == session.ghost.steps == 1

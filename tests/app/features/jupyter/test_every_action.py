@@ -1,4 +1,4 @@
-"""Every action of the product is done by one handler, or by a second one that goes first: which they are, on every surface."""
+"""Every action has one handler, or two that are asked in order: the tables for each surface."""
 
 import sys
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ SESSION = {
     "RestoreSettings": ("Session",),
     "MoveJoint": ("Session",),
 }
-"""Without a page."""
+"""Actions without a page."""
 
 LESSON_ACTIONS = ("Enter", "Choose", "Draw", "Guess", "GoTo", "SayNumber", "Write", "GiveReason", "Press")
 
@@ -72,18 +72,18 @@ PAGE = SESSION | {
     "MoveInNullSpace": ("NullMotionSliders",),
     **dict.fromkeys(LESSON_ACTIONS, ("LessonControls",)),
 }
-"""Actions of a page on which a lesson was open."""
+"""Actions of a page on which a lesson was opened."""
 
 OWNER = PAGE | {"Invite": ("InviteBox",), "RunLaw": ("LawEditor",)}
-"""The page of the person who has started the server."""
+"""Actions of the page of the server's owner."""
 
 FORMULA = {"RunLaw": ("LawEditor",), "StopFormula": ("FormulaEditor",)}
-"""Actions of a page on which a law is written as a formula, not in a file."""
+"""Differences on a page where a law is written as a formula, not in a file."""
 
 LECTURE_ONLY = {"Teach": ("TeacherControl",)}
 
 LECTURE = SESSION | LECTURE_ONLY
-"""The shared session of a lecture while no teacher is there."""
+"""Actions of a lecture's shared session without a teacher."""
 
 TEACHER = PAGE | FORMULA | LECTURE_ONLY | {"MakeReport": ("ClassDownloads",)}
 
@@ -95,7 +95,7 @@ STUDENTS = {
     "Ran": ("TeacherControl",),
     "Reported": ("TeacherControl",),
 }
-"""What students send to the shared session."""
+"""Actions that students send to the shared session."""
 
 SECOND_PERSON = {
     "Drag": ("Gizmos",),
@@ -110,7 +110,7 @@ NOTEBOOK = LECTURE | {"Ask": ("NotebookRun",)}
 
 
 def kinds(of: type[Action] = Action) -> Iterator[type[Action]]:
-    """All types of actions that the product makes: a class that others inherit from is none."""
+    """All types of actions in the product, without base classes."""
     further = [one for one in of.__subclasses__() if one.__module__.startswith("app.")]
     if not further:
         yield of
@@ -119,7 +119,7 @@ def kinds(of: type[Action] = Action) -> Iterator[type[Action]]:
 
 
 def table(handlers: ActionHandlers) -> dict[str, tuple[str, ...]]:
-    """Name of an action → the classes of its handlers, as they are asked."""
+    """Names of actions with the classes of their handlers in order."""
     found = {kind.__name__: tuple(owner(one) for one in handlers.of(kind)) for kind in kinds()}
     return {name: owners for name, owners in found.items() if owners}
 
@@ -135,7 +135,7 @@ def code_of(handler: Any) -> CodeType:
 
 
 def asked(handlers: ActionHandlers, action: Action) -> list[str]:
-    """The registered handlers that run while an action is done."""
+    """Names of the registered handlers that run during an action."""
     known = {code_of(one): one for kind in kinds() for one in handlers.of(kind)}
     seen: list[str] = []
 
@@ -160,7 +160,7 @@ def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> N
     assert table(visitor.session.handlers) == {
         name: owners for name, owners in OWNER.items() if name != "MoveInNullSpace"
     }
-    # The sliders of the null space are made with the first lesson that is opened.
+    # The sliders of the null space are created when the first lesson is opened.
     lessons_of(visitor).enter(0)
     home.frame()
     assert table(visitor.session.handlers) == OWNER
@@ -197,7 +197,7 @@ def test_a_drag_reaches_one_handler(by_hand: Made) -> None:
     assert change.startswith("Operation.")
 
 
-def test_in_a_replay_keys_mean_the_replay_then_the_lesson_and_then_the_run(by_hand: Made) -> None:
+def test_in_a_replay_keys_control_the_replay_then_the_lesson_then_the_run(by_hand: Made) -> None:
     pool = Inline()
     home = by_hand(jobs=pool)
     home.let_in("lesson=1")
@@ -207,7 +207,7 @@ def test_in_a_replay_keys_mean_the_replay_then_the_lesson_and_then_the_run(by_ha
     assert lessons.open and lessons.locked
     player.watch_file(piece("ball", 1.0)[0], "theirs.duet.npz")
     for action in (Pause(), SingleStep()):
-        # What is being loaded is waited for.
+        # The keys wait for a loading run.
         do(action)
         assert player.coming and not session.notices
     assert pool.work("film")
@@ -231,7 +231,7 @@ def test_in_a_replay_keys_mean_the_replay_then_the_lesson_and_then_the_run(by_ha
         assert session.paused == paused
 
 
-def test_a_page_in_another_language_has_its_own_handlers_and_the_old_one_may_close_late(
+def test_another_language_gets_new_handlers_and_the_old_page_may_close_late(
     by_hand: Made,
 ) -> None:
     home = by_hand()

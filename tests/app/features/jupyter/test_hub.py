@@ -1,7 +1,6 @@
-"""A real JupyterHub of three users: each has a Duet of their own by the tile, and all have one by the service.
+"""A real JupyterHub with three users: each has a private Duet in a tile, and all share one as a service.
 
-It needs jupyterhub (`pip install jupyterhub`) and its proxy (`npm install -g configurable-http-proxy`); where they are not installed
-it is left out.
+Skipped without jupyterhub (`pip install jupyterhub`) or its proxy (`npm install -g configurable-http-proxy`).
 """
 
 import json
@@ -68,7 +67,7 @@ class Hub:
     process: subprocess.Popen[bytes]
 
     def get(self, visitor: requests.Session, path: str) -> requests.Response:
-        """Follow a path under the hub's public name, which this computer does not know."""
+        """Request a path under the hub's public name, which this computer cannot resolve."""
         for _ in range(20):
             answer = visitor.get(
                 f"http://127.0.0.1:{self.port}{path}",
@@ -96,7 +95,7 @@ class Hub:
         return visitor
 
     def ask(self, visitor: requests.Session, method: str, path: str) -> requests.Response:
-        """Ask an API of the hub or of a user's server, as its own pages do."""
+        """Send a request to an API of the hub or of a user's server, as its pages do."""
         (token,) = {
             one.value
             for one in visitor.cookies
@@ -112,7 +111,7 @@ class Hub:
         origin: str = f"http://{NAME}",
         protocol: str = f"viser-v{VISER_VERSION}",
     ) -> ClientConnection:
-        """Open a websocket under the hub's public name."""
+        """A websocket under the hub's public name."""
         cookies = "; ".join(
             f"{one.name}={one.value}" for one in visitor.cookies if path.startswith(one.path.rstrip("/"))
         )
@@ -129,12 +128,12 @@ class Hub:
     def first_message(
         self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}"
     ) -> bytes | str:
-        """First message to a page by its websocket."""
+        """First message that a page gets on its websocket."""
         with self.websocket(visitor, path, origin) as connection:
             return connection.recv(60.0)
 
     def wait_for_tile(self, visitor: requests.Session, user: str) -> None:
-        """Until the server is there, the hub answers with a page that says so."""
+        """Wait while the hub answers with its waiting page."""
         deadline = time.monotonic() + 120.0
         while "duet-loading" not in self.get(visitor, f"/user/{user}/duet/").text:
             assert time.monotonic() < deadline and goes_on(self.process)
@@ -177,7 +176,7 @@ def _answers(port: int) -> bool:
 
 @pytest.fixture(scope="module")
 def visitors(hub: Hub) -> dict[str, requests.Session]:
-    """The three, each with a server that has started."""
+    """The three users, each with a started server."""
     found = {user: hub.login(user) for user in USERS}
     for visitor in found.values():
         hub.get(visitor, "/hub/spawn")
@@ -186,21 +185,19 @@ def visitors(hub: Hub) -> dict[str, requests.Session]:
     return found
 
 
-def test_every_user_has_a_duet_of_their_own(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+def test_every_user_has_a_private_duet(hub: Hub, visitors: dict[str, requests.Session]) -> None:
     for user, visitor in visitors.items():
         assert hub.first_message(visitor, f"/user/{user}/duet/")
     assert hub.get(visitors["bob"], "/user/ann/duet/").status_code == 403
     with ExitStack() as opened:
-        # Two tiles of one user beside that of another one.
+        # Two tiles of one user and one of another.
         for user in ("ann", "ann", "bob"):
             assert opened.enter_context(hub.websocket(visitors[user], f"/user/{user}/duet/")).recv(30.0)
 
 
-def test_a_server_that_was_culled_comes_back_with_its_tile(
-    hub: Hub, visitors: dict[str, requests.Session]
-) -> None:
+def test_a_culled_server_restarts_with_its_tile(hub: Hub, visitors: dict[str, requests.Session]) -> None:
     eve = visitors["eve"]
-    # What jupyterhub-idle-culler asks for.
+    # The same request as from jupyterhub-idle-culler.
     assert hub.ask(eve, "DELETE", "/hub/api/users/eve/server").status_code in (202, 204)
     deadline = time.monotonic() + 60.0
     while "duet-loading" in hub.get(eve, "/user/eve/duet/").text:
@@ -240,7 +237,7 @@ def test_a_notebook_shows_a_lesson_in_a_cell(hub: Hub, visitors: dict[str, reque
     assert hub.get(visitors["bob"], path).status_code == 403
 
 
-def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+def test_all_users_share_the_service(hub: Hub, visitors: dict[str, requests.Session]) -> None:
     for visitor in visitors.values():
         assert "duet-loading" in hub.get(visitor, "/services/duet/").text
         assert hub.first_message(visitor, "/services/duet/")
@@ -248,7 +245,7 @@ def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Sess
 
 def test_two_users_hold_an_arm_each(hub: Hub, visitors: dict[str, requests.Session]) -> None:
     def come(opened: ExitStack, user: str, path: str, query: str) -> BlockingClient:
-        # The page's own request brings the cookies.
+        # This request fetches the cookies.
         hub.get(visitors[user], f"{path}/")
         cookies = "; ".join(
             f"{one.name}={one.value}"
@@ -269,13 +266,13 @@ def test_two_users_hold_an_arm_each(hub: Hub, visitors: dict[str, requests.Sessi
         guest = come(opened, "bob", "/services/duet", f"guest={word}&resume={2:032d}&lang=de")
         guest.wait_for(lambda v: "Sie halten den silbernen Arm" in shown(v))
         host.wait_for(lambda v: "The second person is here" in shown(v))
-        # Into ann's own server only those come who may.
+        # Bob has no access to Ann's own server.
         with pytest.raises(websockets.InvalidStatus, match="403"):
             come(opened, "bob", "/user/ann/duet", f"guest={word}")
 
 
 @pytest.mark.parametrize("path", ["/user/ann/duet/", "/services/duet/"])
-def test_nothing_leads_past_the_login(hub: Hub, visitors: dict[str, requests.Session], path: str) -> None:
+def test_no_path_bypasses_the_login(hub: Hub, visitors: dict[str, requests.Session], path: str) -> None:
     assert "duet-loading" in hub.get(visitors["ann"], path).text
     stranger = requests.Session()
     assert "duet-loading" not in hub.get(stranger, path).text

@@ -1,4 +1,4 @@
-"""`duet.show()` in a real kernel: what its document says, the numbers, the page in the cell, and the end."""
+"""`duet.show()` in a real kernel: the document's examples, the numbers, the page in the cell, the end."""
 
 import math
 import re
@@ -15,6 +15,8 @@ from jupyter_client.manager import start_new_kernel
 from playwright.sync_api import expect
 
 from app.features.jupyter import JUPYTER, duet, notebook_run
+from app.features.jupyter.notebook_run import NotebookRun
+from app.session.session import Session
 from controllers.errors import BadSetting, DuetError
 from tests.app.features.jupyter.conftest import TOKEN, JupyterServer, environment
 from tests.app.features.said import lines_of
@@ -33,7 +35,7 @@ Execute = Callable[[str], tuple[str, list[str]]]
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Execute]:
-    """`cell(code)` runs a cell, and returns what it prints and the HTML that it shows."""
+    """`cell(code)` runs a cell and returns its printed text and its HTML outputs."""
     home = tmp_path_factory.mktemp("kernel")
     manager, client = start_new_kernel(cwd=str(home), env=environment(home))
 
@@ -61,7 +63,7 @@ def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Execute]:
 
 @pytest.fixture(scope="module")
 def page_html(cell: Execute) -> str:
-    """What the document's own example shows; its run goes on."""
+    """HTML of the document's own example; its run continues."""
     printed, (html,) = cell(EXAMPLE)
     law, time, distance = printed.split()[-3:]
     assert law == "smooth_priority" and float(time) >= 9.9 and 0.1 < float(distance) < 0.5
@@ -78,9 +80,7 @@ def query_of(html: str) -> str:
     return query
 
 
-def test_the_history_is_arrays_of_the_run_that_is_shown(
-    cell: Execute, page_html: str, tmp_path: Path
-) -> None:
+def test_the_history_has_arrays_of_the_displayed_run(cell: Execute, page_html: str, tmp_path: Path) -> None:
     file = tmp_path / "history.npz"
     cell(f"run.advance(5.0)\nimport numpy; numpy.savez({str(file)!r}, **run.history())")
     with np.load(file) as history:
@@ -107,7 +107,9 @@ def test_a_second_cell_shows_the_same_run_and_may_change_it(cell: Execute, page_
     assert cell(state)[0] == "8.0 hold\n"
 
 
-def test_the_first_cell_operates_it_and_a_foreign_page_needs_the_key(cell: Execute, page_html: str) -> None:
+def test_the_first_cell_operates_the_run_and_a_foreign_page_needs_the_key(
+    cell: Execute, page_html: str
+) -> None:
     url, query = f"http://127.0.0.1:{port_of(page_html)}", query_of(page_html)
     with (
         BlockingClient(url, "https://hub.example.org", query=query) as ours,
@@ -131,7 +133,7 @@ def test_the_cell_finds_the_page_through_jupyter(
 ) -> None:
     page = page_at(1000, 800, fresh=True)
     page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
-    # Jupyter's own pages say where they are in this element; JupyterLab itself is not among the tests' packages.
+    # Jupyter's own pages state their address in this element; the tests' packages do not include JupyterLab.
     config = (
         f'<script id="jupyter-config-data" type="application/json">{{"baseUrl": "{jupyter.folder}"}}</script>'
     )
@@ -157,7 +159,7 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
     assert cell(state)[0] == "law.py  smooth_priority\n"
     before = float(cell("print(run.history(0.005)['t'][-1])")[0])
     t, *speeds = map(float, cell(step)[0].split())
-    # The run goes on until the first step pauses it. The arm that keeps clear moves as it is told.
+    # The run continues until the first step pauses it. The protected arm moves as commanded.
     assert t >= before + 0.1 - 1e-6 and 0.2 in [round(speed, 6) for speed in speeds]
     for wrong in ("[0.1]", "[float('nan')] * 7"):
         with pytest.raises(AssertionError, match="7 finite joint velocities"):
@@ -172,7 +174,7 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
             cell(f"duet.show(lesson={wrong})")
 
 
-def test_a_law_of_a_cell_that_fails_names_the_line_of_the_cell(cell: Execute, page_html: str) -> None:
+def test_a_failing_law_of_a_cell_names_the_line_of_the_cell(cell: Execute, page_html: str) -> None:
     cell("run._ask(lambda session: run._app.host.lessons.leave())")
     cell(
         "k = 3\n\ndef broken(situation):\n    return k * situation.nominal / nothing\nduet.law(broken)\nrun.advance(0.1)"
@@ -184,7 +186,7 @@ def test_a_law_of_a_cell_that_fails_names_the_line_of_the_cell(cell: Execute, pa
             cell(f"duet.law({wrong})")
 
 
-def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
+def test_close_ends_the_run_and_the_cell_says_so(
     cell: Execute, page_html: str, jupyter: JupyterServer, page_at: PageAt
 ) -> None:
     printed, _ = cell("duet.close()\nprint(run)")
@@ -205,7 +207,7 @@ def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
     expect(page.locator("body")).to_contain_text("This Duet has ended. Run the cell again.", timeout=60_000)
 
 
-def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_html: str) -> None:
+def test_without_a_proxy_in_jupyter_the_cell_gives_a_link(page_at: PageAt, page_html: str) -> None:
     page = page_at(700, 300, fresh=True, expect=("status of 404",))
     page.route("**/*", lambda route: route.fulfill(status=404))
     page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{page_html}"))
@@ -226,29 +228,35 @@ def resting(situation: Any) -> Any:
     return 0.0 * situation.nominal
 
 
-def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> None:
+def session_of(run: NotebookRun) -> Session:
+    return run._session
+
+
+def test_the_named_law_is_the_one_that_moves_the_arm(ends: None) -> None:
     run = duet.law(resting)
+    simulation = session_of(run).simulation
 
     def named(law: str) -> bool:
         return run.law.law == run["law"] == law and repr(run).endswith(f"hold, {law}>")
 
     assert named("my own law")
     run.change(law="strict_priority", dm=0.1)
-    assert named("strict_priority") and run._session.simulation.given_law is None
+    assert named("strict_priority") and simulation.given_law is None
     duet.law(resting)
     run.change(dm=0.2)
-    assert named("my own law") and run._session.simulation.given_law is not None
+    assert named("my own law") and simulation.given_law is not None
     duet.law(None)
-    assert named("strict_priority") and run._session.simulation.given_law is None
+    assert named("strict_priority") and simulation.given_law is None
 
 
-def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(
+def test_a_step_waits_for_the_ghosts_law_and_invalid_velocities_are_refused(
     ends: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = duet.show()
-    make, unanswered = run._session.step_both, [None, None]
+    session = session_of(run)
+    make, unanswered = session.step_both, [None, None]
     monkeypatch.setattr(
-        run._session, "step_both", lambda: False if unanswered and not unanswered.pop() else make()
+        session, "step_both", lambda: False if unanswered and not unanswered.pop() else make()
     )
     first = run.step(np.zeros(7))
     assert not unanswered
@@ -257,13 +265,13 @@ def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(
     for dq in wrong:
         with pytest.raises(BadSetting, match="7 finite joint velocities"):
             run.step(dq)
-    monkeypatch.setattr(run._session, "step_both", lambda: False)
+    monkeypatch.setattr(session, "step_both", lambda: False)
     monkeypatch.setattr(notebook_run, "PATIENCE", 0.1)
     with pytest.raises(DuetError, match="does not answer"):
         run.step(np.zeros(7))
 
 
-def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before(ends: None) -> None:
+def test_a_cell_starts_a_new_run_after_the_previous_one_ended(ends: None) -> None:
     with pytest.raises(BadSetting, match="no lesson 99"):
         duet.show(lesson=99)
     assert duet._running is None
@@ -284,7 +292,7 @@ def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before(ends: None) -> 
 WRONG: tuple[Any, ...] = ("x", math.nan, math.inf, None)
 
 
-def test_what_is_not_possible_changes_nothing(ends: None, approve: Approve) -> None:
+def test_impossible_requests_change_nothing(ends: None, approve: Approve) -> None:
     run = duet.show(dm=0.1)
     attempts: dict[str, Callable[[], object]] = {
         "run['foo']": lambda: run["foo"],

@@ -1,4 +1,4 @@
-"""The tile in a real Jupyter server: it is found, it serves the page and its websocket, and no request gets past the login."""
+"""The tile in a real Jupyter server: listed, with page and websocket, and closed without the login."""
 
 import json
 import socket
@@ -25,25 +25,25 @@ from importlib.metadata import entry_points
 assert entry.load()()["command"]
 print(*({name.partition(".")[0] for name in sys.modules} & {"viser", "numpy", "tornado", "jupyter_server", "IPython", "traitlets"}))
 """
-"""Prints the packages that the tile brings into a Jupyter server."""
+"""Prints the packages that the tile imports into a Jupyter server."""
 
 START = "import sys, app.start, app.cli.main; print(*({'IPython', 'jupyter_server', 'tornado', 'traitlets'} & set(sys.modules)))"
-"""Prints the packages of Jupyter that Duet's start imports."""
+"""Prints the packages of Jupyter that Duet imports at its start."""
 
 
 @pytest.mark.parametrize("code", [LOAD, START])
-def test_neither_brings_the_other_with_it(code: str) -> None:
+def test_tile_and_start_do_not_import_each_others_packages(code: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
     )
     assert done.stdout.strip() == ""
 
 
-def test_the_launcher_shows_it_with_our_mark(jupyter: JupyterServer) -> None:
+def test_the_launcher_shows_the_tile_with_our_icon(jupyter: JupyterServer) -> None:
     _, _, answer = jupyter.get("server-proxy/servers-info")
     (tile,) = [one for one in json.loads(answer)["server_processes"] if one["name"] == "duet"]
     assert tile["launcher_entry"]["title"] == "Duet"
-    # JupyterLab draws a picture for these categories only.
+    # JupyterLab shows an icon for these categories only.
     assert tile["launcher_entry"]["category"] in ("Notebook", "Console")
     path = urlsplit(tile["launcher_entry"]["icon_url"]).path.removeprefix(jupyter.folder)
     status, _, icon = jupyter.get(path)
@@ -51,7 +51,7 @@ def test_the_launcher_shows_it_with_our_mark(jupyter: JupyterServer) -> None:
 
 
 @pytest.mark.parametrize("token", ["", "wrong"])
-def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterServer, token: str) -> None:
+def test_without_the_login_page_and_websocket_are_closed(jupyter: JupyterServer, token: str) -> None:
     _, url, page = jupyter.get("duet/", token)
     assert "/login?" in url and b"duet-loading" not in page
     with pytest.raises(websockets.InvalidStatus, match="403"):
@@ -59,7 +59,7 @@ def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterS
 
 
 @pytest.mark.thorough
-def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(
+def test_the_tile_shows_the_arms_under_the_hubs_name_but_not_to_a_foreign_page(
     jupyter: JupyterServer, page_at: PageAt
 ) -> None:
     page = page_at(700, 500)
@@ -68,7 +68,7 @@ def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not
     link = page.locator(".duet-link input")
     link.wait_for(state="attached")
     until(page, lambda: link.input_value().startswith(f"{jupyter.origin}{jupyter.folder}duet/?"), "the link")
-    # What comes through the login brings the tile's proof, and may write a law.
+    # A login brings the tile's proof, which permits writing a law.
     page.get_by_role("tab", name="Compare").click()
     page.locator(".duet-law textarea").wait_for(state="attached")
     cookies = "; ".join(f"{one.get('name')}={one.get('value')}" for one in page.context.cookies())
@@ -89,6 +89,6 @@ def first_message(jupyter: JupyterServer, origin: str, cookies: str) -> bytes | 
         open_timeout=60.0,
         proxy=None,
     ) as connection:
-        # Who says nothing is sent away.
+        # A silent client is disconnected.
         connection.send(msgspec.msgpack.encode(CAMERA))
         return connection.recv(60.0)

@@ -1,4 +1,4 @@
-"""The lab report: everything that was done is in it, with the student's own run; nothing in it runs, and it fits on paper."""
+"""The lab report: complete, with the student's run, without active content, and printable."""
 
 import pickle
 import re
@@ -67,19 +67,19 @@ def full(text: str) -> str:
     return report_html(text, [replace(entry(text), settings="n = 2", plot=SVG)], Settings(), about=text)
 
 
-def test_a_nasty_text_is_shown_as_it_was_written() -> None:
+def test_a_hostile_text_is_shown_as_written() -> None:
     assert HtmlReader(full(NASTY)).text.count(NASTY) == 5
     assert LOCKED in full(NASTY)
 
 
 def body_text(page: str) -> str:
-    """What is read in a report, without date and number of the release."""
+    """Visible text of a report, without date and release number."""
     text = re.sub(r"\d{4}-\d\d-\d\d", "DATE", shown_text(page.partition("</style>")[2]))
     return re.sub(r"Duet \d+[\w.+]*", "Duet VERSION", text)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_everything_that_was_done_is_in_it(language: Language, approve: Approve) -> None:
+def test_all_work_is_in_the_report(language: Language, approve: Approve) -> None:
     set_language(language)
     run = Settings(run=given_settings(dm=0.2))
     done = [replace(entry("I thought so."), settings="n = 2"), entry(right=False)]
@@ -87,7 +87,7 @@ def test_everything_that_was_done_is_in_it(language: Language, approve: Approve)
     assert "<table" not in report_html("r", [entry()], None)
 
 
-def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
+def test_empty_parts_and_settings_without_effect_are_left_out() -> None:
     lesson = BOOK.lessons[BOOK.index("limits")]
     index = next(i for i, step in enumerate(lesson.steps) if step.question is None and step.challenge is None)
     page = report_html("r", [step_entry(Done(lesson, index, StepProgress()))], None)
@@ -97,7 +97,7 @@ def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
     assert "<td>d<sub>m</sub></td><td>150\N{NO-BREAK SPACE}mm</td>" in report_html("r", [], Settings())
 
 
-def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None:
+def test_only_the_lessons_formulas_are_drawn_not_a_students() -> None:
     one = entry("me $x$")
     page = report_html(
         "r $x$",
@@ -111,14 +111,14 @@ def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
 
 
-def test_only_plain_pictures_are_put_in() -> None:
+def test_pictures_with_active_content_are_refused() -> None:
     active = (f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>', f"{HEAD}><foreignObject/></svg>")
     for svg in ("no picture", "<p>x</p>", *active, f"{SVG}<b>x</b>"):
         with pytest.raises(ValueError, match="a plot is no"):
             report_html("r", [replace(entry(), plot=svg)], None)
 
 
-def test_it_prints_on_paper_with_reason_and_outcome_side_by_side(page_at: PageAt, tmp_path: Path) -> None:
+def test_the_report_prints_with_reason_and_outcome_side_by_side(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
     plots = [
         inline_svg(recorded, "p1", only=("lambda",)),
@@ -143,7 +143,7 @@ def test_it_prints_on_paper_with_reason_and_outcome_side_by_side(page_at: PageAt
 
 @pytest.fixture(scope="module")
 def run() -> LessonSession:
-    """Lesson 1, its first step seen to its end, with a wrong answer; only to be read."""
+    """Lesson 1 after a complete first step with a wrong answer. Tests must not change it."""
     run = LessonSession(Session(Settings()), BOOK)
     run.enter(0)
     run.act(Choose(3))
@@ -178,11 +178,11 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession, app
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
     assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
     reason, _, measured = page.partition('<div class="beside"><div><b>')[2].partition("<b>")
-    assert "<script" not in reason and measured, "reason and outcome stand side by side"
+    assert "<script" not in reason and measured, "reason and outcome are side by side"
     assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
 
 
-def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: LessonSession) -> None:
+def test_the_report_has_the_students_run_or_an_identical_new_one(run: LessonSession) -> None:
     (done,) = steps_of(run)
     assert done.seen is not None
     again = recorded_of(done.step.setup)
@@ -191,17 +191,17 @@ def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: Less
     assert table.tobytes() == simulated(done.step.setup).history.table(len(table)).tobytes()
     assert rerun(done.seen).table[: len(table)].tobytes() == table.tobytes()
     assert made((replace(done, seen=None),)).count("<figure>") == 1
-    # What a hand was in cannot be made again, and what was not seen is not shown.
+    # A run with the student's hand cannot be repeated; without a seen run there is no figure.
     yours = next(i for i, step in enumerate(done.lesson.steps) if step.yours)
     progress = replace(done.progress, choice=None, outcome=None)
     assert made((Done(done.lesson, yours, progress),)).count("<figure>") == 0
 
 
-def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
+def test_a_drawn_curve_is_shown_with_the_true_one() -> None:
     run = LessonSession(Session(Settings()), BOOK)
     run.enter("lambda", 1)
     run.act(Draw("lambda", "tail", (1.0,) * COLUMNS))
-    assert run.walk.done.untouched, "drawn for another step"
+    assert run.walk.done.untouched, "the curve is for another step"
     run.act(Draw("lambda", "curve", (1.0,) * COLUMNS))
     page = made(steps_of(run))
     assert "<dt>Drawn</dt>" in page and "your curve" not in page and "by the formula" not in page
@@ -211,7 +211,7 @@ def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
     assert "your curve" in page and "by the formula" in page and "0.76" in page
 
 
-def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
+def test_only_worked_steps_are_in_the_report(run: LessonSession) -> None:
     assert [(one.lesson.number, one.index) for one in steps_of(run)] == [(1, 0)]
     assert steps_of(run, BOOK.lessons[1].id) == () and len(steps_of(run, BOOK.lessons[0].id)) == 1
     assert not LessonSession(Session(Settings()), BOOK).begun and run.begun
@@ -226,7 +226,7 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
     assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
 
 
-def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
+def test_the_report_file_is_made_in_the_background(run: LessonSession) -> None:
     background = Inline()
     queue = ExportQueue(run.session, ReplayPlayer(run.session, background, run.session.wake))
     ask_report(queue, run.session, ())
@@ -234,7 +234,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     ask_report(queue, run.session, steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()
-    # It goes to another process, with what was written until now.
+    # The job goes to another process, with the text written so far.
     pickle.loads(pickle.dumps(job.arguments))
     before = run.walk.done.words
     run.walk.write("later")
@@ -269,7 +269,7 @@ def test_words_survive_a_reload_and_a_reset(run: LessonSession) -> None:
     assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).words) == MOST_WORDS
 
 
-def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
+def test_the_box_for_words_is_hidden_while_the_list_of_lessons_is_shown() -> None:
     session, client = Session(Settings()), MagicMock()
     run = LessonSession(session, BOOK)
     run.enter(0)
@@ -301,7 +301,7 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_report_says_what_the_tests_of_a_law_found(language: Language, approve: Approve) -> None:
+def test_the_report_has_the_results_of_the_tests_of_a_law(language: Language, approve: Approve) -> None:
     book = our_book(language)
     lesson = book.lessons[book.index("limits")]
     step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")

@@ -1,4 +1,4 @@
-"""A student's reason on the page and in the report, and the run that shows why an answer is wrong."""
+"""A student's reason beside the outcome, and the contrast run for a wrong answer."""
 
 from typing import Literal
 
@@ -18,15 +18,15 @@ WATCH = """() => { window.flashed = []; document.addEventListener("animationstar
   const { animationDuration, animationIterationCount } = getComputedStyle(target);
   if (/^duet-(flash|mark)$/.test(animationName)) flashed.push([animationName, target.innerText.trim().split(/\\s/)[0],
     1000 * parseFloat(animationDuration) * animationIterationCount]); }); }"""
-"""Notes what begins to flash: name of the animation, first word of the element, for how long [ms]."""
+"""Records each flash: animation name, first word of the element, duration [ms]."""
 
 FLASHES = "() => document.getAnimations().filter(a => /^duet-(flash|mark)$/.test(a.animationName)).length"
 
 
 def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animation: str) -> None:
-    """See the run that shows why, and once only for how long the control that differs is marked."""
+    """Start the contrast run; check that the differing control is marked once, for 2 s."""
     page.emulate_media(reduced_motion=motion)
-    # On a busy machine it may be over before it is looked at.
+    # Recorded, because on a busy machine a flash may end before it is polled.
     page.evaluate("window.flashed = []")
     press(page, "Show me why")
     page.locator(".duet-l-verdict b").get_by_text("Here you would be right: n = 10", exact=True).wait_for()
@@ -34,7 +34,7 @@ def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animatio
 
 
 @pytest.mark.thorough
-def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(
+def test_a_reason_is_beside_the_outcome_and_a_click_runs_the_contrast(
     house: OpenHouse, page_at: PageAt
 ) -> None:
     page = page_at(1440, 900, fresh=True)
@@ -49,10 +49,10 @@ def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(
     said = page.locator(".duet-l-verdict dd").nth(1)
     until(page, lambda: said.inner_text() == REASON and box.count() == 0, "the reason beside the outcome")
 
-    # A wrong answer: the run in which it would be right, and what differs in it.
+    # A wrong answer: the run in which it would be right, with the difference marked.
     page.evaluate(WATCH)
     why_flashes(page, "no-preference", "duet-flash")
-    until(page, lambda: session.simulation.time > 1.5, "it runs by itself")
+    until(page, lambda: session.simulation.time > 1.5, "the run starts by itself")
     legend = page.locator(".duet-caption:visible").first
     until(
         page,

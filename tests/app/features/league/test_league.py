@@ -1,4 +1,4 @@
-"""`lwr-duet league`: what it writes, the same bytes everywhere, how it goes on, and what a broken file costs."""
+"""`lwr-duet league`: its files, the same bytes everywhere, continuation, and the cost of a broken file."""
 
 import json
 import re
@@ -47,7 +47,7 @@ FILES = ["league.csv", "league.html", "league.json", "league.md", PART, "times.c
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What holds for every scene is seen in one, and what holds for every law in two; the runs are short."""
+    """Shorten the runs; use one scene and two laws, which represent the others."""
     monkeypatch.setattr(league, "QUICK", TINY)
     monkeypatch.setattr(entrants, "LAWS", {name: LAWS[name] for name in (DEFAULT_LAW, NO_AVOIDANCE)})
     for module in (league, league_page):
@@ -57,7 +57,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def one_robot(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the runs short, and use the ideal robot alone."""
+    """Shorten the runs and use only the ideal robot."""
     for module in (league, league_page):
         monkeypatch.setattr(module, "ROBOTS", {"ideal": ROBOTS["ideal"]})
 
@@ -68,10 +68,10 @@ def play(out: Path, *more: str) -> int:
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("small")
-def test_it_goes_on_where_it_was_interrupted_and_writes_the_same_everywhere(
+def test_a_restarted_league_continues_and_writes_the_same_everywhere(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
-    """On one core, on two, and on a cluster."""
+    """On one core, on two cores and on a cluster."""
     here, two, cluster = tmp_path / "here", tmp_path / "two", tmp_path / "cluster"
     whole, word = command.computing, ("--seed-word", "pear")
 
@@ -85,11 +85,11 @@ def test_it_goes_on_where_it_was_interrupted_and_writes_the_same_everywhere(
         assert play(here, *word, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
     approve("interrupted.txt", said.err.splitlines()[-1].replace(str(here / PART), "PART") + "\n")
-    # Of built-in laws alone there is nothing to say.
+    # With built-in laws only, no sentence is needed.
     assert "how well" not in said.err
     assert [path.name for path in here.iterdir()] == [PART]
     with (here / PART).open("a", encoding="utf-8") as file:
-        # A power failure in the middle of a line.
+        # A power failure during the writing of a line.
         file.write('{"name":"smooth_pri')
     assert play(here, *word, "--workers", "1") == 0
     assert play(two, *word, "--workers", "2") == 0
@@ -111,7 +111,7 @@ def test_it_goes_on_where_it_was_interrupted_and_writes_the_same_everywhere(
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("one_robot")
-def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
+def test_a_broken_file_costs_its_row_and_a_new_file_only_its_own_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder, out = tmp_path / "laws", tmp_path / "out"
@@ -135,7 +135,7 @@ def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
     )
     assert len(rows) == len(broken) == len(LEVELS)
     assert all("broken.py, line 1: law" in line for line in broken)
-    # At equal safety; in so short a run not every scene lets the arms come near.
+    # At equal safety; in such short runs the arms do not come close in every scene.
     assert all("offset of d = " in line or "no value of its knob" in line for line in rows[1:])
     page = (out / "league.html").read_text(encoding="utf-8")
     read = HtmlReader(page)
@@ -147,7 +147,7 @@ def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("one_robot")
-def test_a_file_that_runs_out_of_time_has_another_try_with_more_time(
+def test_a_file_that_runs_out_of_time_gets_another_try_with_more_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tries: list[float] = []
@@ -169,9 +169,7 @@ def test_a_file_that_runs_out_of_time_has_another_try_with_more_time(
     assert "given_up" not in (tmp_path / "out" / "league.json").read_text(encoding="utf-8")
 
 
-def test_every_file_plays_once_under_a_name_of_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_every_file_plays_once_under_a_unique_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "anna"
     folder.mkdir()
@@ -194,7 +192,7 @@ REFUSED = (
 )
 
 
-def test_nonsense_is_refused(
+def test_invalid_options_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -205,15 +203,15 @@ def test_nonsense_is_refused(
     for options in REFUSED:
         assert main(["league", "--quick", *options.split()]) == 2 and not Path("new").exists()
         said[options] = capsys.readouterr().err.rstrip().replace(str(tmp_path), "FOLDER")
-    # What Dask itself says differs by version.
+    # Dask's own text differs by version.
     approve("refusals.txt", re.sub(r"answers there \(.*?\)", "answers there (…)", lines_of(said)))
-    # How a folder that is a file is named differs by system.
+    # The text for a folder that is a file differs by system.
     assert main(["league", "--quick", "--out", "file/out"]) == 2
     assert "cannot be written" in capsys.readouterr().err
 
 
 def outcome(*figures: tuple[float, float, float]) -> Outcome:
-    """An outcome with runs of so much lost, smallest distance and error."""
+    """An outcome with runs of these losses, smallest distances and errors."""
     runs = tuple(
         LeagueRun("public", i, 0.5, lost, d_min, e2, 0.1, 0.4)
         for i, (lost, d_min, e2) in enumerate(figures, 1)
@@ -221,7 +219,7 @@ def outcome(*figures: tuple[float, float, float]) -> Outcome:
     return Outcome(None, None, runs, 40.0)
 
 
-def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> None:
+def test_a_row_has_its_worst_run_and_its_error_relative_to_the_paper() -> None:
     mine = [Entrant(DEFAULT_LAW), Entrant(NO_AVOIDANCE)]
     paper, other = outcome((0.0, 0.16, 0.1), (0.0, 0.15, 0.3)), outcome((0.01, 0.14, 0.1), (0.05, 0.10, 0.1))
     known = [
@@ -234,7 +232,7 @@ def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> Non
     assert (first.entrant, first.lost, first.d_min, first.e2) == (mine[0], 0.0, 0.15, pytest.approx(1.0))
     assert (second.lost, second.d_min, second.e2, second.dq_step) == (0.05, 0.10, pytest.approx(0.5), 0.1)
     assert second.at_bounds == pytest.approx(0.5), "0.4 s of 2 s · 0.2 / 0.5"
-    # At equal safety the error decides; without a run in one scene there is none.
+    # At equal safety the error decides; one missing scene gives no error.
     assert [row.entrant for row in league_rows(mine, known, TINY, "equal", "ideal")] == mine[::-1]
     away = (NO_AVOIDANCE, "ball")
     gap = [
@@ -261,7 +259,7 @@ def test_the_document_has_the_tables_of_the_built_in_laws() -> None:
     }
     assert all(set(rows) == {law.label for law in LAWS.values() if law.in_league} for rows in found.values())
     assert f"edition {league.EDITION}" in text.lower()
-    # One of its rows again: all but the wall time.
+    # One row recomputed: everything except the wall time.
     paper = Entrant(DEFAULT_LAW)
     ideal = [event for event in events() if (event.level, event.robot) == ("default", "ideal")]
     known = [

@@ -1,4 +1,4 @@
-"""The league's runs: the same persons at other speeds, a hidden half, and the knob that keeps the distance."""
+"""The league's runs: the same persons at other speeds, a hidden half, the knob that keeps the distance."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ from scenes.targets import HandTarget
 SHORT = Schedule(6.0, (0.5,), (2,))
 
 
-def test_a_person_at_another_speed_goes_the_same_way() -> None:
+def test_a_person_at_another_speed_takes_the_same_path() -> None:
     event, person = Event("hold", "ideal", "default"), SHORT.persons()[0]
     source = Simulation(event.settings(person), 1).source()
     fast = paced(Simulation(event.settings(person), 1).source(), 2.5)
@@ -36,7 +36,7 @@ def test_a_person_at_another_speed_goes_the_same_way() -> None:
         assert np.array_equal(there.position, here.position)
 
 
-def test_the_hidden_half_follows_from_the_word_and_has_as_many_persons() -> None:
+def test_the_word_determines_the_hidden_half_with_equally_many_persons() -> None:
     first, again, other = (replace(FULL, word=word).persons() for word in ("pear", "pear", "plum"))
     assert first == again and [p for p in first if p.half == "public"] == FULL.persons()
     hidden, others = ([p.seed for p in persons if p.half == "hidden"] for persons in (first, other))
@@ -68,7 +68,7 @@ def test_a_law_with_its_own_settings() -> None:
         summary.out_of_authority_s,
     )
     assert (figures.half, figures.number, figures.speed) == ("public", 1, 0.5)
-    # A person who is faster than v brings d below d_m; that is no loss of the law's.
+    # A person faster than v brings d below d_m; that does not count as a loss of the law.
     table = done.table
     assert (
         table[:, COLUMN["w"]].max() > NOMINAL_VELOCITY
@@ -77,7 +77,7 @@ def test_a_law_with_its_own_settings() -> None:
     )
 
 
-def test_what_an_unprotected_arm_loses() -> None:
+def test_losses_of_an_unprotected_arm() -> None:
     slow = replace(SHORT, speeds=(0.2,))
     (figures,) = law_held(NO_AVOIDANCE, slow, Event("hold", "ideal", "default")).runs
     assert figures.d_min < 0.0 and figures.lost == pytest.approx(CRITICAL_DISTANCE - figures.d_min)
@@ -95,7 +95,7 @@ def test_at_equal_safety_the_public_persons_keep_the_distance_on_average() -> No
     assert alone.value == outcome.value and alone.runs == outcome.runs[:2]
 
 
-def test_a_law_without_a_knob_and_one_that_cannot_keep_the_distance() -> None:
+def test_a_law_without_a_knob_or_unable_to_keep_the_distance() -> None:
     event = Event("hold", "ideal", "equal")
     assert law_held("strict_priority", SHORT, event).problem == NO_KNOB
     outcome = law_held("null_space_avoidance", SHORT, event)

@@ -1,27 +1,31 @@
-"""A lecture on the wire, whose teacher is in lesson 1, and what its pages see and press."""
+"""A lecture over real connections, with its teacher in lesson 1, and helpers for its pages."""
 
+import html
 import re
 from collections.abc import Callable
+from time import monotonic
 from typing import Any
 
 from app.features.lecture.breakout_host import BreakoutHost
 from app.features.lecture.lecture import LectureHost
+from app.features.lecture.teacher_panel import COMMANDS
 from app.page.panels.choice_buttons import MARK
 from app.session.session import Session
 from app.start import App
 from app.web.server import MOVED_CODE
 from tests.app.conftest import ByHand, OpenHouse, ask
-from tests.app.page.helpers import bodies, open_lessons, shown
+from tests.app.page.helpers import bodies, click, open_lessons, shown
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 KEY = "chalk ü"
 
-
 WAIT = 60.0
 
-
 Come = Callable[..., BlockingClient]
+
+BY_KEY = {action: name for name, _, action in COMMANDS}
+"""Teacher's action → its name in the palette."""
 
 
 def lecture_of(house: App | ByHand) -> LectureHost:
@@ -30,18 +34,17 @@ def lecture_of(house: App | ByHand) -> LectureHost:
 
 
 def operator_of(host: LectureHost) -> int | None:
-    """Id of the client that has the controls, or None."""
+    """Client id of the operator, or None."""
     operator = host.controls.operator
     return None if operator is None else operator.client.client_id
 
 
 def tab_of(name: str) -> str:
-    """The id of a student's tab."""
     return f"{name.encode().hex():0<32}"
 
 
 def sessions_of(host: LectureHost | BreakoutHost) -> dict[int, Session]:
-    """The breakout sessions of a host, by client id."""
+    """Breakout sessions of a host by client id."""
     return {
         key: one.visitor.session for key, one in list(host.participants.items()) if one.visitor is not None
     }
@@ -56,8 +59,13 @@ def sees(visitor: BlockingClient, *texts: str) -> None:
         ) from error
 
 
+def everything(visitor: BlockingClient) -> str:
+    """All messages that a page has received; its client must come from the fixture `come`."""
+    return html.unescape("\n".join(list(vars(visitor.mirror)["heard"])))
+
+
 def choose(visitor: BlockingClient, label: str) -> None:
-    """Press one of a row of buttons."""
+    """Press the button with this label in a row of buttons."""
 
     found: list[tuple[str, str]] = []
 
@@ -74,7 +82,7 @@ def choose(visitor: BlockingClient, label: str) -> None:
 
 
 def command(visitor: BlockingClient, name: str) -> None:
-    """Do something by its name, as the palette and the keys do."""
+    """Trigger a command by its name, as the palette and the keys do."""
     visitor.wait_for(lambda v: any(c["label"] == name for c in list(v.mirror.commands.values())), WAIT)
     uuid = next(uuid for uuid, c in list(visitor.mirror.commands.items()) if c["label"] == name)
     visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
@@ -86,8 +94,20 @@ def drawn_name(student: BlockingClient) -> str:
     return found[1]
 
 
+def leave_lessons(teacher: BlockingClient) -> None:
+    click(teacher, "Leave the lessons")
+    click(teacher, "Leave with the class")
+
+
+def banner(visitor: BlockingClient) -> str:
+    """Text of a page's banner, with … for the drawn name."""
+    name = re.search(r"For the teacher you are ([^.<]+)\.", shown(visitor))
+    said = "\n".join(re.findall(r'class="duet-banner[^>]*>([^<]*)<', shown(visitor))) + "\n"
+    return said if name is None else said.replace(name[1], "…")
+
+
 class Class:
-    """A lecture, whose teacher is in lesson 1, and its students by their names."""
+    """A lecture with its teacher in lesson 1, and its students by name."""
 
     def __init__(self, house: OpenHouse, come: Come, **options: Any) -> None:
         self.opened, self._come = house(lecture=True, key=KEY, **options), come
@@ -97,23 +117,39 @@ class Class:
         open_lessons(self.teacher)
         sees(self.teacher, "Lesson 1 · step 1")
 
-    def come(self, *names: str) -> list[BlockingClient]:
-        self.students |= {name: self._come(self.opened, name) for name in names}
+    def come(self, *names: str, query: str = "") -> list[BlockingClient]:
+        self.students |= {name: self._come(self.opened, name, query=query) for name in names}
         return [self.students[name] for name in names]
 
+    def screen(self, key: str = "") -> BlockingClient:
+        """A projector."""
+        return self._come(self.opened, query="screen=1", key=key)
+
     def send(self, label: str, *names: str) -> list[BlockingClient]:
-        """The teacher chooses where the students work, and their pages are asked to come again, and do."""
+        """Choose, as the teacher, where the students work; their pages reconnect as asked."""
         choose(self.teacher, label)
         for name in names:
             self.is_sent_away(name)
         return self.come(*names)
 
+    def explore(self, *names: str) -> None:
+        """Prepare breakout places, single or shared, for students who connect later."""
+
+        def settle(_: Session) -> None:
+            self.host.classroom.explore()
+            self.host.classroom.settle(tuple(map(tab_of, names)), monotonic())
+
+        ask(self.host.session, settle)
+
+    def session_of(self, name: str) -> Session:
+        return sessions_of(self.host)[self.number(name)]
+
     def is_sent_away(self, name: str) -> None:
-        """Wait until a student's page is asked to come again."""
+        """Wait until a student's page is asked to reconnect."""
         assert ended(self.students[name])[0] == MOVED_CODE
 
     def number(self, name: str) -> int:
-        """Wait until a student has a session of their own, and return its number."""
+        """Number of a student's breakout session; waits for it."""
         visitor = self.students[name]
         visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), WAIT)
         (owner,) = {str(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner")}
@@ -121,4 +157,4 @@ class Class:
         return int(owner)
 
     def critical_distance(self, name: str) -> float:
-        return ask(sessions_of(self.host)[self.number(name)], lambda s: s.settings.run.law.critical_distance)
+        return ask(self.session_of(name), lambda s: s.settings.run.law.critical_distance)

@@ -1,4 +1,4 @@
-"""A teacher and two students, one with a phone, in a real browser: answers by key and by click, the reveal, and out to explore and back."""
+"""A teacher and two students (one on a phone) in a real browser: answers, reveal, exploring and return."""
 
 import csv
 import io
@@ -33,18 +33,18 @@ def come(page: Page, address: str) -> None:
 
 
 def on_stage(page: Page, key: str) -> None:
-    """Press a key where no widget takes it."""
+    """Press a key while no widget has the focus."""
     page.locator("body").click(position={"x": 400, "y": 60})
     page.keyboard.press(key)
 
 
 def edge(page: Page, selector: str, side: str) -> float:
-    """Where an element ends [CSS px]."""
+    """Position of this side of an element [CSS px]."""
     return float(page.locator(selector).last.evaluate(f"element => element.getBoundingClientRect().{side}"))
 
 
 def in_view(page: Page, selector: str) -> bool:
-    """Whether an element is in the window, as a whole."""
+    """True if the whole element is in the window."""
     return (
         edge(page, selector, "top") >= 0.0
         and edge(page, selector, "bottom") <= page.evaluate("innerHeight") + 1.0
@@ -52,7 +52,7 @@ def in_view(page: Page, selector: str) -> bool:
 
 
 def taken(page: Page, kind: str) -> bytes:
-    """Download one of the teacher's files."""
+    """Downloaded file of the teacher's page."""
     with page.expect_download() as download:
         page.get_by_role("button", name=kind, exact=True).click()
     return Path(download.value.path()).read_bytes()
@@ -62,10 +62,10 @@ def taken(page: Page, kind: str) -> bytes:
 def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
     host = lecture_of(opened)
-    # Ann has a desk, Bo a phone.
+    # Ann has a desktop window, Bo a phone.
     teacher, ann, bo = page_at(1440, 900), page_at(640, 420), page_at(390, 844)
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
-    # The key leaves the address, and is still known after a reload.
+    # The key disappears from the address but is still known after a reload.
     assert "chalk" not in teacher.url and "lesson=1" in teacher.url
     before = host.controls.operator
     teacher.reload()
@@ -87,7 +87,7 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
 
 
 def see_the_stage(host: LectureHost, teacher: Page, ann: Page) -> None:
-    """It is the same for all, and only the teacher operates it."""
+    """The 3-D view is the same for all pages, and only the teacher operates it."""
     session = host.session
     arm, place = ask(
         session, lambda s: (s.simulation.room.arms[0].name, s.simulation.kinematics.joint_point(7).copy())
@@ -113,7 +113,7 @@ def see_the_stage(host: LectureHost, teacher: Page, ann: Page) -> None:
 
 
 def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
-    """One answers by key, the other by click; only the teacher sees how many. Return Ann's tab, which is another one then."""
+    """Answers by key and by click; only the teacher sees their number. Ann's new tab is returned."""
     teacher.get_by_text("0 answered · 2 not yet").wait_for()
     until(
         bo,
@@ -124,7 +124,7 @@ def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
     assert edge(bo, ".duet-banner", "top") > 150.0
     ann.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("1 answered · 1 not yet").wait_for()
-    # Ann closes the tab and opens the address again: she is who she was.
+    # Ann closes the tab and opens the address again: she is the same student.
     context = ann.context
     ann.close()
     teacher.get_by_text("students here: 1").wait_for()
@@ -159,7 +159,7 @@ def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
 
 
 def answer_again(teacher: Page, ann: Page, bo: Page) -> None:
-    """The first round stays, pale, beside the second one."""
+    """The first round stays visible, pale, beside the second."""
     teacher.get_by_role("button", name="Ask again").click()
     for page in (ann, bo):
         page.get_by_text("Asked again: talk it over with your neighbours").first.wait_for()
@@ -190,7 +190,7 @@ def answer_again(teacher: Page, ann: Page, bo: Page) -> None:
 
 
 def hand_in(teacher: Page, ann: Page) -> None:
-    """A report is handed in, and the teacher takes away what the class leaves behind."""
+    """Ann hands in a report, and the teacher downloads the class files."""
     ann.get_by_text("Hand in my report", exact=True).click()
     ann.get_by_label("Name", exact=True).fill("=Ann <b>")
     ann.get_by_role("button", name="Hand in", exact=True).click()
@@ -213,8 +213,8 @@ def hand_in(teacher: Page, ann: Page) -> None:
 
 
 def invite(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
-    """The address on every page; a student closes it for oneself, the teacher by × for all, and a key shows it on the teacher's page
-    alone."""
+    """The address on every page: a student closes it on one page, the teacher (by ×) on all; a key shows it
+    only on the teacher's page."""
     teacher.get_by_role("tab", name="Join", exact=True).click()
     teacher.get_by_role("button", name="On every page").click()
     over = ann.locator("#duet-overlay")
@@ -239,7 +239,7 @@ def invite(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
             teacher.keyboard.press(away)
         for page in (teacher, bo):
             page.locator("#duet-overlay section").wait_for(state="detached")
-        # The key takes it away as long as the panel has not shown that it is away.
+        # The key would hide it again until the panel shows that it is hidden.
         until(teacher, lambda: not (host.control.presenter.inviting or panel.inviting), "away for all", WAIT)
         if away != "Alt+Shift+J":
             on_stage(teacher, "Alt+Shift+J")
@@ -248,7 +248,7 @@ def invite(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
 
 
 def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
-    """Another question: on a long page of the phone the scene stays a strip, and the banner in view."""
+    """Another question: on a long page the phone keeps a strip of the scene and the banner in view."""
     lesson, drawn = next(
         (i, k)
         for i, one in enumerate(host.lessons.book.lessons)
@@ -257,7 +257,7 @@ def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
     )
     ask(host.session, lambda _: host.lessons.act(GoTo(lesson, drawn)))
     ann.locator(".duet-draw").wait_for()
-    # The phone is looked at as it opens, whatever has been done on it.
+    # A reload, so that the check does not depend on earlier actions on the phone.
     bo.reload()
     on_stage(ann, "2")
     ballots = host.classroom.ballots
@@ -266,14 +266,14 @@ def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
     assert len(one) == 1 and one < both, "Ann is the same student"
 
     def stays() -> bool:
-        # What comes later may push it down again.
+        # Later content may push it down again.
         bo.locator(".duet-draw").evaluate("board => board.scrollIntoView({block: 'end'})")
         return in_view(bo, ".duet-draw") and 150.0 < edge(bo, ".duet-banner", "top") < 400.0
 
     until(bo, stays, "a strip and the banner", WAIT)
     bo.get_by_role("button", name="1 ").first.click()
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
-    # A reason, in one line that harms nothing; only the teacher reads it.
+    # A reason becomes one harmless line that only the teacher reads.
     bo.get_by_label("Because …").fill("<img src=x onerror=alert(1)>  it is\u202e half " + "x" * 300)
     reason = teacher.locator(".duet-reasons li")
     until(teacher, lambda: len(reason.inner_text()) > 190, "the reason", WAIT)
@@ -284,7 +284,7 @@ def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
 
 
 def open_a_second_tab(opened: App, teacher: Page, ann: Page) -> None:
-    """One student is one voter: the second tab goes on in place of the first one, and the first one again when it is used."""
+    """Two tabs are one student: the second replaces the first, and the first is back when it is used."""
     second = ann.context.new_page()
     come(second, opened.url)
     away = "Duet is open in another tab of this browser."
@@ -298,7 +298,7 @@ def open_a_second_tab(opened: App, teacher: Page, ann: Page) -> None:
 
 
 def explore(host: LectureHost, teacher: Page, ann: Page) -> None:
-    """Out to explore and back: the tab finds its own session, and the stage, by itself."""
+    """Exploring and return: the tab changes to its breakout session and back by itself."""
     teacher.get_by_role("button", name="Explore freely").click()
     ann.locator(".duet-banner.own").first.wait_for()
     ann.locator(".duet-l-head").wait_for()
@@ -313,10 +313,10 @@ def explore(host: LectureHost, teacher: Page, ann: Page) -> None:
 
 
 def look_at_the_plots(host: LectureHost, teacher: Page) -> None:
-    """What a class has besides, and is empty for now, takes no column of the teacher's plots."""
+    """Empty parts of a class take no column of the teacher's plots."""
     third = next(i for i, one in enumerate(host.lessons.book.lessons) if one.number == 3)
     ask(host.session, lambda _: host.lessons.act(GoTo(third, 1)))
-    # While a lesson asks, there are no plots.
+    # While a lesson asks its question, there are no plots.
     ask(host.session, lambda _: setattr(host.lessons.walk, "phase", Phase.DO))
     captions = teacher.locator(".duet-caption")
     captions.nth(1).wait_for()

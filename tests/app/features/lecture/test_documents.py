@@ -6,7 +6,7 @@ from app.features.lecture import LECTURE
 from tests.test_imports import ROOT
 
 
-def test_the_documents_for_teachers_name_what_exists() -> None:
+def test_the_documents_for_teachers_have_valid_options_and_times() -> None:
     plan = LECTURE.documents["lecture-plan"].file.read_text(encoding="utf-8")
     assert set(re.findall(r"--([a-z][a-z-]+)", plan)) <= {"lecture", "key", "profile", "sessions", "host"}
     for part, whole in zip(plan.split("## In 45 minutes"), (90, 45), strict=True):

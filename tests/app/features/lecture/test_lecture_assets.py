@@ -1,4 +1,4 @@
-"""The scripts and style sheets of a class are on every page, behind the core's."""
+"""A lecture's scripts and style sheets are on every page, after the core's."""
 
 import re
 from urllib.request import urlopen
@@ -16,12 +16,12 @@ def test_every_script_and_style_sheet_is_on_the_page(house: OpenHouse) -> None:
         page = answer.read().decode()
     places = [page.find(sent_text(file)) for file in (*assets.styles, *assets.scripts)]
     assert min(places) > 0 and places == sorted(places)
-    # The words of a class are added to a table that is there already.
+    # A lecture's texts are added to a table that must exist already.
     assert page.index("duet.holders = {") < page.index("duet.holders;\n")
 
 
-def test_the_banner_that_sticks_is_not_opaque() -> None:
-    # Chromium takes the scene above the sheet for covered by an opaque one, now and then: a browser shows it too seldom for a test.
+def test_the_sticky_banner_is_not_opaque() -> None:
+    # With an opaque banner Chromium sometimes treats the scene above as covered; too rare for a browser test.
     sheet = (STATIC / "lecture.css").read_text(encoding="utf-8")
     (sticks,) = re.findall(r"\[data-duet-holds~=banner\]\{([^}]*)\}", sheet)
     assert "position:sticky" in sticks and re.search(r"opacity:\.9\d*", sticks)

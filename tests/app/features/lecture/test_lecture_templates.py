@@ -1,4 +1,4 @@
-"""Nothing that a person of a class wrote acts on a page of the lecture."""
+"""Texts of a class's members are harmless on the lecture's pages."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -46,10 +46,10 @@ SURFACES: Surfaces = {
     ),
     "features/lecture/screen.html": screens,
 }
-"""Template → pages and pieces that are made with it, of the worst that a name or a lesson may hold."""
+"""Template → pages and fragments made from it with hostile names and lesson texts."""
 
 
-def test_every_template_of_the_lecture_is_tried() -> None:
+def test_every_template_of_the_lecture_is_listed() -> None:
     assert sorted(SURFACES) == [name for name in ALL_TEMPLATES if name.startswith("features/lecture/")]
 
 

@@ -1,15 +1,15 @@
-"""A lecture in several processes: the students explore in others than the stage's, and the teacher reaches all of them."""
+"""A lecture in several processes: breakout sessions in others than the shared session's."""
 
 import pickle
-import re
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator
+from contextlib import closing
 from math import inf
 from pathlib import Path
 from time import monotonic
 
 import pytest
 
+from app.features.classroom.class_record import NAME, class_of
 from app.features.classroom.class_summary import HandIn
 from app.features.classroom.classroom import Classroom
 from app.features.lecture.breakout_host import BreakoutHost
@@ -21,96 +21,95 @@ from app.hosting import visitor as visitor_module
 from app.hosting.visitor_record import VisitorRecord
 from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
-from app.web.server import MOVED_CODE
 from tests.app.conftest import Made
-from tests.app.features.lecture.lecture_room import choose, command, drawn_name, sees, sessions_of, tab_of
+from tests.app.features.lecture.lecture_room import choose, drawn_name, sees, sessions_of, tab_of
+from tests.app.features.lecture.served_class import (
+    D_M,
+    NAMES,
+    OPTIONS,
+    ServedClass,
+    critical_distance,
+    push,
+    show_work,
+)
 from tests.app.features.lessons.helpers import opens_lesson
 from tests.app.features.store.kept import kept
 from tests.app.features.workers.served import Serve, Served
 from tests.app.features.workers.test_workers import worker_of
-from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
+from tests.app.page.helpers import buttons, click, shown
 from tests.app.runtime.processes import until
-from tests.app.served import has_arms
-from tests.app.web.conftest import ended
-from tests.blocking_client import BlockingClient
-
-NAMES = ("ann", "bo", "cy")
-"""Each has a session of their own; di, who comes late, shares ann's."""
-
-Come = Callable[..., BlockingClient]
+from tests.approved import Approve
 
 
-@pytest.fixture
-def served(serve: Serve) -> Served:
-    return serve(
-        "--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "3", "--students", "4"
-    )
+@pytest.fixture(scope="module")
+def lasting_class(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedClass]:
+    """One class for the tests that end no process."""
+    served = Served(tmp_path_factory.mktemp("class"), *OPTIONS)
+    with closing(served), closing(ServedClass(served)) as made:
+        yield made
 
 
 @pytest.fixture
-def come(served: Served) -> Iterator[Come]:
-    """`come("ann")` is a student, `come(key=True)` a teacher, `come(screen=True)` a projector; the page is whole."""
-    with ExitStack() as opened:
-
-        def make(name: str = "", key: bool = False, screen: bool = False) -> BlockingClient:
-            query = "key=chalk-and-talk" if key else "screen=1" if screen else f"resume={tab_of(name)}"
-            return opened.enter_context(served.come(query, has_arms))
-
-        yield make
+def explorers(lasting_class: ServedClass) -> ServedClass:
+    lasting_class.begin()
+    return lasting_class
 
 
-def critical_distance(store: Path) -> float:
-    """The one of ann's record in the store [m]."""
-    record = kept(store, tab_of("ann"))
-    return 0.0 if record is None else record.settings.run.law.critical_distance
+@pytest.fixture
+def mortal(serve: Serve) -> Iterator[ServedClass]:
+    """A class for one test, which may kill its processes."""
+    with closing(ServedClass(serve(*OPTIONS))) as made:
+        yield made
 
 
-def has_controls(visitor: BlockingClient) -> None:
-    visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), 60.0)
-
-
-def sent_away(students: Iterable[BlockingClient]) -> None:
-    """Wait until all are asked to come again."""
-    assert {ended(one)[0] for one in students} == {MOVED_CODE}
-
-
-def comes_late(come: Come, name: str) -> BlockingClient:
-    """A student who sees the stage until there is a place in a group."""
-    one = come(name)
-    one.wait_for(lambda v: v.closed or "at this robot" in shown(v))
-    return one if one.closed is None else come(name)
-
-
-def are_together(served: Served, operator: BlockingClient, watcher: BlockingClient) -> None:
-    """Both see their group's session, in one process."""
-    sees(operator, "You are 2 at this robot", "You operate it.")
-    sees(watcher, "You are 2 at this robot", "Another member of your group has control.")
-    assert worker_of(served, operator) == worker_of(served, watcher)
-
-
-def look_after_those_who_explore(
-    teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient
+@pytest.mark.thorough
+def test_students_follow_in_the_shared_process_and_explore_in_others(
+    explorers: ServedClass, approve: Approve
 ) -> None:
-    """The board knows all under drawn names, one of them is shown without one, and only the open step can be entered."""
-    names = [drawn_name(student) for student in students]
+    approve("places of a served class.txt", explorers.places)
+    assert explorers.followed_in == {explorers.shared}
+    for name in NAMES:
+        sees(explorers.students[name], "this is your own session", "Lesson 1 · step")
+    assert "Run" in buttons(explorers.students["ann"]), "her answer is in the breakout session"
+    ann, bo, cy = (explorers.process_of(name) for name in NAMES)
+    assert ann == bo and len({explorers.shared, ann, cy}) == 3
+    # The shared session has a separate process; the others share the places.
+    sees(explorers.teacher, "students here: 3", "exploring: 3", "of 4", "load: ")
+
+
+@pytest.mark.thorough
+def test_a_hand_in_and_a_pause_reach_the_other_processes(explorers: ServedClass) -> None:
+    teacher, ann = explorers.teacher, explorers.students["ann"]
+    click(ann, "Hand in")
+    sees(teacher, "reports handed in: 1")
+    sees(ann, "Handed in without a name.")
+    click(ann, "Take it back")
+    for one, said in ((teacher, "reports handed in"), (ann, "Handed in without a name.")):
+        one.wait_for(lambda _, one=one, said=said: said not in shown(one), 60.0)
+    click(teacher, "Pause everybody")
+    for name in NAMES:
+        sees(explorers.students[name], "paused everybody")
+    click(teacher, "Continue for everybody")
+    for name in NAMES:
+        sees(explorers.students[name], "this is your own session")
+
+
+@pytest.mark.thorough
+def test_the_teacher_sees_drawn_names_opens_steps_and_shows_work(
+    explorers: ServedClass,
+) -> None:
+    teacher, screen, students = explorers.teacher, explorers.screen, explorers.students
+    names = [drawn_name(students[name]) for name in NAMES]
     sees(teacher, "Every step is open.", *names)
     teacher.set_value("only steps", "2")
-    for student in students:
-        sees(student, "Lesson 1 · step 2", "Lesson 1: step 2 only.")
-    choose(students[1], "1")
-    click(students[1], "2 ")
-    sees(students[1], "Your prediction", "Lesson 1 · step 2")
-    click(students[1], "Run")
-    teacher.wait_for(lambda v: names[1] in v.mirror.labelled("student")["options"], 60.0)
-    teacher.set_value("student", names[1])
-    work = ("One of you", "Lesson 1 · step 2", 'class="mine"')
-    for _ in range(20):
-        # What a student does reaches the teacher's process a moment later.
-        click(teacher, "Show this one")
-        with suppress(TimeoutError):
-            screen.wait_for(lambda _: all(text in shown(screen) for text in work), 3.0)
-            break
-    sees(screen, *work)
+    for name in NAMES:
+        sees(students[name], "Lesson 1 · step 2", "Lesson 1: step 2 only.")
+    bo = students["bo"]
+    choose(bo, "1")
+    click(bo, "2 ")
+    sees(bo, "Your prediction", "Lesson 1 · step 2")
+    click(bo, "Run")
+    show_work(teacher, screen, names[1], "One of you", "Lesson 1 · step 2", 'class="mine"')
     assert not any(name in shown(screen) for name in names)
     click(teacher, "Show this run")
     sees(screen, "scene at-run", "One of you")
@@ -118,134 +117,91 @@ def look_after_those_who_explore(
     click(teacher, "Next: the picture again")
     screen.wait_for(lambda _: "One of you" not in shown(screen), 60.0)
     teacher.set_value("only steps", "2-3")
-    sees(teacher, "Lesson 1: steps 2 to 3 only.")
+    sees(teacher, "steps 2 to 3 only")
 
 
-def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> str:
-    """Two students in two processes push, and the projector shows the nearer of the two, without a name; return it."""
+@pytest.mark.thorough
+def test_the_projector_shows_the_nearest_push_of_all_processes(
+    explorers: ServedClass,
+) -> None:
+    teacher = explorers.teacher
     click(teacher, "All lessons")
     click(teacher, "6  ")
     choose(teacher, "3")
     sees(teacher, "Lesson 6 · step 3")
     teacher.set_value("only steps", "3")
-    margins: list[float] = []
-    for times, student in enumerate(students, 1):
-        sees(student, "Lesson 6 · step 3")
-        click(student, "Next: observe")
-        click(student, "Next: challenge")
-        sees(student, "You have five pushes")
-        for _ in range(4 * times):
-            command(student, "Hand or ball 2 cm to the left")
-        click(student, "Count this push")
-        sees(student, "Push 1 of 5")
-        found = re.search(r"You came to ([\d.]+)\smm above dₘ", shown(student))
-        assert found is not None
-        margins.append(float(found[1]))
-    record = f"{min(margins):.1f} mm above dₘ"
-    sees(screen, "Closest in the class:", record)
-    sees(teacher, "Closest in the class:", record)
-    return record
+    margins = [push(explorers.students[name], times) for times, name in enumerate(("ann", "cy"), 1)]
+    for one in (explorers.screen, teacher):
+        sees(one, "Closest in the class:", f"{min(margins):.1f} mm above dₘ")
 
 
 @pytest.mark.thorough
-def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches_them(
-    served: Served, come: Come
+def test_a_group_survives_the_loss_of_its_process_and_a_recall(
+    mortal: ServedClass,
 ) -> None:
-    assert served.process.stdout is not None
-    lines = [served.process.stdout.readline() for _ in range(2)]
-    assert lines[1] == "4 students, room for 3: groups of 2.\n"
-    teacher = come(key=True)
-    open_lessons(teacher)
-    sees(teacher, "Lesson 1 · step 1", "4 students, room for 3: groups of 2")
-    students = [come(name) for name in NAMES]
-    click(students[0], "2 ")
-    sees(teacher, "1 answered", "students here: 3")
-    stage = worker_of(served, teacher)
-    assert {worker_of(served, one) for one in students} == {stage}
-    # Explore freely: each has a session, in lesson and step of the stage and with an own answer, in another process.
-    choose(teacher, "Explore freely")
-    sent_away(students)
-    ann, bo, cy = (come(name) for name in NAMES)
-    for one in (ann, bo, cy):
-        has_controls(one)
-        sees(one, "this is your own session", "Lesson 1 · step 1")
-    assert "Run" in buttons(ann)
-    lost = worker_of(served, ann)
-    assert worker_of(served, bo) == lost and len({stage, lost, worker_of(served, cy)}) == 3
-    # The stage's session has a process of its own; the others share the places.
-    sees(teacher, "students here: 3", "exploring: 3", "of 4", "load: ")
-    # What a student hands in arrives, and what is taken back is gone.
-    click(ann, "Hand in")
-    sees(teacher, "reports handed in: 1")
-    sees(ann, "Handed in without a name.")
-    click(ann, "Take it back")
-    for one, said in ((teacher, "reports handed in"), (ann, "Handed in without a name.")):
-        one.wait_for(lambda _, one=one, said=said: said not in shown(one), 60.0)
-    click(ann, "Hand in")
-    sees(teacher, "reports handed in: 1")
-    sees(ann, "Handed in without a name.")
-    # Paused, and going on.
-    click(teacher, "Pause everybody")
-    for one in (ann, bo, cy):
-        sees(one, "The teacher has paused everybody.")
-    click(teacher, "Let everybody go on")
-    for one in (ann, bo, cy):
-        sees(one, "this is your own session")
-    screen = come(screen=True)
-    look_after_those_who_explore(teacher, [ann, bo, cy], screen)
-    record = share_a_duel(teacher, [ann, cy], screen)
-    # For one more there is no place; and a process that dies takes no session along, in any order of the group.
-    di = comes_late(come, "di")
-    are_together(served, ann, di)
-    sees(teacher, f"{drawn_name(ann)} × 2")
-    ann.set_value("critical distance d_m [mm]", 70.0)
-    until(lambda: critical_distance(served.store) == 0.07)
-    name, others = drawn_name(ann), [drawn_name(bo), drawn_name(cy)]
+    served, teacher, students = mortal.served, mortal.teacher, mortal.students
+    mortal.come_late("di")
+    mortal.are_together("ann", "di")
+    name, lost = drawn_name(students["ann"]), mortal.process_of("ann")
+    sees(teacher, f"{name} × 2")
+    students["ann"].set_value(D_M, 70.0)
+    until(lambda: mortal.critical_distance("ann") == 0.07)
     assert len(served.workers) == 3 and served.said() == ""
     served.replace(lost)
     sees(teacher, "students here: 1")
-    di, bo = come("di"), come("bo")
-    has_controls(di)
-    ann = come("ann")
-    are_together(served, di, ann)
-    has_controls(bo)
-    sees(bo, "this is your own session")
-    assert di.mirror.labelled("critical distance d_m [mm]")["value"] == 70.0 and drawn_name(di) == name
+    # The order of reconnection does not matter.
+    mortal.come("di", "bo")
+    mortal.has_controls("di")
+    mortal.come("ann")
+    mortal.are_together("di", "ann")
+    mortal.has_controls("bo")
+    sees(students["bo"], "this is your own session")
+    assert students["di"].mirror.labelled(D_M)["value"] == 70.0 and drawn_name(students["di"]) == name
     sees(teacher, "students here: 4", "exploring: 4", f"{name} × 2")
-    # The stage's process dies: the class goes on exploring, and the teacher finds all of them.
-    served.replace(stage)
-    teacher = come(key=True)
-    sees(
-        teacher, "students here: 4", "exploring: 4", "reports handed in: 1", "Lesson 6: step 3 only.", record
-    )
-    sees(teacher, f"{name} × 2", *others)
-    assert all(one.closed is None for one in (ann, bo, cy, di))
-    # Follow me: all are at the stage again; and the group is one again the next time.
-    choose(teacher, "Follow me")
-    sent_away((ann, bo, cy, di))
-    students = [come(name) for name in (*NAMES, "di")]
-    for one in students:
+    mortal.send("Follow me", *NAMES, "di")
+    for one in students.values():
         sees(one, "You follow the teacher")
-    assert {worker_of(served, one) for one in students} == {worker_of(served, teacher)}
-    choose(teacher, "Explore freely")
-    sent_away(students)
-    ann = come("ann")
-    has_controls(ann)
-    are_together(served, ann, come("di"))
-    assert drawn_name(ann) == name
-    # A service that is ended may be started again, and the lecture goes on.
+    assert {worker_of(served, one) for one in students.values()} == {worker_of(served, teacher)}
+    mortal.send("Explore freely", "ann", "di")
+    mortal.has_controls("ann")
+    mortal.are_together("ann", "di")
+    assert drawn_name(students["ann"]) == name
+
+
+@pytest.mark.thorough
+def test_exploring_continues_when_the_shared_process_dies(
+    mortal: ServedClass,
+) -> None:
+    served, students = mortal.served, mortal.students
+    names = [drawn_name(students[name]) for name in NAMES]
+    click(students["ann"], "Hand in")
+    mortal.teacher.set_value("only steps", "2")
+    sees(mortal.teacher, "reports handed in: 1", "Lesson 1: step 2 only.", *names)
+
+    def is_stored() -> bool:
+        record = kept(served.store, NAME)
+        room = None if record is None else class_of(record)
+        return room is not None and bool(room.hand_ins) and room.pace is not None
+
+    until(is_stored)
+    served.replace(mortal.shared)
+    teacher = mortal.come_as_teacher()
+    sees(
+        teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 1: step 2 only.", *names
+    )
+    assert all(students[name].closed is None for name in NAMES)
+    # A terminated service keeps the lecture for its next start.
     assert served.terminate() == ""
-    left = kept(served.store, "lecture")
-    assert opens_lesson(left)
+    assert opens_lesson(kept(served.store, NAME))
 
 
-def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
+def test_a_replacement_process_gets_the_hand_ins() -> None:
     sent: list[object] = []
     link, classroom = WorkerLink(0, sent.append), Classroom(8)
     workers = BreakoutWorkers(link, classroom, link.to_first)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
-        """Students and their reports, as the shared session sends them to other processes after some messages."""
+        """Students and reports that the shared session sends to other processes after these messages."""
         sent.clear()
         for message in messages:
             link.put(message)
@@ -261,7 +217,7 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
     assert told(Present(1, ("ann",), load), Present(2, ("bo",), load)) == []
     classroom.work.hand_in("ann", report)
     assert told(Replaced(1)) == [("ann", report)]
-    # Who was called back at the same moment is not sent there again.
+    # A recalled student is not sent to the new process.
     assert told(Present(1, ("ann",), load)) == []
     classroom.follow()
     assert told(Replaced(1)) == []
@@ -269,7 +225,7 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("elsewhere", [False, True])
-def test_what_a_student_did_last_is_kept_when_the_server_ends(
+def test_a_students_last_change_is_saved_when_the_server_ends(
     by_hand: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, elsewhere: bool
 ) -> None:
     for period in ("SAVING", "SAVING_AT_REST"):
@@ -295,4 +251,4 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
     (session,) = sessions_of(host).values()
     session.change("dm", 0.07)
     opened.house.close()
-    assert critical_distance(tmp_path / "store") == 0.07
+    assert critical_distance(tmp_path / "store", "ann") == 0.07

@@ -1,4 +1,4 @@
-"""All who watch a lecture see the same session: in every scene, in the past, out of sight, at rest and in every language."""
+"""All watchers of a lecture see the same session: scenes, replay, hidden tabs, pause, languages."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ from tests.app.runtime.processes import until
 from tests.app.stage.conftest import SCENES, drawn
 
 
-def test_whoever_joins_a_lecture_is_not_greeted(house: OpenHouse, join: Join) -> None:
+def test_pages_of_a_lecture_show_no_greeting(house: OpenHouse, join: Join) -> None:
     lecture = house(lecture=True)
     teacher, student = join(lecture), join(lecture)
     assert "duet-welcome" not in shown(teacher) + shown(student)
@@ -32,9 +32,7 @@ def says_so(visitor: HeadlessClient) -> bool:
     return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
-def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(
-    house: OpenHouse, join: Join
-) -> None:
+def test_all_pages_see_a_replay_which_ends_when_the_teacher_leaves(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)
     session = host.session
@@ -56,7 +54,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(
         visitor.wait_for(lambda v: "the past: 0.2 s" in shown(v))
     assert ask(session, lambda s: s.simulation.steps) == steps
 
-    # The one who shows it leaves: the run goes on, for those who are there.
+    # The teacher leaves: the run continues for the others.
     first.close()
     second.wait_for(lambda v: not says_so(v))
     second.wait_for(lambda _: not session.paused and session.simulation.steps > steps)
@@ -77,16 +75,16 @@ def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Join) -> Non
             )
         if scene == "ball":
             first.wait_for(lambda v: v.mirror.grabbable == {"/ball"})
-        # Only who operates the stage can take hold of something.
+        # Only the operator's page has handles.
         assert not second.mirror.grabbable and not any(name.startswith("/gizmo") for name in drawn(second))
-    # A visitor who comes late sees the present scene and nothing of the others.
+    # A late visitor sees only the present scene.
     third = join(opened)
     third.wait_for(lambda v: "/place/ring" in v.mirror.nodes)
     second.wait_for(lambda v: drawn(third) == drawn(second))
     assert values(session.settings) == values(Settings()) | {"scene": "hold"}
 
 
-def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest(by_hand: Made) -> None:
+def test_a_hidden_tab_gets_no_scene_data_and_then_the_newest(by_hand: Made) -> None:
     opened = by_hand(lecture=True)
     opened.let_in()
     hidden, other = opened.let_in("lang=en"), opened.let_in("lang=en")
@@ -100,7 +98,7 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
 
     frames_for(opened, 0.5)
     say(opened, hidden, HIDDEN)
-    # A window may be on its way; what follows it, when its sender waits for the tab to be seen, comes after it.
+    # A batch may still be on its way; the notice, sent once the sender waits for the tab, arrives after it.
     _, number, _ = sorted(opened.house.server.get_clients())
     page = opened.house.server.page_of(number)
     assert page is not None and page.hidden
@@ -120,7 +118,7 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
     hidden.wait_for(lambda one: pose(one) == pose(other))
 
 
-def test_a_paused_stage_rests_until_any_browser_does_anything(
+def test_a_paused_session_draws_rarely_until_a_browser_sends_a_message(
     by_hand: Made, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = by_hand(lecture=True)
@@ -141,7 +139,7 @@ def test_a_paused_stage_rests_until_any_browser_does_anything(
     for visitor in (teacher, student):
         visitor.send(CAMERA)
         until(host._is_dirty)
-        # What was just looked at is for the next frame to find.
+        # The wait above consumed the change; reset it for the next frame.
         host._heard = (0, 0)
         assert count(1.0) == 32
         count(2.0 * LIVELY)
@@ -150,7 +148,7 @@ def test_a_paused_stage_rests_until_any_browser_does_anything(
     assert count(1.0) == 32
 
 
-def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
+def test_all_texts_of_a_lecture_are_translated(house: OpenHouse, join: Join) -> None:
     opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
     teacher = join(opened, "key=k")
     comes(teacher, pseudo("Join"))

@@ -1,4 +1,4 @@
-"""What the projector shows of one student's work."""
+"""One student's work on the projector."""
 
 from app.features.lecture.overlays import work_html
 from app.features.lecture.presenter import ShownWork
@@ -9,7 +9,7 @@ from tests.app.features.lessons.helpers import our_book
 BOOK = our_book()
 
 
-def test_what_one_student_has_done_is_shown_without_a_name() -> None:
+def test_one_students_work_is_shown_without_a_name() -> None:
     lesson = BOOK.lessons[3]
     index, step = next((i, step) for i, step in enumerate(lesson.steps) if step.drawing is not None)
     place = lesson.id, step.id

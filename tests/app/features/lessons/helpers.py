@@ -1,4 +1,4 @@
-"""What several tests of the lessons need: a small lesson as text, and ways through a walkthrough."""
+"""Shared by tests of the lessons: the text of a small lesson, and paths through a walkthrough."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -23,11 +23,11 @@ from controllers.errors import LazyText
 
 
 def unfold_controls(page: Page) -> None:
-    """Unfold the panel at the right, which folds while a lesson is open."""
+    """Unfold the right panel, which is folded while a lesson is open."""
     page.locator("[data-dock-region=right] [data-dock-minimize-all][aria-expanded=false]").click()
 
 
-# "nobody" is what files of earlier versions say for "none".
+# "nobody" is the name of "none" in files of earlier versions.
 SMALL = """# A small lesson
 
 Find out something.
@@ -153,7 +153,7 @@ def run_out(walk: Walkthrough) -> None:
 
 
 def much_done(own: str = "", right: bool = True) -> tuple[Lesson, int, StepProgress]:
-    """A step with a question, a drawing and a challenge, and all of it done. `own`: the student's words and reason."""
+    """A finished step with a question, a drawing and a challenge. `own`: the student's words and reason."""
     book = our_book()
     lesson = book.lessons[book.index("lambda")]
     index, step = next(
@@ -170,7 +170,7 @@ def much_done(own: str = "", right: bool = True) -> tuple[Lesson, int, StepProgr
 
 
 class HasSession(Protocol):
-    """A visitor, or what a test calls one."""
+    """A visitor or its substitute in a test."""
 
     @property
     def session(self) -> Session: ...
@@ -181,7 +181,7 @@ def lessons_of(visitor: HasSession) -> LessonSession:
 
 
 def lessons_in(session: Session, book: LessonBook) -> LessonSession:
-    """The lessons of a session without a server: they decide in its frames."""
+    """Lessons of a session without a server; they decide in its frames."""
     lessons = session.parts.of(LessonSession)
     lessons.begin_with(book, "en")
     return lessons
@@ -202,5 +202,5 @@ def opens_lesson(record: VisitorRecord | None) -> bool:
 
 
 def saved_at(query: Mapping[str, str], session: Session) -> VisitorRecord:
-    """Record of a session by a link, without its run."""
+    """Record of a session opened by a link, without its run."""
     return VisitorRecord(query, Settings(), None, session.parts.saved(), session.parts.recordings())

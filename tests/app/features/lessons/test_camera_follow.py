@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_camera_follow.py`."""
+"""Lesson cases of the core's `test_camera_follow.py`."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_charts.py`."""
+"""Lesson cases of the core's `test_charts.py`."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from tests.scenes.helpers import moved
 
 
 @pytest.mark.parametrize("joints", [False, True])
-def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints: bool) -> None:
+def test_the_plot_of_laps_shows_the_drift_of_each_lap(joints: bool) -> None:
     simulation = moved(RunSettings(scene="solo", path="circle", gain=0.0, dt=0.01), lambda s: s.time >= 8.2)
     evidence = Evidence(simulation)
     drift = measure(evidence, "joint_drift_per_lap" if joints else "drift_per_lap")
@@ -31,5 +31,5 @@ def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints
         apart = 0.9 * min(float(right) - float(left) for (left, _), (right, _) in pairwise(ticks))
         assert apart > 6.5 * max(len(text) for _, text in ticks), ticks
     (begin, end) = marks(html, "digit d")
-    assert begin == (0.5, 0.5) and math.hypot(end[0] - 0.5, end[1] - 0.5) > 0.2, "magnified"
+    assert begin == (0.5, 0.5) and math.hypot(end[0] - 0.5, end[1] - 0.5) > 0.2, "the drift is magnified"
     assert laps_html(Simulation(RunSettings(scene="solo", path="circle")), None, joints, 150) == ""

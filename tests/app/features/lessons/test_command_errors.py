@@ -1,4 +1,4 @@
-"""What is wrong with the options of lessons is one line."""
+"""Invalid options of lessons give a one-line message."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_entries_win.py`."""
+"""Lesson cases of the core's `test_entries_win.py`."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from tests.tools.lesson_walker import enter
 ELBOW = "/arms/arm/base/j1/j2/j3/j4"
 
 
-def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
+def test_a_value_that_arrives_during_a_frame_swings_only_the_elbow(
     house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = page_at(900, 640)
@@ -34,7 +34,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
     )
 
     def slow_step(elapsed: float, budget: float) -> int:
-        """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""
+        """Step the frame only after the visitor's value arrived; the frame has taken its actions before."""
         arrived(lambda: slider.value == 50.0)
         return making(elapsed, budget)
 
@@ -49,7 +49,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
     monkeypatch.setattr(session.control, "step", making)
     until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - drawn) > 0.05, "the elbow on its way")
     assert swing.input_value() == "50" and slider.value == 50.0
-    # It swings to either side, and the hand stays.
+    # The elbow swings to both sides, and the hand stays.
     way = ask(session, places)[1] - elbow
     assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
     swing.fill("-50")
@@ -59,7 +59,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
         "the elbow on its other side",
     )
     assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
-    # A fresh run begins at 0.
+    # A new run begins at 0.
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("r")
     until(page, lambda: swing.input_value() == "0", "0 again")

@@ -1,4 +1,4 @@
-"""Tests of what stands beside an open lesson: the controls at the right, the plots, the line of contact, the boxes for words."""
+"""Panels beside an open lesson: right controls, plots, line of contact, boxes for words."""
 
 import re
 from unittest.mock import MagicMock
@@ -37,7 +37,7 @@ def at(name: str, step: str) -> tuple[Session, LessonSession]:
 
 
 @pytest.mark.parametrize("narrow", [False, True])
-def test_the_controls_fold_at_every_width_until_a_challenge_asks_for_one(narrow: bool) -> None:
+def test_the_controls_are_folded_until_a_challenge_needs_them(narrow: bool) -> None:
     session, run = at("redundancy", "swing")
     gui = MagicMock()
     panel = LessonPanel(gui, run, 340.0, True, True, narrow)
@@ -46,10 +46,10 @@ def test_the_controls_fold_at_every_width_until_a_challenge_asks_for_one(narrow:
     to_challenge(run.walk)
     run.version += 1
     panel.show(freeze(session, 1.0))
-    assert gui.main_panel.expand.call_count == 1, "its settings are at the right alone"
+    assert gui.main_panel.expand.call_count == 1, "the challenge's settings are only in the right panel"
 
 
-def test_the_controls_stay_folded_where_the_lesson_has_them_itself() -> None:
+def test_the_controls_stay_folded_if_the_lesson_has_the_controls() -> None:
     number = BOOK.index("drift")
     index = next(i for i, step in enumerate(BOOK.lessons[number].steps) if step.controls)
     session, run = at("drift", BOOK.lessons[number].steps[index].id)
@@ -59,7 +59,7 @@ def test_the_controls_stay_folded_where_the_lesson_has_them_itself() -> None:
     assert gui.main_panel.minimize.called and not gui.main_panel.expand.called
 
 
-def test_nothing_is_plotted_where_nothing_runs() -> None:
+def test_plots_are_hidden_in_steps_without_a_run() -> None:
     beliefs = Walkthrough(load_lessons(BELIEFS))
     assert beliefs.step.concept and PLOTS in hidden_beside(beliefs.view())
     walk = Walkthrough(BOOK)
@@ -68,7 +68,7 @@ def test_nothing_is_plotted_where_nothing_runs() -> None:
     assert PLOTS not in hidden_beside(walk.view())
 
 
-def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_run() -> None:
+def test_the_line_of_contact_hides_lambda_until_the_run_begins() -> None:
     session, run = at("strict-priority", "always_first")
     assert run.withholds
     assert session.simulation.sample().activation == pytest.approx(1.0), (
@@ -82,7 +82,7 @@ def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_r
     line.show(freeze(session, 0.0))
     assert drawn.thickness == 3.0
     run.walk.choose(0)
-    assert run.walk.phase is Phase.DO and run.withholds, "an answer is not a run"
+    assert run.walk.phase is Phase.DO and run.withholds, "λ is hidden after the answer, before the run"
     session.simulation.step(None)
     assert not run.withholds
     line.withheld = run.withholds
@@ -90,7 +90,7 @@ def test_the_line_of_contact_does_not_tell_lambda_before_the_first_step_of_the_r
     assert drawn.thickness == 10.0
 
 
-def test_one_box_takes_words_at_a_time() -> None:
+def test_at_most_one_box_for_words_is_shown() -> None:
     steps = [step for lesson in BOOK.lessons for step in lesson.steps]
     asked, plain = (
         next(s for s in steps if (s.question is not None) is with_question) for with_question in (True, False)
@@ -101,7 +101,7 @@ def test_one_box_takes_words_at_a_time() -> None:
         assert [phase for phase in Phase if takes_reason(one, phase)] == phases[one.question is not None]
 
 
-def test_the_list_says_one_sentence_about_every_lesson() -> None:
+def test_the_list_has_one_sentence_per_lesson() -> None:
     _, run = at("redundancy", "freedom")
     entries = [*run.walk.entries()]
     for entry in entries:

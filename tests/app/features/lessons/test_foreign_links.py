@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_foreign_links.py`."""
+"""Lesson cases of the core's `test_foreign_links.py`."""
 
 import pytest
 from hypothesis import given
@@ -39,7 +39,7 @@ LINKS = (
 
 
 @pytest.mark.parametrize("key", APPENDED)
-def test_what_others_append_is_ignored_without_a_word(key: str) -> None:
+def test_parameters_appended_by_others_are_ignored_silently(key: str) -> None:
     assert from_query({"rig": "table", key: "x"}, Settings()) == from_query({"rig": "table"}, Settings())
     assert is_for_newcomers({key: "x"}) and not is_for_newcomers({key: "x", "rig": "table"})
 
@@ -51,7 +51,7 @@ def test_what_others_append_is_ignored_without_a_word(key: str) -> None:
     st.booleans(),
     st.booleans(),
 )
-def test_a_link_shows_the_same_with_what_others_append(
+def test_a_link_works_the_same_with_appended_parameters(
     link: str, appended: list[str], seed: int, escaped: bool, twice: bool
 ) -> None:
     parts = [part for part in link.split("&") if part]

@@ -1,4 +1,4 @@
-"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, or the report."""
+"""A translated lesson contains no English: in steps, outcomes, challenges and the report."""
 
 import re
 from collections.abc import Iterator
@@ -30,25 +30,25 @@ ENGLISH = re.compile(
     r"\b(?:the|and|of|with|you|your|it|what|which|how|than|are|this|that|from|does|not|for|between)\b",
     re.IGNORECASE,
 )
-"""Words that neither German nor Slovene has."""
+"""English words that do not exist in German or Slovene."""
 
 CODE = re.compile(r"`[^`]*`|^ {4}.*$|\]\([^)]*\)", re.MULTILINE)
 FORMULA = re.compile(r"\$\$.+?\$\$|\$[^$]+\$", re.DOTALL)
 CODE_WORDS = {"nominal + row · c /"}
-"""Code in a hint, that looks like words."""
+"""Code in a hint that looks like words."""
 WORD = re.compile(r"(?!mrad\b)[A-Za-zÀ-ž]{4}")
-"""Four letters, but for the one unit with four."""
+"""Four letters, except the unit mrad."""
 
 
 @pytest.fixture
 def no_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every run comes to the same number: what is said of it is about the words alone."""
+    """All measurements are 1.0, because only the words matter here."""
     for module in (outcomes, reference_runs):
         monkeypatch.setattr(module, "measured", lambda *_: 1.0)
 
 
 def attempts(step: Step) -> Iterator[Attempt]:
-    """Yield attempts at a challenge: runs that do not tell, are too low, too high, or just right."""
+    """Attempts at a challenge with runs without a value, too low, too high and just right."""
     challenge = step.challenge
     if challenge is None:
         return
@@ -69,7 +69,7 @@ def attempts(step: Step) -> Iterator[Attempt]:
 
 
 def views(lesson: Lesson, step: Step, index: int) -> Iterator[StepView]:
-    """Yield the end of a step after every answer, with all that can be said of its run."""
+    """End of a step after each answer, with all possible texts about its run."""
     outcome = replace(reference(step, step.setup), unlike=tuple(values(RunSettings()).items()))
     for choice in range(len(step.question.choices)) if step.question is not None else (None,):
         done = StepProgress(choice, outcome, outcome, len(step.hints))
@@ -91,7 +91,7 @@ def texts_of(lesson: Lesson, step: Step, index: int) -> Iterator[str]:
 
 
 def phrases(text: str) -> set[str]:
-    """Return the parts of a text that have words, in small letters: of a formula only what it says."""
+    """Parts of a text with words, in lower case; of a formula only its words."""
     said = FORMULA.sub(lambda found: ". ".join(re.findall(r"\\text\{(.*?)\}", found[0])), CODE.sub("", text))
     return {
         part.strip(" *_“”„»«>123456").lower()
@@ -120,7 +120,7 @@ def test_no_lesson_falls_back_to_english(language: Language) -> None:
 
 
 @pytest.mark.parametrize("language", TRANSLATIONS)
-def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(language: Language) -> None:
+def test_the_verdict_on_an_attempt_changes_its_language_after_a_reload(language: Language) -> None:
     walk = Walkthrough(our_book())
     walk.go("smooth", 2)
     to_challenge(walk)
@@ -134,7 +134,7 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
         assert phrases(said) and not phrases(tr(said)) & phrases(said)
 
 
-def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative() -> None:
+def test_names_of_settings_and_ball_places_are_in_the_nominative() -> None:
     said: dict[Language, tuple[str, str]] = {
         "de": ("im Lauf „Gesetz auf ‚", "im Lauf „der Ball "),
         "sl": ("kjer je zakon »", "kjer je žoga "),
@@ -148,14 +148,14 @@ def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative()
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_table_is_no_wider_than_its_panel(language: Language) -> None:
+def test_a_table_fits_its_panel(language: Language) -> None:
     steps = [step for lesson in our_book().in_language(language).lessons for step in lesson.steps]
     tables = [(step, ids) for step in steps for text in (step.observe, step.explain) if (ids := tabled(text))]
     for step, ids in tables:
         shown = [m for m in step.measurements if m.id in ids]
         lines = series_table(shown, [()] * len(shown), step.setup, language).strip().split("\n")
         rows = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
-        # Words are not divided: about 40 letters have room.
+        # Words are not divided; about 40 letters fit.
         widths = [max(len(word) for word in " ".join(column).split()) for column in zip(*rows, strict=True)]
         assert sum(widths) <= 38, (step.title, widths)
     assert len(tables) > 2

@@ -1,4 +1,4 @@
-"""The lessons on the page, on the server's side: texts, pictures, links, buttons, and what comes back."""
+"""The lessons' page on the server's side: texts, pictures, links, buttons and input."""
 
 import re
 from dataclasses import replace
@@ -24,6 +24,7 @@ from app.features.lessons.session.lesson_actions import GoTo, Press, SayNumber
 from app.features.lessons.session.lesson_session import LessonSession
 from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import set_language
+from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import hotkeys
 from app.session.frame import freeze
 from app.session.session import Session
@@ -42,7 +43,7 @@ pytestmark = pytest.mark.slow
 BOOK = our_book()
 
 
-def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
+def test_html_in_a_lesson_file_is_escaped() -> None:
     made = lesson_html(
         "a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere")
     )
@@ -53,7 +54,7 @@ def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(language: Language) -> None:
+def test_all_pictures_and_formulas_of_all_steps_are_drawn(language: Language) -> None:
     book = load_lessons(language=language)
     walk, shown = Walkthrough(book), list[str]()
     while True:
@@ -78,7 +79,7 @@ def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(l
     ]
     made = "".join(shown)
     assert "![" not in made and "$" not in made and "\\" not in made, (
-        "every picture and every formula is drawn"
+        "some source text of a picture or formula is left"
     )
     named = {found for step in steps for found in PICTURE.findall(f"{step.observe}\n{step.explain}")}
     assert {name.removesuffix(".svg").removesuffix(f".{language}") for _, name in named} == {
@@ -94,7 +95,7 @@ def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(l
         )
 
 
-def test_a_formula_goes_on_in_the_next_line() -> None:
+def test_a_formula_may_continue_on_the_next_line() -> None:
     (one,) = re.findall("<svg.*?</svg>", lesson_html("jumps by $(v + u)/\\|J_d\\|$ once"), re.DOTALL)
     for text in (
         "jumps by $(v +\nu)/\\|J_d\\|$ once",
@@ -114,7 +115,7 @@ def test_a_formula_goes_on_in_the_next_line() -> None:
         assert left_dollar(text) == line
 
 
-def test_an_svg_that_holds_more_than_shapes_stays_a_picture_of_its_own(tmp_path: Path) -> None:
+def test_an_svg_with_more_than_shapes_is_not_inlined(tmp_path: Path) -> None:
     head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"'
     picture = tmp_path / "a.svg"
     for rest in (
@@ -145,7 +146,7 @@ def test_symbols_have_their_colours_and_a_name() -> None:
     for name in ("lam", "v", "u", "w"):
         assert f'class="{name}"' in made
     assert 'role="img"' in made and "λ" in made and "λ" in plain_formula(r"\lambda")
-    assert made.count('class="d"') == 0, "the rate of d is another quantity"
+    assert made.count('class="d"') == 0, "the rate of d does not have the class of d"
     d = re.compile('class="d"')
     for tex, count in (
         (r"\lambda(d) = \left(\dfrac{d_m}{d}\right)^{n}", 2),
@@ -180,11 +181,11 @@ def test_symbols_have_their_colours_and_a_name() -> None:
         *(("1.000,5", None), ("1 000", None), (5.0, None)),
     ],
 )
-def test_a_number_is_read_as_a_person_types_it(text: object, number: float | None) -> None:
+def test_typed_numbers_are_read_with_units_and_local_signs(text: object, number: float | None) -> None:
     assert read_number(text) == number
 
 
-def test_the_run_that_shows_why_stands_beside_no_numbers_of_the_questions_run() -> None:
+def test_a_contrast_run_hides_the_numbers_of_the_questions_run() -> None:
     walk = Walkthrough(BOOK)
     walk.go("smooth")
     walk.choose(1)
@@ -195,7 +196,7 @@ def test_the_run_that_shows_why_stands_beside_no_numbers_of_the_questions_run() 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("ghost", ["off", "frozen", "own"])
-def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
+def test_the_panel_survives_any_ghost_after_a_skipped_lever_run(ghost: str) -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
     lesson, step = next(
@@ -214,9 +215,7 @@ def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost:
     assert panel.run_names is None
 
 
-def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(
-    house: OpenHouse, arrive: Arrive
-) -> None:
+def test_a_number_stays_with_its_step_even_if_it_arrives_late(house: OpenHouse, arrive: Arrive) -> None:
     number, index = next(
         (n, i) for n, one in enumerate(BOOK.lessons, 1) for i, s in enumerate(one.steps) if s.id == "forecast"
     )
@@ -251,7 +250,7 @@ def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(
     visitor.wait_for(lambda _: box()["value"] == "0.75")
 
 
-def test_no_two_keys_or_their_texts_are_the_same() -> None:
+def test_keys_and_their_texts_are_unique() -> None:
     keys = (*hotkeys(), *LESSON_KEYS)
     assert (
         len({(h.key, bool(h.relayed)) for h in keys})
@@ -262,25 +261,25 @@ def test_no_two_keys_or_their_texts_are_the_same() -> None:
     assert len({h.shown for h in hotkeys()}) == len(hotkeys())
 
 
-def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(
+def test_a_link_opens_a_step_and_leaving_restores_the_visitors_settings(
     house: OpenHouse, arrive: Arrive
 ) -> None:
     one = arrive(house(), "lesson=3&step=2")
     visitor, run = one.visitor, lessons_of(one)
     visitor.wait_for(lambda v: len(v.mirror.commands) == len(hotkeys()) + len(LESSON_KEYS))
     assert (run.walk.lesson.id, run.walk.step.id) == ("strict-priority", "switch")
-    # A lesson shows the plots that its step needs, and offers no others.
+    # A lesson offers only the plots of its step.
     visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
     visitor.wait_for(lambda _: "Run (predict first)" in buttons(visitor))
     click(visitor, "Leave")
     visitor.wait_for(
         lambda v: not run.open and v.mirror.labelled("more plots")["visible"] and "Lessons" in buttons(v)
     )
-    # The language is the browser's.
+    # The browser sets the language.
     assert changed(one.session.settings, "lang", "auto") == Settings()
 
 
-def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse, arrive: Arrive) -> None:
+def test_the_settings_of_a_step_are_in_the_lessons_panel(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "lesson=6&step=3")
     visitor, session = one.visitor, one.session
 
@@ -292,10 +291,10 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, True])
     theirs, ours = controls(visitor)
     assert ours["container_uuid"] != theirs["container_uuid"]
-    assert ORDER["choices"] < ours["order"] < ORDER["verdict"], "they stand above Run"
+    assert ORDER["choices"] < ours["order"] < ORDER["verdict"], "the settings are above Run"
     visitor.send({"type": "GuiUpdateMessage", "uuid": ours["uuid"], "updates": {"value": 0.4}})
     visitor.wait_for(lambda _: values(session.settings)["wmax"] == 0.4)
-    # Either one says what the other one did.
+    # Both controls show a change of either one.
     visitor.wait_for(lambda v: controls(v)[0]["value"] == 0.4)
     visitor.send({"type": "GuiUpdateMessage", "uuid": theirs["uuid"], "updates": {"value": 0.3}})
     visitor.wait_for(lambda v: controls(v)[1]["value"] == 0.3)
@@ -303,7 +302,7 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
 
 
-def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_projector_has_a_wider_lesson_and_higher_plots(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "lesson=1&step=1")
 
     def sizes(v: Client) -> tuple[list[str], list[int]]:
@@ -319,12 +318,12 @@ def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arri
     )
 
 
-def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
+def test_a_bad_link_is_named_and_the_page_works(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=%3Cb%3E")
     assert not lessons_of(guest).open
     guest.run_on(0.1)
     run = LessonSession(Session(Settings()), BOOK)
-    assert "step = 2 needs lesson" in open_link(run, {"step": "2"}, None)[0] and not run.open
+    assert "step = 2 also needs lesson" in open_link(run, {"step": "2"}, None)[0] and not run.open
     assert "choose from 1" in open_link(run, {"lesson": "99"}, None)[0] and not run.open
     assert (
         open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
@@ -337,7 +336,7 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert run.session.notices
 
 
-def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:
+def test_the_plot_of_attempts_has_the_readers_decimal_sign() -> None:
     set_language("de")
     walk = Walkthrough(our_book())
     walk.go("imitation", 1)
@@ -346,7 +345,7 @@ def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:
     assert ">0,1<" in made and not re.search(r">-?\d+\.\d+<", made)
 
 
-def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
+def test_the_third_attempt_adds_a_plot_that_survives_a_reload() -> None:
     walk = Walkthrough(our_book())
     walk.go("imitation", 1)
     while walk.phase is not Phase.CHALLENGE:
@@ -358,7 +357,7 @@ def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
         assert ("<svg" in attempt_html(walk.view())) is (count >= 3)
     walk.attempt(simulated(replace(walk.setup, seconds=1.0)))
     assert walk.done.last is not None and walk.done.last.note and len(walk.done.tries) == 3, (
-        "a run that does not count is no try"
+        "an invalid run does not add an attempt"
     )
     assert [one.met for one in walk.done.tries] == [False, False, True]
     html = attempt_html(walk.view())
@@ -373,7 +372,7 @@ def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
     assert Walkthrough(walk.book, walk.to_json()).done.tries == walk.done.tries
 
 
-def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
+def test_a_number_compared_with_three_others_becomes_a_table() -> None:
     lines = (
         "Smallest d: 14 mm; with n = 1: 30 mm; with n = 20: 1.3 mm; with law = <b>: 41 mm.",
         "Largest e: 3 mm; with n = 1: 9 mm.",
@@ -388,9 +387,17 @@ def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
     assert "<p>Largest e: 3 mm; with n = 1: 9 mm.</p>" in made
 
 
-def test_the_run_of_a_lesson_waits_for_a_run_that_is_being_loaded() -> None:
+def test_a_lessons_run_waits_while_a_replay_loads() -> None:
     controls = MagicMock()
     for coming, begins in (("a push from a link", False), ("", True)):
         controls._session.player.coming = coming
         LessonControls._act(controls, Press("run"))
         assert controls._run.act.called == begins
+
+
+def test_every_step_of_the_longest_lesson_has_a_button(house: OpenHouse, arrive: Arrive) -> None:
+    counts = [len(lesson.steps) for lesson in BOOK.lessons]
+    longest, count = counts.index(max(counts)) + 1, max(counts)
+    guest = arrive(house(), f"lesson={longest}&step={count}")
+    expected = [*map(str, range(1, count)), f"{MARK}{count}"]
+    guest.visitor.wait_for(lambda v: list(v.mirror.labelled("step")["options"]) == expected)

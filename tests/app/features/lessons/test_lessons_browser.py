@@ -1,7 +1,8 @@
-"""Lessons in a real browser: steps of every kind, by clicks or by keys, a contrast, and a reason beside the outcome;
+"""Lessons in a real browser: steps of each kind by clicks or keys, pictures, the list, no WebGL;
 `python -m tests.tools.walk_lessons` walks all of them."""
 
 import re
+from dataclasses import dataclass
 
 import pytest
 from playwright.sync_api import Browser, Page
@@ -34,13 +35,13 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     walker.check = accessible
     walked = walker.step()
     assert at_the_end(run) and len(walked.said) == 3 and walked.whys == 2 and walked.challenge == "passed"
-    assert walked.said[0] != walked.said[2], "a wrong answer is answered otherwise than the right one"
+    assert walked.said[0] != walked.said[2], "a wrong and a right answer have different replies"
     box = page.locator(".duet-l-head").bounding_box()
     canvas = page.evaluate(
         "(() => { const b = __viserMutable.canvas.getBoundingClientRect(); return [b.left, b.right]; })()"
     )
     assert box is not None and box["x"] + box["width"] <= canvas[0] + 1.0, (
-        "the panel stands beside the scene, not over it"
+        "the panel is beside the scene, not over it"
     )
     screenshot(page, "lesson-challenge")
     assert page.get_by_role("button", name="Leave the lessons").count() == 1
@@ -60,11 +61,11 @@ PICTURE = """(() => {
   const colour = where => getComputedStyle(picture.querySelector(where)).color;
   return [box.width / panel.width, box.width / box.height, inside, colour('path'), colour('.d > *')];
 })()"""
-"""The picture of a step: its share of the panel's width, its form, whether all of it is in view, and two of its colours."""
+"""A step's picture: share of the panel's width, aspect ratio, all shapes inside, two colours."""
 
 
 def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> None:
-    """Go to the explanation of the present step, and see its picture, which holds a word, in the colours of either theme."""
+    """Check the picture of the present step's explanation, which contains `word`, in both themes."""
     question = run.walk.step.question
     assert question is not None
     ask(session, lambda _: run.act(Choose(question.right)))
@@ -82,7 +83,7 @@ def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> 
 
         def as_it_should_be(theme: str = theme) -> bool:
             share, form, inside, *colours[theme] = page.evaluate(PICTURE)
-            # Ink and symbol differ, and both follow the theme.
+            # Ink and symbol have different colours, and both follow the theme.
             differ = len({colour for seen in colours.values() for colour in seen}) == 2 * len(colours)
             return 0.85 < share <= 1.0 and 1.5 < form < 2.3 and inside and differ
 
@@ -91,7 +92,7 @@ def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> 
 
 
 @pytest.mark.thorough
-def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at: PageAt) -> None:
+def test_pictures_have_the_colours_of_the_page(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1440, 900)
     session, run = enter(page, house(), "lesson=1&step=2&lang=de&theme=light")
     see_picture(page, session, run, "Ellbogen")
@@ -99,12 +100,26 @@ def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at:
     see_picture(page, session, run, "glatt")
 
 
+@dataclass(frozen=True)
+class Student:
+    page: Page
+    session: Session
+    run: LessonSession
+
+    def is_at(self, lesson: int, step: int) -> bool:
+        return (self.run.walk.lesson.number, self.run.walk.step_index) == (lesson, step)
+
+
+@pytest.fixture(scope="module")
+def student(lasting_house: OpenHouse, lasting_page_at: PageAt) -> Student:
+    opened, page = lasting_house(), lasting_page_at(1024, 768)
+    return Student(page, *enter(page, opened, "lesson=1&step=2&theme=dark"))
+
+
 @pytest.mark.thorough
-def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(
-    house: OpenHouse, page_at: PageAt
-) -> None:
-    page = page_at(1024, 768)
-    session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
+def test_the_list_continues_at_the_first_unfinished_step(student: Student) -> None:
+    """Must be the first test with this page: the student has no progress yet."""
+    page, session, run = student.page, student.session, student.run
     question = run.walk.step.question
     assert question is not None
     page.get_by_text(run.walk.lesson.goal).wait_for(state="detached")
@@ -118,42 +133,42 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
     page.locator(".duet-l-head").wait_for(state="detached")
     assert cards.count() == len(run.book.lessons)
     assert [cards.nth(i).locator(".ticks .ok").count() for i in range(4)] == [0, 1, 0, 0]
-    assert "continue" in cards.nth(1).inner_text() and "continue" not in cards.nth(2).inner_text()
-    assert (
-        "Say why a computed hand drifts" in cards.nth(2).inner_text()
-        and "15\N{NO-BREAK SPACE}min" in cards.nth(2).inner_text()
-    )
+    assert ["continue" in cards.nth(i).inner_text() for i in (1, 2)] == [True, False]
+    assert run.book.lessons[2].promise in cards.nth(2).inner_text()
+    assert "15\N{NO-BREAK SPACE}min" in cards.nth(2).inner_text()
     named(page)
     screenshot(page, "lesson-list")
     cards.nth(2).focus()
     page.keyboard.press("Enter")
     page.locator(".duet-l-head").get_by_text("A computer moves in steps.").wait_for()
     until(page, lambda: cards.count() == 0, "no list")
-    assert (run.walk.lesson.number, run.walk.step_index) == (2, 0)
+    assert student.is_at(2, 0)
     press(page, "All lessons")
     cards.nth(1).click()
-    until(
-        page,
-        lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0),
-        "the first step that is not finished",
-    )
-    # The test before lesson 1: nothing runs, and nothing says what is right.
+    until(page, lambda: student.is_at(1, 0), "the first step that is not finished")
+
+
+@pytest.mark.thorough
+def test_the_test_before_lesson_1_has_no_run_and_shows_no_right_answer(student: Student) -> None:
+    page, run = student.page, student.run
+    shown_step(page, student.session, run, 0, 1)
     press(page, "All lessons")
-    cards.first.click()
-    page.locator(".duet-l-head").get_by_text("Ten questions").wait_for()
+    page.locator("button.lesson").first.click()
+    page.locator(".duet-l-head").get_by_text("Thirteen questions").wait_for()
     run_button = page.get_by_role("button", name=re.compile("^Run"))
     until(page, lambda: run_button.count() == 0, "no button to run")
     page.keyboard.press("3")
     until(page, lambda: run.walk.done.choice == 2, "the answer")
     press(page, "Next step")
     until(page, lambda: run.walk.step_index == 1, "the next question")
-    assert (
-        page.locator(".duet-lesson .card").count() == 0
-        and run.walk.done_in("beliefs", "null_space").outcome is None
-    )
+    assert page.locator(".duet-lesson .card").count() == 0
+    assert run.walk.done_in("beliefs", "null_space").outcome is None
     screenshot(page, "test-before")
 
-    # By keys alone an elbow is swung, and numbers are said.
+
+@pytest.mark.thorough
+def test_keys_alone_swing_an_elbow_and_enter_numbers(student: Student) -> None:
+    page, session, run = student.page, student.session, student.run
     shown_step(page, session, run, 0, 2)
     walker = Walker(page, session, run, Keys(page))
     assert walker.step().challenge == "passed"
@@ -194,7 +209,7 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
         see_plots(page, ("hand error |e| [mm]", "elbow angle"))
         page.keyboard.press("x")
         until(page, lambda: not run.open, "leaving")
-        # A hand that goes down by itself would hide what the key does.
+        # A hand that goes down by itself would hide the key's effect.
         ask(session, lambda s: s.change("autopilot", False))
         place = hand(session)
         page.keyboard.press("ArrowUp")

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_messages.py`."""
+"""Lesson cases of the core's `test_messages.py`."""
 
 import io
 import zipfile
@@ -26,8 +26,8 @@ from scenes.settings import RunSettings, changed
 from tests.app.features.lessons.helpers import our_book
 from tests.app.features.person_files.bvh_text import MIXAMO, write_bvh
 from tests.app.i18n.conftest import untranslated
-from tests.app.i18n.messages import messages
 from tests.app.i18n.test_messages import RUN, refusal
+from tests.approved import Approve
 
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
 
@@ -69,10 +69,10 @@ WRONG: dict[str, Callable[[], object]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_errors_are_said(name: str) -> None:
+def test_all_errors_are_translated(name: str) -> None:
     said = refusal(WRONG[name])
     set_language("pseudo")
-    # What a person wrote, and names of settings, lessons and joints, are what they are in every language.
+    # User texts and names of settings, lessons and joints are not translated.
     parts = [str(part) for part in leaves(said)]
     shown = tr(said)
     for part in sorted(parts, key=len, reverse=True):
@@ -81,31 +81,25 @@ def test_errors_are_said(name: str) -> None:
 
 
 def leaves(message: LazyText) -> list[object]:
-    """What is filled in, and is no message itself."""
+    """Filled-in values of a message that are not messages themselves."""
     parts = (leaves(part) if isinstance(part, LazyText) else [part] for part in message.parts.values())
     return [leaf for some in parts for leaf in some if str(leaf)]
 
 
-def test_links_are_answered_in_the_page_s_language() -> None:
+def test_problems_of_links_are_in_the_pages_language(approve: Approve) -> None:
     _, problems = from_query({"dm": "9", "🦆": "1"}, Settings())
     run = LessonSession(Session(Settings()), load_lessons())
     for link in ({"lesson": "99"}, {"lesson": "🦆"}, {"step": "2"}):
         problems += open_link(run, link, None)
     problems += (step_of("🦆")[1], not_again("🦆.py"))
     set_language("de")
-    said = (
-        "dm = '9' liegt außerhalb",
-        "Es gibt keine Einstellung",
-        "Es gibt keine Lektion 99",
-        "Es gibt keine Lektion 🦆;",
-    )
-    said += ("step = 2 hat nur zusammen", "step = 🦆 ist keine Zahl", "🦆.py läuft in einem eigenen")
-    assert all(tr(problem).startswith(begin) for problem, begin in zip(problems, said, strict=True))
+    approve("links de.txt", "".join(f"{tr(problem)}\n" for problem in problems))
 
 
 def test_the_lessons_labels_are_texts_of_the_page() -> None:
-    assert "Predict first" in set(messages())
-    # In lessons another word stands on the button than elsewhere.
+    # The catalogue has the texts of the page and no others, see `tests/app/i18n/test_words.py`.
+    assert "Predict first" in words_of("sl").texts
+    # In lessons the button has another word.
     assert words_of("sl")("lesson\x04Run") == "Zaženi" and words_of("en")("lesson\x04Run") == "Run"
 
 

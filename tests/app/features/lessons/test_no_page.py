@@ -1,4 +1,4 @@
-"""A walkthrough needs no page: only `panel/` draws, and only the commands read a command line."""
+"""Imports of the lessons: only `panel/` uses viser, only the commands use tyro."""
 
 from tests.test_imports import ROOT, imported
 

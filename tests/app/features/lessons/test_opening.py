@@ -1,11 +1,11 @@
-"""Tests of lessons beside those of the core in the file `test_opening.py`."""
+"""Lesson cases of the core's `test_opening.py`."""
 
 from app.features.lessons.panel.welcome import is_for_newcomers
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import open_lessons, shown
 
 
-def test_links_to_something_do_not_greet(house: OpenHouse, arrive: Arrive) -> None:
+def test_links_with_content_show_no_greeting(house: OpenHouse, arrive: Arrive) -> None:
     private = house()
     arrive(private).visitor.wait_for(lambda v: "duet-welcome" in shown(v))
     for key, value in {"lesson": "1", "rig": "table", "whole": "1"}.items():

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_pages.py`."""
+"""Lesson cases of the core's `test_pages.py`."""
 
 import pytest
 
@@ -7,6 +7,7 @@ from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.i18n.test_pages import comes
 from tests.app.page.helpers import bodies, notes, open_lessons
+from tests.approved import Approve
 from tests.blocking_client import BlockingClient
 
 
@@ -15,8 +16,8 @@ def labels(visitor: BlockingClient) -> list[str]:
 
 
 @pytest.mark.thorough
-def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
-    house: OpenHouse, arrive: Arrive
+def test_bad_link_controls_and_change_of_language_on_a_slovene_page(
+    house: OpenHouse, arrive: Arrive, approve: Approve
 ) -> None:
     guest = arrive(house(), "lang=sl&dm=9")
     visitor = guest.visitor
@@ -24,7 +25,7 @@ def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
     assert [note["title"] for note in bodies(visitor, "NotificationShowMessage")] == [
         "Del povezave je izpuščen"
     ]
-    assert "je zunaj območja; mogoče je število od" in notes(visitor)[0]
+    approve("link sl.txt", f"{notes(visitor)[0]}\n")
     visitor.set_value("prizor", "Žoga na poti (sl. 1)")
     guest.wait(lambda s: s.settings.run.scene == "ball")
     clock = visitor.mirror.labelled("ura")

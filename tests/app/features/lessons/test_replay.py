@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_replay.py`."""
+"""Lesson cases of the core's `test_replay.py`."""
 
 from app.features.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.web.headless_client import HeadlessClient
@@ -11,7 +11,7 @@ def says_so(visitor: HeadlessClient) -> bool:
     return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
-def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(
+def test_a_lessons_next_step_ends_the_replay_and_waits_for_an_answer(
     house: OpenHouse, arrive: Arrive
 ) -> None:
     opened = house()
@@ -25,7 +25,6 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(
     guest.visitor.wait_for(says_so)
     guest.ask(lambda _: lessons_of(stand).act(GoTo(1, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v))
-    # The next step waits for an answer.
     assert guest.ask(
         lambda s: ("replay" in s.control.halt, s.paused, s.simulation.steps, lessons_of(stand).locked)
     ) == (

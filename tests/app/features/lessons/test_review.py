@@ -1,4 +1,4 @@
-"""A moment of a run that stands: scene, ghost and plots of then, by a lesson and by a visitor, and back to the run itself."""
+"""Review of a moment of a paused run, by a lesson or a visitor."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ BOOK = our_book()
 
 
 class Watched:
-    """A session with its background, frame by frame."""
+    """A session with background jobs; tests make each frame."""
 
     def __init__(self, settings: Settings | None = None) -> None:
         self.pool = Inline()
@@ -46,7 +46,7 @@ class Watched:
             self.frame()
 
     def observe(self, lesson: int, step: int) -> list[Frame]:
-        """Answer the first and run; the frames until the outcome is there."""
+        """Frames from the first answer and the run to the outcome."""
         self.lessons.enter(lesson, step)
         self.lessons.act(do.Choose(0))
         self.lessons.act(do.Press("run"))
@@ -57,7 +57,7 @@ class Watched:
         return frames
 
 
-def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> None:
+def test_a_finished_run_is_shown_at_its_moment_with_complete_plots() -> None:
     watched = Watched()
     for live in watched.observe(5, 0):
         assert live.of_live and not live.replayed
@@ -69,17 +69,17 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     assert_array_equal(frame.sample.positions, watched.session.simulation.history.positions(table)[nearest])
     assert frame.shown.replay.mark is not None and str(frame.shown.replay.mark.name) == "smallest d − dₘ"
     assert frame.traced == (watched.session.simulation, None) and frame.settings == watched.session.settings
-    # The numbers of the lesson are of then.
+    # The lesson's numbers are of that moment.
     assert (
         dict(watched.lessons.live(frame.simulation)).keys()
         and watched.session.simulation.time > frame.simulation.time + 0.5
     )
     said = moment_html(frame, (0.0, 4.0))
     assert "smallest d − dₘ, 3.1 s" in said and f"--duet-moment:{25.0 * frame.simulation.time:.2f}%" in said
-    # What is kept is the run, not the moment.
+    # The run is recorded, not the moment.
     kept = watched.player.recorded(60.0)
     assert kept is not None and kept.steps == len(table)
-    # Run begins the run once more; it comes to its end, and stands at its moment again.
+    # *Run* repeats the run to its end; then it is shown at its moment again.
     watched.lessons.act(do.Press("run"))
     assert not watched.player.reviewing and not watched.frame().replayed
     while not watched.player.reviewing:
@@ -90,7 +90,7 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     )
 
 
-def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
+def test_a_contrast_run_is_shown_at_its_moment_with_both_runs() -> None:
     watched = Watched()
     watched.observe(5, 0)
     watched.lessons.act(do.Press("why"))
@@ -109,19 +109,19 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
 
 
 @pytest.mark.parametrize("ghost", ["off", "frozen"])
-def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
+def test_a_visitor_can_review_moments_of_a_paused_run(ghost: str) -> None:
     watched = Watched(Settings(page=PageSettings(ghost=ghost)))
     session, player = watched.session, watched.player
     session.handlers.do(Pause())
     player.review(1.0)
     frame = watched.frame()
     assert not frame.replayed and not player.reviewing and moment_html(frame, None) == "", (
-        "nothing before the first step"
+        "there is no moment before the first step"
     )
     session.handlers.do(Pause())
     watched.run(3.0)
     player.review(1.0)
-    assert not watched.frame().replayed, "a run that goes on has no moment"
+    assert not watched.frame().replayed, "a moving run shows no moment"
     session.handlers.do(Pause())
     end = session.simulation.positions.copy()
     player.review(1.0)
@@ -142,7 +142,7 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     assert watched.frame().simulation.time == pytest.approx(2.0)
     player.review(1e6)
     assert watched.frame().simulation.time == pytest.approx(session.simulation.time)
-    # Space goes on from the end.
+    # Space continues from the end of the run.
     player.review(0.5)
     watched.frame()
     session.handlers.do(Pause())
@@ -150,7 +150,7 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     assert not watched.frame().replayed and not session.paused and session.simulation.time > 3.0
 
 
-def test_a_reset_or_another_setting_ends_it() -> None:
+def test_a_reset_or_a_changed_setting_ends_the_review() -> None:
     for act in (Reset(), SetSetting("dm", 0.2)):
         watched = Watched()
         watched.run(1.0)
@@ -161,7 +161,7 @@ def test_a_reset_or_another_setting_ends_it() -> None:
         assert not watched.frame().replayed and watched.session.paused
 
 
-def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
+def test_a_moment_outside_the_plots_has_a_name_but_no_line() -> None:
     watched = Watched()
     watched.run(1.0)
     watched.session.handlers.do(Pause())
@@ -179,7 +179,7 @@ def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
         assert f"--duet-moment:{place}" in said and "--duet-moment-line" in said
 
 
-def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
+def test_the_axis_of_a_long_replay_moves_only_now_and_then() -> None:
     watched = Watched(Settings(RunSettings(scene="imitation", dt=0.01)))
     watched.run(34.0)
     recorded = watched.session.inputs.window(600.0)
@@ -193,7 +193,7 @@ def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
         ends.append(float(traced.history.column("t")[-1]))
         assert replay.time - 0.05 <= ends[-1] + 0.04 and replay.time > ends[-1] - AHEAD - 0.1
     assert len(set(ends)) == 4
-    # A short one is there as a whole.
+    # A short replay is shown completely.
     short = watched.session.inputs.window(15.0)
     assert short is not None
     replay = Replay(make_film(short))
@@ -201,12 +201,12 @@ def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
     assert float(replay.traced.history.column("t")[-1]) == pytest.approx(replay.end, abs=0.05)
 
 
-def test_single_steps_are_shown_about_the_moment() -> None:
+def test_single_steps_around_the_moment_are_magnified() -> None:
     watched = Watched()
     watched.observe(2, 1)
     frame = watched.frame()
     table = watched.session.simulation.history.table()
-    # The first jump, which is not the largest one.
+    # The first jump; it is not the largest one.
     lam = table[:, COLUMN["lambda"]]
     first = float(table[np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))[0] + 1, COLUMN["t"]])
     seen = magnified(frame)
@@ -218,16 +218,15 @@ def test_single_steps_are_shown_about_the_moment() -> None:
     )
     said = moment_html(frame, (0.0, 5.0))
     assert f"--duet-mark:{20.0 * frame.shown.replay.mark.time:.2f}%" in said and "@container" in said
-    assert "--duet-mark:" not in moment_html(frame, (4.0, 5.0)), "outside the axes"
+    assert "--duet-mark:" not in moment_html(frame, (4.0, 5.0)), "the moment is outside the axes"
 
 
-def test_the_first_lesson_has_the_process_begun_that_makes_its_films() -> None:
+def test_the_first_lesson_starts_the_process_for_replays_once() -> None:
     watched = Watched()
+    jobs = watched.session.parts.of(BackgroundStudies).questions._jobs
     watched.lessons.enter(0, 0)
-    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == ("warm",), (
-        "before Run is pressed"
-    )
+    assert jobs.kinds == ("warm",), "the process starts before Run is pressed"
     watched.pool.work("warm")
     watched.frame()
     watched.lessons.enter(1, 0)
-    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == (), "once"
+    assert jobs.kinds == (), "the process starts only once"

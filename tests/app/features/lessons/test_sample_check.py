@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_sample_check.py`."""
+"""Lesson cases of the core's `test_sample_check.py`."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from app.features.lessons.setups import read_setup, usual_setup
 from tests.scenes.test_sample_check import EPOCH, T, written
 
 
-def test_a_lesson_s_file_outside_its_run_is_a_fault_of_the_lesson(tmp_path: Path) -> None:
+def test_an_input_file_outside_the_runs_time_is_a_fault_of_the_lesson(tmp_path: Path) -> None:
 
     written(tmp_path / "ros.csv", T + EPOCH)
     written(tmp_path / "good.csv", T)

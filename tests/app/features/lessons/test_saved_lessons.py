@@ -1,4 +1,4 @@
-"""What a visitor did in lessons is a part of the record: it comes back, also from the files of the release before."""
+"""Work in lessons, restored from a visitor's record, also of the previous release."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -32,9 +32,7 @@ def short() -> Session:
 
 
 @pytest.mark.parametrize(("lesson", "open"), [("3", True), ("4", False)])
-def test_by_the_same_lesson_link_a_tab_is_where_it_was_and_by_another_one_keeps_its_progress(
-    lesson: str, open: bool
-) -> None:
+def test_the_same_link_restores_the_step_and_another_link_the_progress(lesson: str, open: bool) -> None:
     book = load_lessons()
     run = lessons_in(Session(Settings()), book)
     run.enter(2)
@@ -65,9 +63,7 @@ STEPS = st.tuples(NAMES, NAMES)
     flags=st.tuples(*[st.booleans()] * 3),
 )
 @settings(max_examples=25, deadline=None)
-def test_what_was_done_in_lessons_comes_back_as_it_was(
-    short: Session, progress, said, names, dm, flags
-) -> None:
+def test_work_in_lessons_is_restored_unchanged(short: Session, progress, said, names, dm, flags) -> None:
     own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
     hands, people = dict.fromkeys(names, piece), {name: RecordedPerson(piece) for name, _ in names}
     lessons = SavedLesson(progress, own, flags[0], hands, own if flags[1] else None, people, said, flags[2])
@@ -86,7 +82,7 @@ def test_what_was_done_in_lessons_comes_back_as_it_was(
         back.saved() == run.saved()
         and back.recordings().keys() == run.recordings().keys() == record.recordings.keys()
     )
-    # The release before stored it as a field of the record.
+    # The previous release stored it as a field of the record.
     stored = {
         "query": {"resume": TAB},
         "settings": own,
@@ -98,7 +94,7 @@ def test_what_was_done_in_lessons_comes_back_as_it_was(
 
 
 @pytest.mark.parametrize("ghost", ["off", "unprotected"])
-def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> None:
+def test_an_interrupted_run_of_a_lesson_has_the_same_outcome(ghost: str) -> None:
     book, link = load_lessons(), {"resume": tab(1), "lesson": "3", "step": "2"}
 
     def run(session: Session, until: Callable[[], bool]) -> None:
@@ -123,7 +119,7 @@ def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> 
         run(one, lambda way=way: way.walk.phase is Phase.OBSERVE)
     assert back.walk.done.outcome == lessons.walk.done.outcome is not None
     assert other.simulation.positions.tobytes() == session.simulation.positions.tobytes()
-    # Once measured, it is not measured again.
+    # A measured run is not measured again.
     record = again(record_of(link, other))
     third = Session(record.settings)
     third.parts.restore(record.parts, record.recordings)

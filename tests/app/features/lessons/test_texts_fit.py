@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_texts_fit.py`."""
+"""Lesson cases of the core's `test_texts_fit.py`."""
 
 import pytest
 from playwright.sync_api import Page
@@ -35,7 +35,7 @@ WIDE_FORMULAS = """() => [...document.querySelectorAll('.duet-lesson svg[aria-la
 
 
 def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]:
-    """The formulas of the present step, and of its explanation with this moment's numbers, that are wider than their box."""
+    """Formulas of the present step and its explanation that are wider than their box."""
     found = lasting(page, lambda: page.evaluate(WIDE_FORMULAS))
     if "$$" in run.walk.step.explain:
         ask(session, lambda _: setattr(run.walk, "phase", Phase.EXPLAIN))
@@ -47,7 +47,7 @@ def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]
 
 
 def see_labels(page: Page, session: Session) -> None:
-    """Look at the labels of every tab, in experiments and under laws that have long ones; the tabs themselves stand in one row."""
+    """Check the labels of every tab in experiments and laws with long labels, and the row of tabs."""
     tabs = page.get_by_role("tab")
     assert page.locator("[role=tablist]").first.get_by_role("tab").count() > len(TABS)
     assert lasting(page, lambda: page.evaluate(BROKEN_ROWS)) == []
@@ -78,7 +78,7 @@ def see_labels(page: Page, session: Session) -> None:
         ((390, 844), "sl", {}, "kritična razdalja d_m [mm]"),
     ],
 )
-def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
+def test_all_texts_of_page_controls_and_lessons_fit(
     size: tuple[int, int],
     language: str,
     look: dict[str, str],
@@ -98,8 +98,8 @@ def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
     run = lessons_of(visitor_of(opened))
     ask(session, lambda _: run.act(Enter(0)))
     found: list[str] = []
-    # The last lesson has the texts of the first. Nowhere is there more room than in the large window, whose panel is the widest and
-    # whose words are the shortest: there, one step of every lesson will do.
+    # The last lesson has the texts of the first. The large window has the widest panel and the shortest
+    # words: one step per lesson is enough there.
     for lesson in run.book.lessons[:-1]:
         for step in range(1 if language == "en" else len(lesson.steps)):
             shown_step(page, session, run, lesson.number - 1, step)

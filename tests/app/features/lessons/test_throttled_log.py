@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_throttled_log.py`."""
+"""Lesson cases of the core's `test_throttled_log.py`."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from app.settings import Settings
 from tests.app.runtime.test_throttled_log import Caplog, lines
 
 
-def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(
+def test_a_lesson_failing_at_every_frame_is_logged_once_per_run(
     monkeypatch: pytest.MonkeyPatch, caplog: Caplog
 ) -> None:
     session = Session(Settings())

@@ -1,4 +1,4 @@
-"""Tests of lessons beside those of the core in the file `test_true_words.py`."""
+"""Lesson cases of the core's `test_true_words.py`."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from tests.scenes.helpers import place_of
 
 
 def begin(simulation: Simulation) -> HandTarget | None:
-    """A person who brings the orange hand, or a ball at rest, so near that the silver hand has to leave its place."""
+    """Orange hand's target, or None for a ball; both are near enough that the silver hand must move away."""
     if simulation.room.ball is None:
         return HandTarget(place_of(simulation) + np.array([0.0, -0.2, 0.0]))
     simulation.reset(start_positions(simulation.room, Start(RoomPlace("goal", (0.0, 0.0, 1.0), 0.1))))
@@ -33,7 +33,7 @@ RESTING = [name for name, entry in LAWS.items() if entry.rests]
 
 
 RESTS = [
-    # Two pairs of bodies tie there: a law that sees the closest one alone has it change all the time.
+    # Two pairs of bodies tie there: the closest pair changes all the time.
     ("hold", DEFAULT_LAW, "single", 0.0),
     *(("hold", law, pairs, rate) for law in RESTING for pairs in ("soft", "smooth") for rate in (0.0, 50.0)),
     *(("ball", law, "single", rate) for law in RESTING for rate in (0.0, 50.0)),
@@ -41,7 +41,7 @@ RESTS = [
 
 
 @pytest.mark.parametrize(("scene", "law", "treatment", "rate"), RESTS)
-def test_an_arm_rests_at_the_number_that_is_shown_in_every_treatment_of_pairs(
+def test_an_arm_rests_at_the_shown_distance_in_every_treatment_of_pairs(
     scene: str, law: str, treatment: Treatment, rate: float
 ) -> None:
     settings = Settings()
@@ -58,21 +58,21 @@ def test_an_arm_rests_at_the_number_that_is_shown_in_every_treatment_of_pairs(
     sample, run = frame.sample, settings.run
     table = simulation.history.table(60)
     assert np.ptp(table[:, COLUMN["d"]]) < 1e-3 and sample.lever == 1.0 and sample.authority == 0, (
-        "at rest, and able to move"
+        "the arm is at rest and could move"
     )
-    assert sample.activation > 0.1, "pulled by its task, held back by the law"
+    assert sample.activation > 0.1, "the law holds the arm back against its task"
     assert resting_now(simulation, sample) == pytest.approx(sample.distance, abs=1e-3)
-    # The card, the plot, and what a lesson measures.
+    # The card, the plot, and the lesson's measurement.
     d, law_d, rest, *_ = contact_numbers(
         frame, frame.contact, budget_terms(simulation, sample, frame.contact), 0
     )
     assert d is not None and law_d is not None and rest is not None
     assert abs(rest - d) <= 1 and d == round(1e3 * sample.distance)
     columns = signals(simulation, run, table)
-    # Pairs that take turns have a d* each.
+    # Each of the alternating pairs has its d*.
     assert columns[:, COLUMNS["d*"]].mean() == pytest.approx(columns[:, COLUMNS["d"]].mean(), abs=1e-3)
     evidence = Evidence(simulation)
     assert measure(evidence, "rest_now") == pytest.approx(measure(evidence, "distance_now"), abs=1e-3)
     assert (sample.distance - sample.law_distance > 2e-3) == (treatment != "single"), (
-        "d_law is another number there"
+        "d_law differs from d except for single pairs"
     )

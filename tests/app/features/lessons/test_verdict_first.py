@@ -1,4 +1,4 @@
-"""Tests of what a page says after a run: one sentence, one number, and all the rest folded."""
+"""The page after a run: one sentence, one number, and the rest folded."""
 
 import re
 from html import unescape
@@ -11,6 +11,7 @@ from app.features.lessons.panel.lesson_panel import ORDER, VERDICT
 from app.features.lessons.step_view import first_sentence
 from app.features.lessons.walkthrough import Walkthrough
 from tests.app.features.lessons.helpers import our_book, run_out
+from tests.approved import Approve, shown_text
 
 BOOK = our_book()
 NUMBERS = (("hand error", "0.11 mm"),)
@@ -20,7 +21,7 @@ def words(html: object) -> str:
     return unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", str(html))))
 
 
-def test_after_a_run_the_verdict_has_one_sentence_and_one_number_and_nothing_is_told_twice() -> None:
+def test_after_a_run_the_verdict_has_one_sentence_and_one_number(approve: Approve) -> None:
     walk = Walkthrough(BOOK)
     walk.go("redundancy")
     walk.choose(1)
@@ -30,15 +31,15 @@ def test_after_a_run_the_verdict_has_one_sentence_and_one_number_and_nothing_is_
     assert walk.phase is Phase.OBSERVE
     after = blocks_html(walk.view(), NUMBERS, False, True)
     said = words(after["verdict"])
-    assert "Not quite. One is what remains when the hand must not turn either. You said" in said
+    approve("verdict.txt", shown_text(after["verdict"]))
     assert re.findall(r"\d+(?:\.\d+)?", said.partition("Measured")[2]) == ["4"], said
-    assert not after["live"] and not after["said"], "what was measured is told once"
+    assert not after["live"] and not after["said"], "the measured value is shown only once"
     assert after["after"].count("<details>") == 1 and "three axes" in after["after"]
-    assert "What is left over" in after["head"] and "Seven joints hold one hand" not in after["head"]
+    assert walk.step.title in after["head"] and first_sentence(walk.lesson.goal) not in after["head"]
 
 
-def test_a_verdict_is_above_all_else_in_the_panel() -> None:
-    assert min(ORDER.values()) > VERDICT and VERDICT < 1.0, "also above the button of the list"
+def test_a_verdict_is_above_all_other_elements_of_the_panel() -> None:
+    assert min(ORDER.values()) > VERDICT and VERDICT < 1.0, "the verdict is also above the button of the list"
 
 
 @pytest.mark.parametrize(

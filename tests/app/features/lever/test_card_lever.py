@@ -1,4 +1,4 @@
-"""What the card is told of the lever: under which law, and on which page it can be moved."""
+"""The lever's data on the card: under which law, and on which page it can be moved."""
 
 import html
 import json
@@ -15,17 +15,17 @@ WORDS = re.compile(r'class="duet-contact-words" data-text="([^"]*)"')
 
 
 def lever_of(visitor: HeadlessClient | BlockingClient) -> dict[str, Any] | None:
-    """What the card of a page is told of the lever; None if nothing."""
+    """The lever's data on a page's card; None without a lever."""
     contents = [str(one.get("content", "")) for one in list(visitor.mirror.gui.values())]
     words = [found[1] for found in map(WORDS.search, contents) if found is not None]
     return json.loads(html.unescape(words[0])).get("lever") if words else None
 
 
-def test_the_card_has_the_lever_under_its_law_and_can_move_it(house: OpenHouse) -> None:
+def test_the_card_has_the_lever_under_its_law_and_operates_it(house: OpenHouse) -> None:
     opened = house()
     with BlockingClient(opened.url, query="scene=hold&law=lever&lever=0.4&motion=paused") as visitor:
         visitor.wait_for(is_whole, 60.0)
-        # The card is there before the box.
+        # The card appears before the box.
         visitor.wait_for(lambda page: (lever_of(page) or {}).get("box"), 60.0)
         told = lever_of(visitor)
         assert told is not None and told["value"] == 40 and told["box"] in visitor.mirror.gui

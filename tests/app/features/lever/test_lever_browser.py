@@ -1,4 +1,4 @@
-"""A visitor who is λ, in a real browser: from the first page, by mouse, finger and keys, against the paper's law."""
+"""The visitor is λ, in a real browser: from the first page, by mouse, finger and keys, with the outcome."""
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -17,13 +17,13 @@ LEVER = "#duet-contact .lever"
 
 
 def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]:
-    """Where the lever stands at some shares; half of its thumb stays inside at either end."""
+    """Pixel positions of the lever at these shares; half of its thumb stays inside at both ends."""
     left, top, wide, high = settled_box(page, page.locator(f"{LEVER} input"))
     return [(left + wide / 2, top + 11 + (1.0 - share) * (high - 22)) for share in shares]
 
 
 class Game:
-    """One game in which the visitor is λ."""
+    """A game in which the visitor is λ."""
 
     def __init__(self, page: Page, opened: App) -> None:
         self.page, self.session = page, visit(page, opened, "theme=light")
@@ -41,7 +41,7 @@ class Game:
 
 
 @pytest.mark.thorough
-def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_visitor_plays_lambda_in_a_browser(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1440, 900, newcomer=True)
     game = Game(page, house())
     session = game.session
@@ -51,11 +51,11 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     screenshot(page, "lever-begins")
     page.get_by_role("button", name="Run", exact=True).click()
     ask(session, lambda one: one.change("speed", 2.0))
-    # The first attack meets an arm that does not give way at all.
+    # The first attack meets an unprotected arm.
     until(page, lambda: ask(session, lambda one: one.simulation.sample().distance) < 0.0, "a touch")
     move_the_lever(game)
     run_on(page, session, 1.0)
-    assert game.phase() is Phase.DO, "a slip of the finger ends no game"
+    assert game.phase() is Phase.DO, "a slip of the finger must not end the game"
     assert ask(session, lambda one: freeze(one, 0.0).ghost) is None
     screenshot(page, "lever-plays")
     see_the_outcome(game)
@@ -86,7 +86,7 @@ def move_the_lever(game: Game) -> None:
 
 
 def see_the_outcome(game: Game) -> None:
-    """The paper's law beside the visitor's λ, at the moment of the smallest distance."""
+    """The paper's law beside the visitor's λ at the moment of the smallest distance."""
     page, session = game.page, game.session
     page.get_by_role("button", name="Skip the run").click()
     until(page, lambda: game.phase() is Phase.OBSERVE, "the end of the run")
@@ -100,7 +100,7 @@ def see_the_outcome(game: Game) -> None:
         replay = ask(session, lambda one: one.player and one.player.replay)
         return float("nan") if replay is None else replay.time
 
-    assert nearest < 38.0, "farther back than the plots show"
+    assert nearest < 38.0, "the moment must be older than the plots show"
     until(page, lambda: abs(shown() - nearest) < 0.1, "the moment of the smallest distance")
     expect(game.slider).to_be_disabled(timeout=60_000)
     screenshot(page, "lever-over")

@@ -1,7 +1,6 @@
-"""Whose a file is, and what it is worth; the marks themselves are in `tests/app/features/custom_law/test_marking.py`."""
+"""A file's student and value; the marks themselves are in `test_graded_class.py`."""
 
 import csv
-import os
 import signal
 import subprocess
 import threading
@@ -23,6 +22,7 @@ from app.runtime.terminal import INTERRUPTED, TERMINATED
 from app.settings import Language
 from controllers.errors import DuetError, LazyText
 from controllers.own_packages import own_command
+from tests.approved import Approve, shown_text
 
 *_, BOUNDED, _ = TRIALS
 
@@ -31,7 +31,7 @@ def row_of(path: Path, language: Language = "en") -> GradedFile:
     return graded(path, path.parent, FenceLimits(), threading.Event(), weights_of(()), language)
 
 
-def test_what_a_file_is_and_whose() -> None:
+def test_kind_and_student_of_a_file() -> None:
     names = {
         "Jo/law.py": ("Jo", ""),
         "law.py": ("law", ""),
@@ -58,7 +58,7 @@ def test_a_step_in_two_reports_counts_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("language", ["de", "sl"])
-def test_why_a_file_has_no_points_is_said_in_the_language(
+def test_the_reason_for_no_points_is_in_the_language(
     language: Language, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ended = LazyText("it did not end within {seconds:g} s", seconds=2.0)
@@ -72,15 +72,13 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
         assert row.reason == words_of(language)(said) != said
 
 
-def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_full_marks_are_announced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, approve: Approve) -> None:
     (tmp_path / "law.py").touch()
-    for passed, said in (
-        (TRIALS, "law.py: Alle sechs Prüfungen sind bestanden."),
-        (list(TRIALS)[1:], "law.py: Die anderen"),
-    ):
+    said: list[str] = []
+    for passed in (TRIALS, list(TRIALS)[1:]):
         made = LawMarks({name: TrialResult(name, True, "") for name in passed})
         monkeypatch.setattr(graded_file, "marked", lambda *given, made=made: made)
-        assert StudentMarks(Student("Jo", ""), (row_of(tmp_path / "law.py", "de"),)).feedback.startswith(said)
+        said.append(StudentMarks(Student("Jo", ""), (row_of(tmp_path / "law.py", "de"),)).feedback)
     (hold,) = (lesson for lesson in load_lessons().lessons if lesson.id == "hold")
     asked = [
         (step.id, step.question is not None or None, step.challenge is not None or None)
@@ -88,13 +86,13 @@ def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     ]
     records = [StepRecord("hold", id, 1 if right else None, right, passed, 1) for id, right, passed in asked]
     (tmp_path / "report.html").write_text(records_html(records), encoding="utf-8")
-    assert (
-        row_of(tmp_path / "report.html").feedback
-        == "Every prediction is right, and every challenge is passed."
-    )
+    said.append(row_of(tmp_path / "report.html").feedback)
+    approve("full marks.txt", "".join(f"{one}\n" for one in said))
 
 
-def test_the_template_has_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_template_has_no_points(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, approve: Approve
+) -> None:
     made = LawMarks(
         {
             name: TrialResult(name, name != BOUNDED, "no" if name == BOUNDED else "", as_template=True)
@@ -106,21 +104,22 @@ def test_the_template_has_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     row = row_of(tmp_path / "my_law.py")
     assert row.points == 0 and row.maximum == 6
     page = feedback_page(StudentMarks(row.student, (row,)))
-    assert (
-        "answers as the template" in row.reason
-        and "answers as the template of <code>lwr-duet new-law</code>" in page
-    )
-    assert "μ² beside <code>J_d @ J_d</code>" in page and "`" not in page
+    assert "`" not in page and "<code>J_d @ J_d</code>" in page and "<code>lwr-duet new-law</code>" in page
+    approve("template reason.txt", f"{row.reason}\n")
+    approve("template page.txt", shown_text(page[page.index("<body") :]))
 
 
-def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_costs_no_points(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, approve: Approve
+) -> None:
     def fails(*given: object) -> LawMarks:
-        raise OSError(28, os.strerror(28))
+        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(graded_file, "marked", fails)
     (tmp_path / "law.py").touch()
-    with pytest.raises(DuetError, match=r"law\.py: grading it failed \(No space left on device\)"):
+    with pytest.raises(DuetError) as found:
         row_of(tmp_path / "law.py")
+    approve("full disk.txt", f"{found.value}\n")
     (tmp_path / "folder.py").mkdir()
     assert "a folder" in row_of(tmp_path / "folder.py").reason
 
@@ -131,7 +130,9 @@ SLOW_LAW = "import time\n\n\ndef law(situation):\n    time.sleep(0.01)\n    retu
 @pytest.mark.thorough
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number: signal.Signals) -> None:
+def test_an_interrupted_grading_writes_the_graded_files(
+    tmp_path: Path, number: signal.Signals, approve: Approve
+) -> None:
     folder, table, worksheet = tmp_path / "in", tmp_path / "marks.csv", tmp_path / "moodle.csv"
     folder.mkdir()
     (folder / "a.html").write_text("<p>no report", encoding="utf-8")
@@ -151,9 +152,9 @@ def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number
             assert grading.stdout.read() == ""
         finally:
             grading.kill()
-    # Python may write the line again during which the signal came.
+    # Python may repeat the line at which the signal arrived.
     *before, last = said.splitlines()
-    assert last == f"lwr-duet: interrupted; {table} has 1 of 2 files, and nothing else was written."
+    approve("interrupted.txt", last.replace(str(table), "marks.csv") + "\n")
     assert before in ([], ["1/2 a.html: 0"])
     with table.open(encoding="utf-8-sig", newline="") as file:
         assert [row[0] for row in csv.reader(file)][1:] == ["a.html"]

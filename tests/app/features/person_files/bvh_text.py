@@ -1,4 +1,4 @@
-"""Writes BVH files out of a person's angles, the way different programs would."""
+"""Writes BVH files from a person's angles in the styles of different programs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,18 +14,18 @@ from tests.scenes.person.strategies import SIDES
 Axes = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
 Y_UP: Axes = ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
-"""From the torso frame to a file with y up that looks along z."""
+"""Rotation from the torso frame to a file with y up and z forward."""
 
 Z_UP: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
 class Style:
-    """A program's habits: names of joints ("{}" stands for the side) and sides, the order of rotation channels, the rest pose [deg].
+    """A program's style: names of joints ("{}" is the side) and sides, order of rotations, rest pose [deg].
 
-    Without a collar the upper arm hangs on the spine; without a wrist the forearm ends in an End Site. `axes` lead from the torso
-    frame to the file's, in which `unit` is a metre. `all_positions` are written as zeros. `roll` ends the names of joints halfway
-    down a bone, which twist it.
+    Without a collar the upper arm is a child of the spine; without a wrist the forearm ends in an End Site.
+    `axes` lead from the torso frame to the file's, where `unit` is one metre. `all_positions` are zeros.
+    `roll` is the name's ending of twist joints in the middle of a bone.
     """
 
     hips: str = "Hips"
@@ -87,7 +87,7 @@ STYLES = {
 
 
 Node = tuple[str, Array, Sequence["Node"]]
-"""A joint or (without a name) an End Site: offset from its parent (3,) [m], and what hangs on it."""
+"""A joint, or an End Site if the name is empty: offset from the parent (3,) [m], and children."""
 
 
 def _skeleton(style: Style, rests: list[Array]) -> Node:
@@ -117,7 +117,7 @@ def _skeleton(style: Style, rests: list[Array]) -> Node:
 def write_bvh(
     source: PersonSource, style: Style, frames: int = 60, frame_time: float = 0.05, seed: int = 1
 ) -> str:
-    """A BVH file of a person who also walks about and turns."""
+    """A BVH file of a person who also walks and turns."""
     C, drift = np.array(style.axes), np.random.default_rng(seed).uniform(-0.3, 0.3, 3)
     rests = [arm_rotation(np.radians(style.rest), side) for side in SIDES]
     rotations = " ".join(f"{axis}rotation" for axis in style.order)
@@ -145,7 +145,7 @@ def write_bvh(
         assert angles is not None
         turns = {style.hips: Rotation.from_euler("zyx", drift * t).as_matrix()}
         for arm, side, rest, word in zip(angles, SIDES, rests, style.sides, strict=True):
-            # The forearm's rest direction is bent already, about the rest arm's own y.
+            # The forearm's rest direction is bent about the y axis of the resting upper arm.
             bend = Rotation.from_euler("y", np.radians(style.rest[3]) - arm[3]).as_matrix()
             turns[style.shoulder.format(word)] = upper = arm_rotation(arm, side) @ rest.T
             turns[style.elbow.format(word)] = upper.T @ arm_rotation(arm, side) @ bend @ rest.T

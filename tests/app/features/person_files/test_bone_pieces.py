@@ -1,4 +1,4 @@
-"""Skeletons as programs export them: names of every convention, and bones that are cut into pieces which twist."""
+"""Skeletons of many programs: all naming conventions, and bones in several twisting pieces."""
 
 from dataclasses import replace
 from functools import cache
@@ -30,7 +30,7 @@ LEFT_RIGHT, LR, LOWER = ("Left", "Right"), ("L", "R"), ("l", "r")
 
 
 def style(names: str, sides: tuple[str, str]) -> Style:
-    """A style by the names of hips, spine, collar, shoulder, elbow, wrist and thigh; ~ for a blank in one."""
+    """A style from the names of hips, spine, collar, shoulder, elbow, wrist and thigh; ~ is a blank."""
     found = dict(zip(FIELDS, (name.replace("~", " ") for name in names.split()), strict=True))
     return replace(MIXAMO, **found, sides=sides)
 
@@ -96,12 +96,12 @@ PIECE_NAMES = {
 
 
 def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, crooked: float) -> str:
-    """The same motion with bones in pieces, each of which turns about its own axis.
+    """The same motion with bones in pieces that each turn about their own axis.
 
     Args:
-        bones: names of the joints where they begin and end; "" for an End Site.
+        bones: names of the joints at their ends; "" for an End Site.
         rule: key of `PIECE_NAMES`.
-        crooked: how far the pieces' joints are off the bone [of its length].
+        crooked: distance of the pieces' joints from the bone [share of its length].
     """
     random, file = np.random.default_rng(seed), load_bvh(text.encode())
     count = len(file.frames)
@@ -158,7 +158,7 @@ def with_pieces(text: str, bones: set[tuple[str, str]], rule: str, seed: int, cr
             twist = Rotation.from_rotvec(
                 np.outer(random.uniform(-1.5, 1.5) * np.sin(np.linspace(0.0, 5.0, count)), axis)
             )
-            # In the frame of the bone, each piece turns what hangs on it; the next one turns that back first.
+            # In the bone's frame each piece turns its children; the next piece first reverses that turn.
             columns.extend((turned.inv() * twist).as_euler("ZXY", degrees=True).T)
             turned = twist
         write(child, way - points[size], turned)
@@ -175,7 +175,7 @@ def short_motion(program: str) -> str:
 
 
 def bones_of(style: Style) -> list[tuple[str, str]]:
-    """The bones of both arms, as names of the joints at their ends."""
+    """Bones of both arms as names of the joints at their ends."""
     ends = ((style.shoulder, style.elbow), (style.elbow, style.wrist), (style.collar, style.shoulder))
     return [(a.format(side), b.format(side)) for side in style.sides for a, b in ends if a]
 
@@ -193,7 +193,7 @@ def test_bones_in_pieces_equal_bones_in_one(program: str, rule: str, seed: int, 
 
 
 def test_two_people_are_refused_in_one_sentence(approve: Approve) -> None:
-    # A second root with a thing that has no arms is no second person.
+    # A second root without arms is a prop, not a second person.
     text = write_bvh(CLIP, MIXAMO, frames=4)
     head, motion = text.split("MOTION\n")
     count = len(load_bvh(text.encode()).frames[0])
@@ -209,7 +209,7 @@ def test_two_people_are_refused_in_one_sentence(approve: Approve) -> None:
     assert_allclose(read_bvh(beside.encode()).table, read_bvh(text.encode()).table)
 
 
-def test_the_unit_of_lengths_makes_no_difference() -> None:
+def test_the_unit_of_length_makes_no_difference() -> None:
     tables = [
         read_bvh(write_bvh(CLIP, replace(MIXAMO, unit=unit), frames=6).encode()).table
         for unit in (1.0, 39.37, 1000.0)
@@ -218,11 +218,11 @@ def test_the_unit_of_lengths_makes_no_difference() -> None:
         assert_allclose(table, tables[0], atol=1e-4)
 
 
-def test_an_elbow_of_a_control_is_not_taken_for_the_arm_s() -> None:
+def test_an_elbow_control_is_not_taken_for_the_elbow() -> None:
     text = write_bvh(CLIP, MIXAMO, frames=4)
     control = "JOINT {}\n{{\nOFFSET 1 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{{\nOFFSET 0 1 0\n}}\n}}\n"
     head, motion = text.split("MOTION\n")
-    # The controls are the first that hang on the hips.
+    # The controls are the first children of the hips.
     at = head.index("JOINT mixamorig:LeftUpLeg")
     controls = "".join(
         control.format(name) for name in ("target_elbow.L", "ik_hand.L", "target_elbow.R", "ik_hand.R")
@@ -233,8 +233,8 @@ def test_an_elbow_of_a_control_is_not_taken_for_the_arm_s() -> None:
     assert_allclose(found.table, read_bvh(text.encode()).table)
 
 
-def test_twists_beside_the_arm_are_not_in_it() -> None:
-    # As in skeletons of Unreal: they hang on the bone, and nothing hangs on them.
+def test_twist_joints_beside_the_arm_are_ignored() -> None:
+    # As in skeletons of Unreal: twist joints are children of the bone and have no children.
     made = PROGRAMS["Unreal"]
     text = write_bvh(CLIP, made, frames=4)
     leaf = "JOINT {}\n{{\nOFFSET 1 3 0\nCHANNELS 1 Xrotation\nEnd Site\n{{\nOFFSET 5 5 0\n}}\n}}\n"
@@ -242,7 +242,7 @@ def test_twists_beside_the_arm_are_not_in_it() -> None:
     names = [joint.name for joint in load_bvh(text.encode()).joints]
     columns = [joint.column for joint in load_bvh(text.encode()).joints]
     rows = [row.split() for row in motion.splitlines()[2:]]
-    # From the last one on, so that columns before it stay.
+    # From the last name to the first, so that the columns before it keep their places.
     for name in ("hand_r", "lowerarm_r", "hand_l", "lowerarm_l"):
         twist = name.replace("hand", "lowerarm_twist_01").replace("lowerarm_r", "upperarm_twist_01_r")
         twist = twist.replace("lowerarm_l", "upperarm_twist_01_l")

@@ -1,4 +1,4 @@
-"""Recorded people from BVH files, of whose faults one line says what and where; and their errors in the page's language."""
+"""Recorded persons from BVH files; one sentence names each fault and its place, in the page's language."""
 
 import tracemalloc
 from collections.abc import Callable
@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 
 from app.features.person_files import bvh_file
 from app.features.person_files.bvh import joint_part, read_bvh
+from app.i18n.catalogue import words_of
 from app.settings import LANGUAGES, Language
 from controllers.errors import BadInputFile, DuetError
 from scenes.person.angles import arm_directions
@@ -19,7 +20,6 @@ from scenes.person.clips import Clip
 from tests.app.features.person_files.bvh_text import BLENDER, MIXAMO, POSER, STYLES, write_bvh
 from tests.app.features.said import lines_of
 from tests.app.i18n.helpers import assert_said
-from tests.app.i18n.messages import messages
 from tests.approved import Approve
 from tests.scenes.person.strategies import SIDES
 
@@ -43,7 +43,7 @@ def test_frames_layout_and_offsets() -> None:
     assert_allclose(half, (a + b) / 2.0, atol=1e-9)
     for beyond, edge in ((-3.0, 0.0), (1e6, motion.duration)):
         assert_allclose(motion.angles(beyond), motion.angles(edge))  # type: ignore[arg-type]
-    # Tabs, blank lines, braces at the end of a line, lower case, a missing blank after Frames: are all in use.
+    # Existing variants: tabs, blank lines, braces at line ends, lower case, no blank after "Frames:".
     text = write_bvh(Clip("clap", 1), POSER, frames=4)
     loose = (
         text.replace("\n{", " {")
@@ -53,7 +53,7 @@ def test_frames_layout_and_offsets() -> None:
     )
     loose = loose.replace("Xrotation", "XROTATION").replace("HIERARCHY", "Hierarchy")
     assert_allclose(read_bvh(loose.encode()).table, read_bvh(text.encode()).table, atol=0.0)
-    # A joint whose position channels move is where they say; one whose channels stay at zero is at its offset.
+    # A joint is at its position channels if they move, or at its offset if they are all zero.
     text = write_bvh(Clip("wave", 1), MIXAMO, frames=3)
     spine = "JOINT mixamorig:Spine\n{\nOFFSET 0.000000 20.000000 0.000000\nCHANNELS 3 "
     assert spine in text
@@ -61,13 +61,13 @@ def test_frames_layout_and_offsets() -> None:
     head = head.replace(
         spine, spine.replace("20.000000", "77.000000").replace("3 ", "6 Xposition Yposition Zposition ")
     )
-    # The root has 6 channels, each thigh 3.
+    # Columns before it: 6 of the root and 3 of each thigh.
     at = 12
     moved = [" ".join([*row.split()[:at], "0 20 0", *row.split()[at:]]) for row in rows.splitlines()]
     text_of_moved = head + "Frame Time: 0.05\n" + "\n".join(moved)
     assert_allclose(read_bvh(text_of_moved.encode()).table, read_bvh(text.encode()).table, atol=1e-9)
 
-    # Angles go on over ±180°, so that what lies between two frames is near both.
+    # Angles are continuous beyond ±180°, so values between two frames are near both.
     class Windmill:
         def angles(self, time: float) -> np.ndarray:
             return np.array([[4.0 * time, 0.1, 0.0, 0.3]] * 2)
@@ -83,7 +83,7 @@ def test_frames_layout_and_offsets() -> None:
             )
 
 
-def test_sources_of_a_file(tmp_path: Path) -> None:
+def test_files_are_read_from_paths_and_bytes_with_any_line_ends(tmp_path: Path) -> None:
     text = write_bvh(Clip("reach", 1), BLENDER, frames=5)
     path = tmp_path / "walk.bvh"
     path.write_text(text)
@@ -132,17 +132,17 @@ def with_line(index: int, line: str) -> str:
 NUMBERS = LINES[ROW + 1].split()
 
 
-def test_no_person_in_it() -> None:
+def test_files_without_a_person_are_refused() -> None:
     assert len(read_bvh(GOOD.encode()).table) == 4
-    # Without thighs, hips or a spine it is not known where up is.
+    # Without thighs, hips or spine the upward direction is unknown.
     text = GOOD
     for old, new in (("LeftUpLeg", "a"), ("RightUpLeg", "b"), ("Hips", "c"), ("Spine", "d")):
         text = text.replace(f"mixamorig:{old}", new)
     refused(text, "no hips")
-    # A skeleton whose joints all lie in one place is none.
+    # A skeleton with all joints in one place.
     text = "\n".join("OFFSET 0 0 0" if line.startswith("OFFSET") else line for line in LINES)
     refused(text, "in no frame")
-    # A small file that promises many frames of many channels takes no memory for them.
+    # A small file that announces many frames of many channels must not allocate memory for them.
     joints = (
         "JOINT a\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Xrotation Yrotation Zrotation\n"
         * 400
@@ -151,7 +151,7 @@ def test_no_person_in_it() -> None:
     text = f"{head}MOTION\nFrames: 100000\nFrame Time: 0.01\n" + "1\n" * 100_000
     tracemalloc.start()
     try:
-        refused(text, "numbers stand here")
+        refused(text, "numbers in this line")
         assert tracemalloc.get_traced_memory()[1] < 100_000_000
     finally:
         tracemalloc.stop()
@@ -162,7 +162,7 @@ FIVE = ROOT + "OFFSET 0 0 0\n"
 
 
 def with_first(*numbers: str) -> str:
-    """The first frame has these numbers."""
+    """The file with these numbers as its first frame."""
     return with_line(ROW + 1, " ".join(numbers))
 
 
@@ -211,9 +211,7 @@ FAULTY = {
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_a_fault_is_named_with_its_line_what_is_due_and_the_remedy(
-    language: Language, approve: Approve
-) -> None:
+def test_a_fault_is_named_with_line_expected_input_and_remedy(language: Language, approve: Approve) -> None:
     said = dict[str, str]()
     for case, text in FAULTY.items():
         with pytest.raises(BadInputFile) as error:
@@ -223,7 +221,7 @@ def test_a_fault_is_named_with_its_line_what_is_due_and_the_remedy(
     approve(f"faults {language}.txt", lines_of(said, language))
 
 
-def test_bad_files(tmp_path: Path) -> None:
+def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     refused(tmp_path / "none.bvh", "none.bvh", "no such file")
     refused(tmp_path, "cannot be read", "a folder")
     refused(Path("/dev/zero"), "cannot be read", "a device")
@@ -234,7 +232,7 @@ def test_bad_files(tmp_path: Path) -> None:
     refused(Path("a" * 5000), "cannot be read", "too long")
 
 
-def test_too_large(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_too_large_files_are_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     path = tmp_path / "big.bvh"
     path.write_text(GOOD)
     monkeypatch.setattr(bvh_file, "MOST_BYTES", 100)
@@ -265,7 +263,7 @@ def test_words_of_the_format_in_any_order_are_refused(found: list[str]) -> None:
 
 
 @given(st.integers(0, len(GOOD) - 1), st.integers(0, 60), st.text(max_size=6))
-def test_any_damage(start: int, length: int, patch: str) -> None:
+def test_damage_is_refused_or_gives_a_finite_motion(start: int, length: int, patch: str) -> None:
     try:
         motion = read_bvh((GOOD[:start] + patch + GOOD[start + length :]).encode())
     except BadInputFile as error:
@@ -283,9 +281,10 @@ FAULTS: dict[str, Callable[[], object]] = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_is_said_in_the_page_s_language(name: str) -> None:
+def test_a_fault_is_described_in_the_pages_language(name: str) -> None:
     assert_said(FAULTS[name])
 
 
 def test_its_errors_are_texts_of_the_page() -> None:
-    assert {"hips", "The video has ended."} <= set(messages())
+    # The catalogue has the texts of the page and no others, see `tests/app/i18n/test_words.py`.
+    assert {"hips", "The video has ended."} <= set(words_of("sl").texts)

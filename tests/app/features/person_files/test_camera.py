@@ -1,4 +1,4 @@
-"""From pose landmarks to angles; the thread that looks; and the ways into cameras, videos and models."""
+"""Pose landmarks to angles, the camera's thread, and the opening of cameras, videos and models."""
 
 import importlib
 import math
@@ -32,11 +32,11 @@ from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
 PATIENCE = 20.0
 CAMERA_FROM_TORSO = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]])
-"""Somebody who looks into the camera: their left is right in the picture, up is −y, ahead is towards the camera, −z."""
+"""Person facing the camera: their left is right in the picture, up is −y, forward is −z."""
 
 
 def landmarks_of(angles: Array) -> Array:
-    """World landmarks (33, 3) of somebody with these angles, facing the camera, origin between the hips; the rest is noise."""
+    """World landmarks (33, 3) of a person facing the camera, origin between the hips; the rest is noise."""
     table = np.random.default_rng(0).normal(0.0, 0.3, (33, 3))
     for i, side in enumerate(SIDES):
         chain = np.array(arm_points(angles[i], side)) + np.array([0.0, 0.0, 0.5])
@@ -50,11 +50,11 @@ SEEN = np.ones(33)
 
 @given(bodies(plain_arms))
 def test_landmarks_to_angles_also_without_hips(angles: Array) -> None:
-    # The angles of who stands in front of the camera, left and right not mixed up.
+    # Left and right are not exchanged for a person in front of the camera.
     found = landmarks_to_angles(landmarks_of(angles), SEEN)
     assert found is not None
     assert_allclose(found, angles, atol=1e-6)
-    # Hips that are not seen, or are nonsense, are taken to be below the shoulders.
+    # Unseen or non-finite hips are assumed below the shoulders.
     table, visibility = landmarks_of(angles), SEEN.copy()
     visibility[list(HIPS)] = 0.1
     table[list(HIPS)] = np.nan
@@ -133,7 +133,7 @@ def near(found: Array | None, picture: int) -> bool:
     return found is not None and bool(np.abs(found - Clip("wave", 1).angles(0.1 * picture)).max() < 1e-6)
 
 
-def test_the_newest_counts() -> None:
+def test_the_newest_picture_counts() -> None:
     now, reel, eye = [0.0], Reel(200), Eye(40)
     source = CameraSource(reel, eye, clock=lambda: now[0]).start()
     try:
@@ -183,8 +183,8 @@ def test_threads_start_stop_and_fail() -> None:
     assert reel.closed.is_set()
 
 
-def test_films_played_and_read() -> None:
-    # A film from a file is not read ahead of its time, and its end is reported.
+def test_films_are_played_in_real_time_or_read() -> None:
+    # A film from a file is not read ahead of time, and its end is reported.
     reel = Reel(50, live=False, rate=500.0)
     source = CameraSource(reel, Eye()).start()
     until(lambda: not source.running)
@@ -194,7 +194,7 @@ def test_films_played_and_read() -> None:
     until(lambda: near(source.angles(0.0), 0))
     source.stop()
     assert not source.running
-    # The same film gives the same angles at its own times; where no person is seen there is none.
+    # The same film gives the same angles at its times, and none where no person is seen.
     tables = [read_film(Reel(20, live=False, rate=10.0), Eye(7)) for _ in range(2)]
     assert_allclose(tables[0].table, tables[1].table, atol=0.0)
     for k in range(20):
@@ -209,7 +209,7 @@ def test_films_played_and_read() -> None:
     assert long.closed.is_set()
 
 
-def test_without_the_packages_or_the_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_missing_packages_or_files_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
     def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name!r}")
@@ -224,14 +224,14 @@ def test_without_the_packages_or_the_files(monkeypatch: pytest.MonkeyPatch, tmp_
         with pytest.raises(MissingPackage, match=r"lwr-duet\[camera\]") as caught:
             attempt()
         assert isinstance(caught.value, DuetError)
-    # What is missing of files is said first.
+    # Missing files are reported before missing packages.
     for attempt in (film.open_video, film.open_detector):
         for path in (tmp_path / "none.mp4", tmp_path):
             with pytest.raises(BadInputFile, match="there is no such file"):
                 attempt(path)
 
 
-def test_no_camera() -> None:
+def test_a_missing_camera_is_named() -> None:
     pytest.importorskip("cv2")
     for index in (-1, 1000, 97):
         with pytest.raises(BadSetting, match=f"Camera {index}"):
@@ -257,7 +257,7 @@ def test_a_real_video(tmp_path: Path) -> None:
         film.open_video(noise)
 
 
-def test_a_model_that_is_none(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_model_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("mediapipe")
     model = tmp_path / "pose.task"
     model.write_bytes(b"no model")

@@ -1,4 +1,4 @@
-"""Who is imitated: a person from a file of the server or of the visitor, or from a camera."""
+"""The imitated person: from a file of the server or visitor, or from a camera."""
 
 import json
 import pickle
@@ -83,7 +83,7 @@ def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureF
         assert named in capsys.readouterr().err
 
 
-def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(
+def test_a_visitor_chooses_a_file_then_a_missing_camera_then_the_clips(
     house: OpenHouse, arrive: Arrive, wave: Path
 ) -> None:
     guest = arrive(house(features=(PersonOptions(bvh=wave),)))
@@ -102,7 +102,7 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
     assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
 
 
-def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> None:
+def test_a_visitors_file_is_kept_when_the_page_is_rebuilt(wave: Path) -> None:
     session, content = (
         Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))),
         wave.read_bytes(),
@@ -121,13 +121,13 @@ def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> 
         assert_array_equal(angles_of(session.target()), read_bvh(wave).angles(0.0))
 
 
-def test_the_command_gives_the_server_all_that_names_a_person(
+def test_the_command_passes_all_sources_of_a_person_to_the_server(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     served: list[PersonOptions] = []
 
     def alone(options: ServeOptions, *_: object, **__: object) -> App:
-        # As the messages to a worker carry it.
+        # Serialised as in the messages to a worker.
         served.append(pickle.loads(pickle.dumps(options)).of(PersonOptions))
         raise KeyboardInterrupt
 
@@ -145,7 +145,7 @@ def test_the_command_gives_the_server_all_that_names_a_person(
         str(video),
     ]
     given += ["--pose-model", str(model), "--source", "camera"]
-    # One process reads the camera, whatever the machine has.
+    # One process reads the camera, on any machine.
     assert main([*given, "--camera", "1"]) == INTERRUPTED
     assert served == [PersonOptions(bvh=bvh, camera=1, video=video, pose_model=model)]
 

@@ -5,7 +5,7 @@ LENGTHS = (0.18, 0.14, 0.38, 0.20, 0.18, 0.10)
 
 
 def arm_urdf(count: int = 6, kind: str = "revolute", more: str = "", shape: str = "") -> str:
-    """An arm of cylinders and boxes; its third joint is of a kind."""
+    """An arm of cylinders and boxes; `kind` is the type of its third joint."""
     shape = shape or '<cylinder radius="0.05" length="{length}"/>'
     links, joints = (
         ['<link name="base"><collision><geometry><box size="0.2 0.2 0.04"/></geometry></collision></link>'],

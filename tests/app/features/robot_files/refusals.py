@@ -1,4 +1,4 @@
-"""What is said of refused robot files, as an approved text."""
+"""Messages about refused robot files, as an approved text."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -13,11 +13,11 @@ from tests.app.features.said import lines_of
 Refused = Mapping[str, str | bytes]
 
 LIBRARIES = r"(XML [^(\n]*|\.(?:obj|dae): [^(\n]*)\(.*\)"
-"""Words of the parsers of XML and of meshes differ by version."""
+"""The messages of the XML and mesh parsers differ by version."""
 
 
 def refusals(files: Refused, read: Callable[[str | bytes], object]) -> dict[str, str]:
-    """The sentence for each file."""
+    """Case → the sentence for its file."""
     said = dict[str, str]()
     for case, text in files.items():
         with pytest.raises(BadInputFile) as error:

@@ -1,4 +1,4 @@
-"""Any URDF file gives an arm whose shapes are where its joints are, solid and inside capsules; or one sentence."""
+"""Any URDF file gives an arm with solid shapes at its joints, in capsules, or an error of one sentence."""
 
 import re
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ names = st.text(
 
 @dataclass
 class Place:
-    """A pose, as the file has it (`turn`) and as every reader of URDF 1.0 understands it."""
+    """A pose, as the file writes it (`turn`) and in the form of URDF 1.0 that all readers know."""
 
     xyz: tuple[float, float, float]
     rpy: tuple[float, float, float]
@@ -59,7 +59,7 @@ mesh_scales = st.tuples(*[st.sampled_from([-1.0, -0.5, 0.5, 1.0, 1.5])] * 3)
 
 @st.composite
 def forms(draw: st.DrawFn) -> tuple[str, str]:
-    """A shape, and what a reader of URDF 1.0 may have in its place."""
+    """A shape, and its substitute for readers of URDF 1.0."""
     kind, a, b, c = (
         draw(st.sampled_from(["box", "flat", "cylinder", "sphere", "capsule", "mesh"])),
         *draw(st.tuples(*[lengths] * 3)),
@@ -80,7 +80,7 @@ def forms(draw: st.DrawFn) -> tuple[str, str]:
 
 @st.composite
 def arms(draw: st.DrawFn) -> tuple[str, str]:
-    """A URDF, and the same one in the words of version 1.0."""
+    """A URDF, and the same one written for version 1.0."""
     count = draw(st.integers(5, 7))
     called = draw(st.lists(names, min_size=count + 2, max_size=count + 2, unique=True))
     parts: list[tuple[Place, tuple[str, str]] | None] = draw(
@@ -136,7 +136,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 @given(arms(), st.integers(0, 99))
-def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
+def test_shapes_follow_their_joints_are_solid_and_inside_their_capsules(
     folder: Path, registry: None, texts: tuple[str, str], seed: int
 ) -> None:
     path = folder / "arm.urdf"
@@ -144,7 +144,7 @@ def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
     try:
         arm = load_arm(robot_file(path))
     except DuetError as error:
-        # Parallel axes, mostly.
+        # Usually parallel axes.
         assert "\n" not in str(error)
         return
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, arm.model.nq)
@@ -176,7 +176,7 @@ def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
 
 
 def other_shapes(text: str, q: Array) -> dict[str, Array]:
-    """Link → pose (4, 4) of its shape in the frame of the root, as yourdfpy reads it."""
+    """Link → pose (4, 4) of its shape in the frame of the root, as read by yourdfpy."""
     bare: Any = dict.fromkeys(("load_meshes", "load_collision_meshes", "build_collision_scene_graph"), False)
     reader = yourdfpy.URDF.load(trimesh.util.wrap_as_stream(text.encode()), **bare)
     reader.update_cfg(q)
@@ -218,7 +218,7 @@ BAD_VALUES = (
     ],
 )
 @given(data=st.data())
-def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(
+def test_any_attribute_gives_an_arm_or_an_error_of_one_sentence(
     data: st.DataObject, folder: Path, registry: None
 ) -> None:
     shape = data.draw(
@@ -260,7 +260,7 @@ def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(
 
 
 @pytest.mark.parametrize("spread", [3, 2, 1, 0])
-def test_points_on_a_plane_a_line_or_at_one_place_are_inside_a_capsule(spread: int) -> None:
+def test_points_on_a_plane_a_line_or_one_place_are_inside_a_capsule(spread: int) -> None:
     from scenes.robots.fitting import enclosing_capsule
 
     turn = Rotation.from_euler("xyz", (0.3, 0.4, 0.5)).as_matrix()

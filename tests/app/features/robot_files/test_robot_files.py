@@ -1,4 +1,4 @@
-"""Arms from URDF files start well and keep clear in a room; what is no arm is refused in one line."""
+"""Arms from URDF files start clear and keep clear in a room; other files are refused in one line."""
 
 import importlib.metadata
 import pickle
@@ -35,7 +35,7 @@ def box_arm(tmp_path: Path, registry: None) -> str:
     return register(tmp_path / "Box Arm.urdf")
 
 
-def test_landmarks_are_found_where_they_are_known() -> None:
+def test_landmarks_of_known_robots_are_found() -> None:
     assert [landmarks(robot(name).model) for name in ("lwr", "panda", "ur5")] == [
         (2, 4, 6),
         (2, 4, 6),
@@ -49,7 +49,7 @@ def test_two_arms_start_clear_and_keep_clear(pair: str, rig: str, box_arm: str) 
     assert_they_keep_clear(pair.replace("file", box_arm), rig)
 
 
-def test_an_arm_of_boxes_gets_landmarks_capsules_and_links_to_draw(box_arm: str) -> None:
+def test_an_arm_of_boxes_gets_landmarks_capsules_and_drawable_links(box_arm: str) -> None:
     made = robot(box_arm)
     assert (made.model.nv, made.shoulder, made.elbow, made.hand) == (6, 2, 3, "l6")
     assert [capsule.name for capsule in made.capsules] == [
@@ -66,7 +66,7 @@ def test_an_arm_of_boxes_gets_landmarks_capsules_and_links_to_draw(box_arm: str)
     assert len(robot_glbs(box_arm, "silver", coarse=True)) == 7
 
 
-def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn_of_it(
+def test_a_link_without_collision_shapes_gets_a_capsule_around_its_visuals(
     tmp_path: Path, registry: None
 ) -> None:
     head, link, rest = arm_urdf().partition('<link name="l2">')
@@ -86,9 +86,7 @@ def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", ["so100", "so101"])
-def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(
-    name: str, registry: None
-) -> None:
+def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear(name: str, registry: None) -> None:
     files = importlib.metadata.files("example-robot-data")
     assert files is not None
     (file,) = (Path(str(one.locate())) for one in files if one.name == f"{name}.urdf")
@@ -98,7 +96,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(
         room = room_of(settings)
         assert [arm.joints for arm in room.arms] == [slice(0, 5), slice(5, 10)]
         done = run(settings, 20.0)
-        # They come near each other, for they stand nearer than longer arms do.
+        # The arms do meet: they are mounted closer together than longer arms.
         assert (
             settings.law.critical_distance
             <= column(done.table, "law_d").min()
@@ -106,7 +104,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(
             < 0.25
         )
         assert column(done.table, "lambda").max() > 0.1
-        # Levers that are small do not give the whole rate, which is said; the distance holds all the same.
+        # Small levers do not give the full rate, which is reported; the distance is kept nevertheless.
         assert done.summary.out_of_authority_s < 10.0
     assert (
         room.rig.bases[1].translation[0]
@@ -115,7 +113,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(
     )
 
 
-def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None) -> None:
+def test_five_joints_keep_a_position_and_not_an_orientation(tmp_path: Path, registry: None) -> None:
     path = tmp_path / "five.urdf"
     path.write_text(arm_urdf(count=5), encoding="utf-8")
     settings = validate(replace(RunSettings(), robot=register(path), scene="solo"))
@@ -152,9 +150,9 @@ BAD = {
 }
 
 
-def test_what_is_no_arm_is_named_in_one_line(tmp_path: Path, approve: Approve) -> None:
+def test_a_file_that_is_not_an_arm_is_refused_in_one_line(tmp_path: Path, approve: Approve) -> None:
     with open(tmp_path / "huge.stl", "wb") as mesh:
-        # Takes no room on the disk.
+        # A sparse file: it uses no disk space.
         mesh.truncate(200_000_000)
     assert LARGEST_MESHES < 200_000_000
 
@@ -176,7 +174,7 @@ def test_a_mesh_without_triangles_is_named(tmp_path: Path, registry: None) -> No
 
 
 def test_a_setting_never_names_a_path(box_arm: str) -> None:
-    """Only what was given at the start is a value."""
+    """Only robots given at the start are valid values."""
     assert box_arm in specs(RunSettings)["robot"].choices
     for text in (str(GIVEN[box_arm].origin), "Box Arm.urdf", "../x.urdf", f"lwr_{GIVEN[box_arm].origin}"):
         with pytest.raises(BadSetting, match="choose from"):
@@ -190,7 +188,7 @@ def test_another_content_is_another_robot(box_arm: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_every_serial_arm_of_the_package_avoids_or_is_refused_for_a_reason(registry: None) -> None:
+def test_every_serial_arm_of_the_package_avoids_or_is_refused_with_a_reason(registry: None) -> None:
     fits: dict[str, str] = {}
     for path in urdf_files():
         try:
@@ -218,13 +216,13 @@ def test_other_meshes_under_the_same_path_are_named(hand: str, tmp_path: Path) -
     path, mesh = tmp_path / "arm.urdf", tmp_path / "box.stl"
     trimesh.creation.box((0.1, 0.1, 0.2)).export(mesh)
     path.write_text(arm_urdf(shape='<mesh filename="box.stl"/>'), encoding="utf-8")
-    # As it comes to another process.
+    # Serialised as for another process.
     robot = pickle.loads(pickle.dumps(FileRobot(robot_file(path, hand))))
     robot.check_files()
     mesh.write_bytes(mesh.read_bytes() + b" ")
     with pytest.raises(BadInputFile, match=r"arm\.urdf: is another"):
         robot.check_files()
-    # Without meshes all of it travels.
+    # Without meshes the whole robot is sent.
     path.write_text(arm_urdf(), encoding="utf-8")
     alone = FileRobot(robot_file(path, hand))
     path.unlink()

@@ -20,7 +20,7 @@ from tests.scenes.helpers import recorded_run
 
 
 def hand_of(name: str) -> str:
-    """Runs in a worker."""
+    """The hand's frame of a robot; runs in a worker."""
     return robot(name).hand
 
 
@@ -58,7 +58,7 @@ CLAW = arm_urdf(
 
 
 @pytest.mark.thorough
-def test_guesses_are_said_and_the_hand_can_be_named(
+def test_guesses_are_announced_and_the_hand_can_be_named(
     tmp_path: Path, registry: None, capsys: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
     path = tmp_path / "claw.urdf"
@@ -86,7 +86,7 @@ def test_a_named_hand_ends_a_fork(tmp_path: Path, registry: None, capsys: pytest
 
 
 @pytest.mark.parametrize("link", ["l9", "l3"])
-def test_a_hand_that_cannot_be_is_one_line(
+def test_an_impossible_hand_gives_one_line(
     link: str, urdf: Path, capsys: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
     assert main(["run", "--robot-left", str(urdf), "--seconds", "0.1", "--hand-left", link]) == 2
@@ -101,7 +101,7 @@ def test_a_named_hand_is_in_the_run_file_and_in_workers(tmp_path: Path, registry
     settings = settings_of_options(options, RunSettings())
     data = saved_bytes(recorded_run(settings, 0.5, 99.0, {})[1])
     assert load_run(data, "run.duet.npz").verdict == "exact"
-    # One call would run in this process.
+    # A single call would run in this process.
     assert [hand for _, hand in computed(hand_of, 2 * [(makes(settings.robot)[0],)], workers=2)] == [
         "l6",
         "l6",
@@ -116,7 +116,7 @@ def test_a_named_hand_is_in_the_run_file_and_in_workers(tmp_path: Path, registry
 
 @pytest.mark.parametrize("command", ["run", "serve"])
 @pytest.mark.usefixtures("registry")
-def test_a_file_in_other_units_is_one_line_before_any_work(
+def test_a_file_in_other_units_gives_one_line_before_any_work(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
     path = tmp_path / "tiny.urdf"
@@ -128,7 +128,7 @@ def test_a_file_in_other_units_is_one_line_before_any_work(
     approve("other units.txt", said.err.replace(str(tmp_path), "FOLDER"))
 
 
-def test_a_link_names_no_file(urdf: Path) -> None:
+def test_a_link_cannot_name_a_file(urdf: Path) -> None:
     settings, problems = from_query({"robot": str(urdf)}, Settings())
     assert settings == Settings() and len(problems) == 1
 
@@ -146,7 +146,7 @@ def test_a_run_file_needs_the_same_robot(urdf: Path, approve: Approve) -> None:
     with pytest.raises(BadInputFile) as error:
         load_run(data, "run.duet.npz")
     approve("run of another robot.txt", f"{error.value}\n")
-    # A worker takes over what its server was given.
+    # A worker takes over the robots given to its server.
     take_over(given)
     assert load_run(data, "run.duet.npz").verdict == "exact"
 

@@ -1,4 +1,4 @@
-"""Files from the field: each is an arm with capsules and something to draw, or refused in one sentence of ours, before any work."""
+"""Real-world URDF files: each gives an arm with capsules and meshes, or is refused in one sentence."""
 
 import re
 import struct
@@ -29,7 +29,7 @@ COLLADA = '<unit name="centimeter" meter="0.01"/>'
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with meshes, good and bad ones."""
+    """A folder with good and bad meshes."""
     made = tmp_path_factory.mktemp("meshes")
     block = trimesh.creation.box((0.1, 0.1, 0.2))
     for name in ("box.stl", "box.obj", "box.glb", "box.ply"):
@@ -235,11 +235,11 @@ def test_an_arm_has_capsules_and_is_drawn_solid(
             normals = np.asarray(part.vertex_normals)[part.faces].mean(axis=1)
             outward = np.asarray(part.triangles_center) - np.asarray(part.vertices).mean(axis=0)
             shares = np.einsum("ij,ij->i", normals, outward)
-            assert shares.sum() > -1e-9, "normals inwards"
+            assert shares.sum() > -1e-9, "normals point inwards"
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_is_refused_is_one_sentence(
+def test_a_refusal_is_one_sentence(
     folder: Path, registry: None, capfd: pytest.CaptureFixture[str], approve: Approve
 ) -> None:
     said = refusals(REFUSED, lambda text: robot(given(folder, text)))
@@ -247,7 +247,7 @@ def test_what_is_refused_is_one_sentence(
     approve("refused variants.txt", refusal_lines(said, folder, "en"))
 
 
-def test_a_capsule_is_taken_as_it_is(folder: Path, registry: None) -> None:
+def test_a_capsule_is_used_unchanged(folder: Path, registry: None) -> None:
     capsules = robot(given(folder, shape('<capsule radius="0.0437" length="{length}"/>'))).capsules
     upper = next(capsule for capsule in capsules if capsule.name == "link 2")
     ends = sorted((upper.start.tolist(), upper.end.tolist()))
@@ -255,7 +255,7 @@ def test_a_capsule_is_taken_as_it_is(folder: Path, registry: None) -> None:
     np.testing.assert_allclose(ends, ([0, 0, 0], [0, 0, 0.14]), atol=1e-12)
 
 
-def test_turns_as_quaternions_and_as_angles_make_one_arm(folder: Path, registry: None) -> None:
+def test_rotations_as_quaternions_and_as_angles_give_the_same_arm(folder: Path, registry: None) -> None:
     place = '<origin xyz="0 0 0.14" {turn}/>'
     crooked = arm_urdf(shape='<box size="0.3 0.05 0.05"/>').replace(
         '<origin xyz="0 0 0.07"/>', '<origin xyz="0 0 0.07" {turn}/>'
@@ -275,14 +275,14 @@ def test_turns_as_quaternions_and_as_angles_make_one_arm(folder: Path, registry:
     assert beyond(box, upper.start, upper.end, upper.radius).max() <= 1e-9
 
 
-def test_mirrored_and_centimetre_meshes_are_as_large_as_the_others(folder: Path, registry: None) -> None:
+def test_mirrored_and_centimetre_meshes_have_the_same_size_as_others(folder: Path, registry: None) -> None:
     usual = robot(given(folder, mesh("box.stl"))).capsules
     for text in (mesh("box.stl", ' scale="-1 1 1"'), mesh("cm.dae"), mesh("inside_out.stl")):
         for a, b in zip(usual, robot(given(folder, text)).capsules, strict=True):
             assert a.radius == b.radius
 
 
-def test_what_is_drawn_of_a_file_is_there_before_a_visitor(
+def test_meshes_of_a_file_are_stored_before_a_visitor_comes(
     folder: Path, registry: None, tmp_path: Path
 ) -> None:
     with own_cache(tmp_path, robot_glbs):
@@ -294,7 +294,7 @@ def test_what_is_drawn_of_a_file_is_there_before_a_visitor(
                 assert all(len(robot_glbs(key, palette, coarse)) == 7 for coarse in (False, True))
 
 
-def test_what_cannot_be_drawn_is_one_sentence(folder: Path, registry: None, tmp_path: Path) -> None:
+def test_an_undrawable_mesh_gives_one_sentence(folder: Path, registry: None, tmp_path: Path) -> None:
     with own_cache(tmp_path, robot_glbs):
         key = given(folder, mesh("ascii.stl"))
         robot(key)

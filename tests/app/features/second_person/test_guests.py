@@ -1,4 +1,4 @@
-"""A guest holds the silver arm of another visitor's session, and can do nothing else there; both may leave and come back."""
+"""A guest holds only the silver arm in another visitor's session; both may leave and reconnect."""
 
 import re
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ INVITE, END = "Invite a second person", "End the invitation"
 
 
 def word_on(visitor: BlockingClient) -> str:
-    """The word of the link that a host's page shows."""
+    """Word of the invitation link on a host's page."""
     visitor.wait_for(lambda v: re.search(rf"\?{JOIN}=[0-9a-f]{{16}}\"", shown(v)))
     found = re.search(rf"\?{JOIN}=([0-9a-f]{{16}})\"", shown(visitor))
     assert found is not None
@@ -47,13 +47,13 @@ def enter(opened: ExitStack, url: str, word: str, number: int, more: str = "") -
 
 
 def came_again(opened: ExitStack, guest: BlockingClient, url: str, word: str, number: int) -> BlockingClient:
-    """The page of a guest whom the server sends elsewhere, connected again as its script does."""
+    """A guest's page that the server sent elsewhere, reconnected as its script does."""
     guest.wait_for(lambda v: v.closed is not None)
     return enter(opened, url, word, number)
 
 
 class Invited:
-    """A host who has invited, in the experiment for two, and the pages of guests."""
+    """A host with an invitation in the experiment for two, and the guests' pages."""
 
     def __init__(self, host: Guest, url: str, opened: ExitStack) -> None:
         self.host, self.url, self.opened = host, url, opened
@@ -67,7 +67,7 @@ class Invited:
         return came_again(self.opened, guest, self.url, self.word, number)
 
     def links(self) -> tuple[str, str]:
-        """Hands of the host's arm and of the silver one."""
+        """Links of the host's hand and of the silver hand."""
         session = self.host.session
         return HAND_LINK.format(session.hand.arm.name), HAND_LINK.format(session.simulation.avoiding.name)
 
@@ -92,12 +92,12 @@ def test_a_guest_pulls_the_silver_arm_and_no_other(invited: Invited) -> None:
     guest.pull(silver, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
     host.wait(lambda s: isinstance(s.hand.other, LinkTarget))
     host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
-    assert host.session.held is None, "the host holds nothing"
+    assert host.session.held is None, "the host must hold nothing"
     guest.pull(silver, "end", hand.tolist(), hand.tolist())
     host.wait(lambda s: s.hand.other is None)
 
 
-def test_a_description_that_a_guest_asks_for_is_theirs(invited: Invited) -> None:
+def test_a_guests_description_appears_only_on_the_guests_page(invited: Invited) -> None:
     guest = invited.enter(2, "&lang=de")
     see(guest, "Sie halten den silbernen Arm")
     text = words_of("de")(next(hotkey.text for hotkey in hotkeys() if hotkey.name == "describe"))
@@ -109,8 +109,8 @@ def test_a_description_that_a_guest_asks_for_is_theirs(invited: Invited) -> None
     assert not notes(invited.host.visitor)
 
 
-def test_a_forged_message_of_a_guest_changes_nothing(invited: Invited) -> None:
-    """The host's controls, keys, buttons and handles, by their own names."""
+def test_forged_messages_of_a_guest_change_nothing(invited: Invited) -> None:
+    """The host's controls, keys, buttons and handles, with their real names."""
     host, guest = invited.host, invited.enter(2)
     (orange, silver), own = invited.links(), host.visitor.mirror
     guest.wait_for(lambda v: silver in v.mirror.grabbable)
@@ -122,7 +122,7 @@ def test_a_forged_message_of_a_guest_changes_nothing(invited: Invited) -> None:
     for claimed in (own.nodes[orange]["owner"], guest.mirror.nodes[silver]["owner"]):
         guest.mirror.nodes[orange]["owner"] = claimed
         guest.pull(orange, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
-    # What a connection sends is dealt with in its order: after this pull, the forged messages have been.
+    # A connection's messages are handled in order: after this pull, the forged ones have been handled.
     guest.pull(silver, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.1])
     host.wait(lambda s: s.hand.other is not None)
     kept = host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word))
@@ -131,7 +131,7 @@ def test_a_forged_message_of_a_guest_changes_nothing(invited: Invited) -> None:
     assert not re.search("Lessons|Pause|Reset", str(guest.mirror.gui.values()))
 
 
-def test_one_guest_holds_the_arm_until_they_leave(invited: Invited) -> None:
+def test_one_guest_holds_the_arm_until_that_guest_leaves(invited: Invited) -> None:
     guest = invited.enter(2)
     see(guest, ON_STAGE)
     late = invited.enter(3)
@@ -139,13 +139,13 @@ def test_one_guest_holds_the_arm_until_they_leave(invited: Invited) -> None:
     guest.close()
     late = invited.came_again(late, 3)
     see(late, ON_STAGE)
-    # A page that is connected again by the same tab has the arm, though the line before is not known to be lost.
+    # A reconnected page of the same tab gets the arm although the lost connection is not yet noticed.
     again = invited.enter(3)
     see(again, ON_STAGE)
     see(late, TAKEN)
 
 
-def test_in_another_experiment_there_is_nothing_for_a_guest(invited: Invited) -> None:
+def test_in_another_experiment_a_guest_holds_nothing(invited: Invited) -> None:
     host, guest = invited.host, invited.enter(2)
     _, silver = invited.links()
     guest.wait_for(lambda v: silver in v.mirror.grabbable)
@@ -158,7 +158,7 @@ def test_in_another_experiment_there_is_nothing_for_a_guest(invited: Invited) ->
     see(host.visitor, "and holds the other arm")
 
 
-def test_the_host_leaves_comes_back_and_ends_the_invitation(invited: Invited) -> None:
+def test_the_host_leaves_returns_and_ends_the_invitation(invited: Invited) -> None:
     guest = invited.enter(3)
     see(guest, ON_STAGE)
     invited.host.visitor.close()
@@ -180,7 +180,7 @@ def test_the_host_leaves_comes_back_and_ends_the_invitation(invited: Invited) ->
     assert word_on(back) != invited.word
 
 
-def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(
+def test_a_guest_of_the_owner_gets_no_editor_and_cannot_forge_a_save(
     house: OpenHouse, arrive: Arrive, tmp_path: Path
 ) -> None:
     file = tmp_path / "my_law.py"
@@ -193,7 +193,7 @@ def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(
         see(guest, ON_STAGE)
         assert state_of(guest) is None
         save_law(guest, box, LAW)
-        # What a connection sends is dealt with in its order: after the pull, the forged entry has been.
+        # A connection's messages are handled in order: after the pull, the forged entry has been handled.
         _, silver = (
             HAND_LINK.format(arm.name) for arm in (owner.session.hand.arm, owner.session.simulation.avoiding)
         )

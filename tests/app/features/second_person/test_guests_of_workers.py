@@ -1,4 +1,4 @@
-"""Guests in worker processes: they come to the worker of their host, also after that has been replaced."""
+"""Guests in worker processes: they reach their host's worker, also after its replacement."""
 
 from contextlib import ExitStack
 
@@ -21,20 +21,20 @@ HOST, GUEST_TAB = 10, 11
 
 
 def word_in(record: VisitorRecord) -> str:
-    """The word of the invitation that a record keeps."""
+    """Word of the invitation in a record."""
     parts = SessionParts(Session(Settings()))
     parts.restore(record.parts)
     return parts.of(SecondPlace).word
 
 
-def test_a_guest_comes_to_the_worker_of_the_host_also_after_it_was_killed(serve: Serve) -> None:
+def test_a_guest_reaches_the_hosts_worker_also_after_it_was_killed(serve: Serve) -> None:
     served = serve("--workers", "2", "--sessions", "4")
     with ExitStack() as opened:
         first = opened.enter_context(come(served, 0))
         second = opened.enter_context(come(served, 1))
         wait_for_second_worker(served)
         host = opened.enter_context(come(served, HOST, HOLD))
-        # The host is the newest, and is not where the first tab is.
+        # The newest tab is the host; it is not at the first tab's worker.
         place = worker_of(served, host)
         assert place != worker_of(served, first)
         second.close()
@@ -48,7 +48,7 @@ def test_a_guest_comes_to_the_worker_of_the_host_also_after_it_was_killed(serve:
         host.wait_for(
             lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and word_in(left) == word
         )
-        # The worker is killed; the guest, who is back before the host, gets in after them.
+        # The worker is killed; the guest reconnects before the host and gets in after the host.
         served.replace(place)
         guest = enter(opened, served.url, word, GUEST_TAB)
         see(guest, "This invitation is not open")

@@ -1,4 +1,4 @@
-"""Two people hold an arm each: the guest moves the ring of the silver hand, and the run is made again to the last bit."""
+"""Each of two people holds an arm; a guest moves the silver hand's ring. The run is replayed bit for bit."""
 
 import numpy as np
 
@@ -19,11 +19,11 @@ def two() -> tuple[Session, SecondHand]:
     return session, SecondHand(session, lambda action: None)
 
 
-def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
+def test_the_guest_moves_the_ring_and_the_arms_do_not_touch() -> None:
     session, guest = two()
     before = place_of(session.simulation)
     assert guest.arm is session.simulation.avoiding and session.hand.arm is session.simulation.guided
-    # They come for each other.
+    # Each hand is pulled to the other one.
     mine, theirs = (
         session.simulation.kinematics.hand_pose(one).translation.copy()
         for one in (session.hand.arm, guest.arm)
@@ -34,10 +34,10 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     for _ in range(500):
         session.advance(0.01)
         nearest = min(nearest, session.simulation.sample().distance)
-    assert nearest > 0.0, "both gave way"
+    assert nearest > 0.0, "both arms must give way"
     moved = place_of(session.simulation)
     assert np.linalg.norm(moved - before) > 0.1
-    # Let go, the ring stays where it was left.
+    # After the release the ring stays in place.
     guest.hold(None)
     session.advance(0.1)
     place = place_of(session.simulation)
@@ -50,7 +50,7 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     assert np.array_equal(replay.simulation.positions, session.simulation.positions)
 
 
-def test_a_pull_at_the_silver_hand_moves_its_ring_and_a_nudge_too() -> None:
+def test_a_pull_at_the_silver_hand_and_a_nudge_move_its_ring() -> None:
     session, guest = two()
     session.change("autopilot", False)
     start = place_of(session.simulation)
@@ -61,12 +61,12 @@ def test_a_pull_at_the_silver_hand_moves_its_ring_and_a_nudge_too() -> None:
     assert place_of(session.simulation)[2] > start[2]
     guest.nudge(np.array([0.02, 0.0, 0.0]))
     assert isinstance(guest.held, HandTarget) and isinstance(session.target(), PairTarget)
-    # Where a second person can hold nothing, what they held has no meaning.
+    # In a scene without a place for a second person their target is ignored.
     session.change("scene", "ball")
     assert not isinstance(session.target(), PairTarget)
 
 
-def test_a_reset_ends_what_either_of_two_people_holds() -> None:
+def test_a_reset_ends_what_both_people_hold() -> None:
     session, guest = two()
     place = place_of(session.simulation)
     guest.hold(HandTarget(place + np.array([0.0, 0.0, 0.2])))

@@ -1,4 +1,4 @@
-"""What the page of a guest says, without a server."""
+"""Texts of a guest's page, without a server."""
 
 import pytest
 
@@ -20,7 +20,7 @@ WAITING = {"away": AWAY, "closed": CLOSED, "ended": ENDED, "taken": TAKEN}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_what_a_guest_reads(language: Language, approve: Approve) -> None:
+def test_texts_of_a_guests_page(language: Language, approve: Approve) -> None:
     set_language(language)
     said = {case: guest_tip(freeze(Session(Settings(run=run)), 0.0).shown) for case, run in RUNS.items()}
     said |= {case: tr(text) for case, text in WAITING.items()}

@@ -1,4 +1,4 @@
-"""The word of an invitation outlives the server, also where an earlier release has stored it."""
+"""The word of an invitation outlives the server, also if an earlier release stored it."""
 
 import msgspec
 
@@ -8,10 +8,10 @@ from app.session.session import Session
 from app.settings import Settings
 
 
-def test_the_word_comes_back_and_a_damaged_part_opens_no_link() -> None:
+def test_the_word_is_restored_and_a_damaged_part_opens_no_link() -> None:
     parts = SessionParts(Session(Settings()))
     parts.of(SecondPlace).word = "5f3a"
-    # As the field `invitation` of a record was stored.
+    # The same as the earlier field `invitation` of a record.
     assert parts.saved() == {"invitation": msgspec.msgpack.encode("5f3a")}
     for saved, word in ((parts.saved(), "5f3a"), ({"invitation": b"\xc1"}, ""), ({}, "")):
         again = SessionParts(Session(Settings()))

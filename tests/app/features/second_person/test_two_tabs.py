@@ -1,4 +1,4 @@
-"""Two people at one experiment, in two tabs: one invites, the other one comes by the link and pulls the silver arm with the mouse."""
+"""Two people in two tabs: one invites, the other opens the link and pulls the silver arm with the mouse."""
 
 import numpy as np
 import pytest
@@ -28,9 +28,7 @@ SENTENCE = "#duet-overlay h2"
 
 
 @pytest.mark.thorough
-def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(
-    house: OpenHouse, page_at: PageAt
-) -> None:
+def test_a_second_person_opens_the_link_and_pulls_the_silver_arm(house: OpenHouse, page_at: PageAt) -> None:
     mine = page_at(1440, 900)
     session = visit(mine, house(Settings(run=RunSettings(scene="hold", avoid="both"))), "autopilot=0")
     theirs = page_at(1024, 768, fresh=True, locale="de-DE")
@@ -39,7 +37,7 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(
     theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
     mine.get_by_text("The second person is here").first.wait_for()
     pull_the_silver_arm(theirs, mine, session)
-    # The keys move their arm, and pause nothing.
+    # The guest's keys move the guest's arm and do not pause.
     theirs.keyboard.press("Space")
     theirs.keyboard.press("ArrowUp")
     until(theirs, lambda: session.hand.other is not None, "a nudge")
@@ -66,7 +64,7 @@ def pull_the_silver_arm(theirs: Page, mine: Page, session: Session) -> None:
     silver, orange = (HAND_LINK.format(arm.name) for arm in (session.simulation.avoiding, session.hand.arm))
     view = settled_view(theirs)
     before = ask(session, lambda s: s.simulation.positions.copy())
-    # The orange arm is not theirs.
+    # The guest cannot pull the orange arm.
     theirs.mouse.move(*world_to_px(theirs, world_position(theirs, orange)))
     x, y = grab(theirs, silver, lambda: isinstance(session.hand.other, LinkTarget))
     for step in range(1, 13):
@@ -78,6 +76,6 @@ def pull_the_silver_arm(theirs: Page, mine: Page, session: Session) -> None:
     until(mine, lambda: mine.evaluate(mark), "the mark at the host's")
     screenshot(mine, "two-host")
     screenshot(theirs, "two-guest")
-    assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"
+    assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "the view must not move under the mouse"
     theirs.mouse.up()
     until(theirs, lambda: session.hand.other is None, "letting go")

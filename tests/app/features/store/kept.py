@@ -1,4 +1,4 @@
-"""Reads the file of a server."""
+"""Reads the store file of a server."""
 
 from contextlib import closing
 from pathlib import Path
@@ -9,7 +9,7 @@ from app.hosting.visitor_record import VisitorRecord
 
 
 def kept(store: Path, tab: str) -> VisitorRecord | None:
-    """What the file of a server, which may be running, has of a tab."""
+    """Record of a tab in the file of a server, which may be running."""
     with closing(StoreFile(store, 10**9)) as file:
         found = file.read(tab)
         return None if found is None else visitor_from_bytes(found[1])

@@ -1,4 +1,4 @@
-"""The file in which visitors' records outlive the server: what comes back from it, its bounds, and what may happen to it."""
+"""The file in which visitors' records outlive the server: content, limits and faults."""
 
 import errno
 import logging
@@ -6,7 +6,7 @@ import os
 import random
 import sqlite3
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -49,7 +49,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def opened(path: Path, clock: Clock) -> Iterator[Open]:
-    """`opened()` is a store with the file, which replaces the one before."""
+    """`opened()` is a store on the file; it replaces the previous one."""
     stores: list[SessionStore] = []
 
     def make(most_bytes: int = 50_000_000) -> SessionStore:
@@ -67,7 +67,7 @@ def small(number: int, dm: float = 0.11) -> VisitorRecord:
     return VisitorRecord({"resume": tab(number)}, changed(Settings(), "dm", dm), None)
 
 
-def test_a_record_outlives_the_server_for_a_day_and_belongs_to_the_user_alone(
+def test_a_record_outlives_the_server_for_a_day_and_is_private(
     opened: Open, path: Path, clock: Clock
 ) -> None:
     session = session_of(0.5)
@@ -92,14 +92,18 @@ def test_a_record_outlives_the_server_for_a_day_and_belongs_to_the_user_alone(
         ).fetchone() == (0,)
 
 
-def test_only_what_is_new_is_written_and_what_is_over_is_deleted(
+def test_only_new_parts_are_written_and_old_ones_are_deleted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     writes: list[Change] = []
     write = StoreFile.write
-    monkeypatch.setattr(
-        StoreFile, "write", lambda self, changes: [writes.extend(changes), write(self, changes)]
-    )
+
+    def noted(file: StoreFile, changes: Iterable[Change]) -> None:
+        given = list(changes)
+        writes.extend(given)
+        write(file, given)
+
+    monkeypatch.setattr(StoreFile, "write", noted)
     store = SessionStore(DAY, file=RecordWriter(tmp_path / "store", DAY, 50_000_000))
     session = session_of(0.5)
 
@@ -107,7 +111,7 @@ def test_only_what_is_new_is_written_and_what_is_over_is_deleted(
         writes.clear()
         store.save(record_of(session, 1))
         assert store.file is not None
-        # A question is answered after the writing of its turn; the tab's own would make what was read the newest.
+        # Answers follow the turn's writing; a question for this tab would make the read data the newest.
         while store.file.waiting:
             find(store, {"resume": tab(2)})
         find(store, {"resume": tab(2)})
@@ -127,7 +131,7 @@ def test_only_what_is_new_is_written_and_what_is_over_is_deleted(
     store.close()
 
 
-def test_the_oldest_make_room(tmp_path: Path) -> None:
+def test_the_oldest_records_are_deleted_to_make_room(tmp_path: Path) -> None:
     file = StoreFile(tmp_path / "store", 1_000_000)
     for number in range(12):
         file.write([Change(tab(number), 100.0 + number, b"head", {"part": bytes([number]) * 200_000}, ())])
@@ -147,7 +151,7 @@ def ruined(path: Path, kind: str) -> None:
         case "half":
             del content[len(content) // 2 :]
         case "schema":
-            # The error names what is no text any more.
+            # The error message contains the invalid text.
             content = content.replace(b"PRIMARY KEY (tab, name)", b"PRIMARY \xffEY (tab, name)")
         case "unwritable":
             content[18] = 3
@@ -165,7 +169,7 @@ def asides(path: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("kind", ["head", "half", "schema", "unwritable", "newer"])
-def test_a_file_that_cannot_be_used_is_renamed_and_named(
+def test_an_unusable_file_is_renamed_and_named(
     kind: str, opened: Open, path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     store = opened()
@@ -186,7 +190,7 @@ def test_a_file_that_cannot_be_used_is_renamed_and_named(
     assert asides(path) == [aside]
 
 
-def test_a_packed_file_beside_a_sound_one_is_no_damage(opened: Open, path: Path) -> None:
+def test_a_compressed_damaged_file_beside_a_sound_one_is_not_reported(opened: Open, path: Path) -> None:
     store = opened()
     store.save(small(1))
     store.close()
@@ -200,7 +204,7 @@ DAMAGES = ("cut", "log cut", "head", "schema", "rows", "any", "zero")
 
 
 def damaged(whole: bytes, kind: str, chance: random.Random) -> bytes:
-    """The bytes of a file with its end cut off, with a block of zeros, or with wrong bytes in a part of it."""
+    """The file's bytes with the end cut off, with a block of zeros, or with some wrong bytes."""
     size, found = len(whole), bytearray(whole)
     if kind.endswith("cut"):
         return whole[: chance.randrange(size)]
@@ -222,7 +226,7 @@ def records() -> dict[int, VisitorRecord]:
 
 @pytest.mark.parametrize("kind", DAMAGES)
 @pytest.mark.parametrize("seed", range(8))
-def test_whatever_is_damaged_saving_goes_on_and_what_is_whole_comes_back(
+def test_after_any_damage_saving_continues_and_intact_records_are_found(
     kind: str, seed: int, records: dict[int, VisitorRecord], opened: Open, path: Path
 ) -> None:
     log = path.with_name(path.name + "-wal")
@@ -258,25 +262,7 @@ def test_whatever_is_damaged_saving_goes_on_and_what_is_whole_comes_back(
     assert all(find(store, {"resume": tab(number)}) is not None for number in back)
 
 
-def test_what_a_clock_that_was_set_back_has_saved_is_kept_for_a_day_from_now(
-    opened: Open, clock: Clock
-) -> None:
-    clock.now += 4.0 * 365.0 * DAY
-    opened().save(small(1))
-    opened()
-    clock.now -= 4.0 * 365.0 * DAY
-    store = opened()
-    assert find(store, {"resume": tab(1)}) is not None
-    # Cleaning goes on, though the next time was years ahead.
-    clock.now += 0.5 * DAY
-    store.save(small(2))
-    store = opened()
-    clock.now += 0.6 * DAY
-    store = opened()
-    assert find(store, {"resume": tab(1)}) is None and find(store, {"resume": tab(2)}) is not None
-
-
-def test_a_store_is_neither_a_device_nor_a_folder_nor_the_file_of_another_program(
+def test_devices_folders_and_foreign_files_are_refused_as_a_store(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text, foreign, folder, pipe = (tmp_path / name for name in ("text", "foreign", "folder", "pipe"))
@@ -294,14 +280,14 @@ def test_a_store_is_neither_a_device_nor_a_folder_nor_the_file_of_another_progra
     assert sorted(one.name for one in tmp_path.iterdir()) == ["folder", "foreign", "pipe", "text"]
 
 
-def test_the_mode_of_a_file_stays(path: Path) -> None:
+def test_the_mode_of_a_file_is_kept(path: Path) -> None:
     StoreFile(path, 10**9).close()
     path.chmod(0o640)
     StoreFile(path, 10**9).close()
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
-def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
+def test_a_full_disk_is_reported_and_saving_resumes_when_there_is_room(
     path: Path, clock: Clock, caplog: pytest.LogCaptureFixture
 ) -> None:
     writer = RecordWriter(path, DAY, 50_000_000, clock=clock)
@@ -320,9 +306,9 @@ def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
         store.save(record_of(session, 1))
         wait(lambda: store.state.problem)
         assert "full" in store.state.problem
-        # Sessions live on: what waits is found.
+        # Sessions continue: waiting records are found,
         assert find(store, {"resume": tab(1)}) is not None
-        # So is what was written before.
+        # and so are written ones.
         assert find(store, {"resume": tab(3)}) is not None
         file.execute("PRAGMA max_page_count = 1000000")
         clock.now += AGAIN + 1.0
@@ -334,7 +320,7 @@ def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
     store.close()
 
 
-def test_what_could_not_be_read_when_its_visitor_came_is_not_overwritten(
+def test_a_record_unreadable_on_arrival_is_not_overwritten(
     opened: Open, clock: Clock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(self: StoreFile) -> None:
@@ -352,37 +338,47 @@ def test_what_could_not_be_read_when_its_visitor_came_is_not_overwritten(
     store = opened()
     found = [find(store, {"resume": tab(number)}) for number in (1, 2)]
     assert [record and record.settings.run.law.critical_distance for record in found] == [0.11, 0.2]
-    # Once it has been read, it is the visitor's again.
+    # After it has been read, the visitor may overwrite it.
     store.save(small(1, 0.3))
     store = opened()
     again = find(store, {"resume": tab(1)})
     assert again is not None and again.settings.run.law.critical_distance == 0.3
 
 
-def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_two_servers_do_not_share_a_file(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     dispatcher = StoreLock(path)
     with pytest.raises(StoreRefused, match=r"--store other\.sqlite"):
         RecordWriter(path, DAY, 1_000_000)
     assert main(["serve", "--no-open", "--port", "0", "--store", str(path)]) == 2
     line = capsys.readouterr().err
     assert line.count("\n") == 1 and "--store other.sqlite" in line and str(path) in line
-    workers = [SessionStore(DAY, file=RecordWriter(path, DAY, 1_000_000, owned=False)) for _ in range(2)]
-    for number, worker in enumerate(workers):
-        worker.save(small(number))
-        worker.close()
     dispatcher.release()
-    store = SessionStore(DAY, file=RecordWriter(path, DAY, 1_000_000))
-    assert all(find(store, {"resume": tab(number)}) for number in range(2))
+    RecordWriter(path, DAY, 1_000_000).close()
+
+
+def test_a_record_deleted_by_another_worker_is_written_again_completely(path: Path, clock: Clock) -> None:
+    store = SessionStore(DAY, file=RecordWriter(path, DAY, 50_000_000, owned=False, clock=clock))
+    session = session_of(0.3)
+    assert find(store, {"resume": tab(1)}) is None
+    store.save(record_of(session, 1))
+    find(store, {"resume": tab(2)})
+    with closing(StoreFile(path, 0)) as other:
+        assert other.clean(clock.now, DAY) == {tab(1)}
+    session.advance(0.05, 60.0)
+    record = record_of(session, 1)
+    store.save(record)
+    store.close()
+    store = SessionStore(DAY, file=RecordWriter(path, DAY, 50_000_000, clock=clock))
+    found = find(store, {"resume": tab(1)})
+    assert found is not None and content(found) == content(record)
     store.close()
 
 
-def test_workers_that_find_a_damaged_file_go_on_in_one_new_file(path: Path, clock: Clock) -> None:
+def test_workers_that_find_a_damaged_file_continue_in_one_new_file(path: Path, clock: Clock) -> None:
     StoreFile(path, 10**9).close()
     ruined(path, "newer")
     writers = [RecordWriter(path, DAY, 50_000_000, owned=False, clock=clock) for _ in range(2)]
-    # One more is renamed by hand while both have it open.
+    # The file is also renamed by hand while both have it open.
     path.rename(path.with_name("renamed"))
     stores = [SessionStore(DAY, file=writer) for writer in writers]
     for number, store in enumerate(stores):

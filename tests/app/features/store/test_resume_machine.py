@@ -1,4 +1,4 @@
-"""What waits for a visitor who is away: the live session by the same link, the record by any link, both for a while."""
+"""An absent visitor's session waits for the same link, and the record for any link, both for a while."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ RUN = state_of(Session(Settings()))
 
 
 class ClosedOnce(Session):
-    """A session that can be asked whether it was closed."""
+    """A session that counts how often it was closed."""
 
     closed = 0
 
@@ -42,7 +42,7 @@ class Waiting:
 
 
 class ResumeMachine(RuleBasedStateMachine):
-    """The model: tab → `Waiting`, tab → (record, time), both oldest first, and the sessions that are in use."""
+    """The model: tab → `Waiting`, tab → (record, time), both oldest first, and the sessions in use."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -61,7 +61,7 @@ class ResumeMachine(RuleBasedStateMachine):
             self.over.append(self.waiting.pop(number).session)
 
     def tidy(self) -> None:
-        """Too long ago, or too many: the oldest go."""
+        """Remove the oldest if they are too old or too many."""
         for number, one in list(self.waiting.items()):
             if self.now - one.since > AWAY or len(self.waiting) > MOST_SESSIONS:
                 self.forget(number)
@@ -99,7 +99,7 @@ class ResumeMachine(RuleBasedStateMachine):
         else:
             assert session is one.session
             self.used.append(self.waiting.pop(number).session)
-            assert self.store.claim(query) is None, "it is claimed once"
+            assert self.store.claim(query) is None, "a session must be claimed only once"
 
     @rule(number=TABS, dm=st.sampled_from((0.11, 0.22)))
     def save(self, number: int, dm: float) -> None:
@@ -116,7 +116,7 @@ class ResumeMachine(RuleBasedStateMachine):
         assert self.store.awaits(query) == awaited
         found = find(self.store, query)
         if awaited:
-            assert found is None, "the live session waits"
+            assert found is None, "the live session waits, so no record is found"
             return
         self.tidy()
         expected, _ = self.records.get(number, (None, 0.0))
@@ -124,7 +124,7 @@ class ResumeMachine(RuleBasedStateMachine):
         if found is not None and expected is not None:
             assert found.settings == expected.settings and found.query == expected.query
             newest = list(self.records)[-MOST_SESSIONS:]
-            assert found.state is (RUN if number in newest else None), "only the newest keep their runs"
+            assert found.state is (RUN if number in newest else None), "only the newest must keep their runs"
 
     @rule(seconds=st.sampled_from((1.0, 0.5 * AWAY, AWAY, AWAY + 0.1, KEEP + 0.1)))
     def time_passes(self, seconds: float) -> None:

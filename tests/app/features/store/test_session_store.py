@@ -1,6 +1,5 @@
-"""What a visitor left behind: kept for the own tab, for a while, in a bounded number; a record goes on from its bytes to the same bits."""
+"""Records of visitors: kept per tab, for a while, in a limited number; a run continues bit for bit."""
 
-import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -17,8 +16,6 @@ from app.features.store.record_bytes import (
     split_record,
     visitor_from_bytes,
 )
-from app.features.store.session_store import MOST_RECORDS, SessionStore
-from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
 from app.session.session import Session
 from app.session.session_state import go_on_from, state_of
@@ -26,45 +23,9 @@ from app.settings import Settings
 from scenes.inputs import Recorded
 from scenes.rerun import rerun
 from scenes.settings import changed
-from tests.app.stores import find
 from tests.scenes.helpers import with_values
 
 TAB = "0123456789abcdef0123456789abcdef"
-LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
-
-
-def test_nothing_is_read_where_the_live_session_waits() -> None:
-    store, session = SessionStore(), Session(Settings())
-    store.save(VisitorRecord(LINK, Settings()))
-    store.park(LINK, session)
-    assert find(store, LINK) is None and find(store, {**LINK, "dm": "0.3"}) is not None
-    assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) is session
-    assert (
-        find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
-    )
-    store.close()
-
-
-@pytest.mark.parametrize("keep", [AWAY, math.inf])
-def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
-    now = 0.0
-    store = SessionStore(keep, lambda: now)
-    mine, theirs = (
-        VisitorRecord({"resume": tab}, changed(Settings(), "dm", dm), None)
-        for tab, dm in ((TAB, 0.11), ("f" * 16, 0.22))
-    )
-    for record in (mine, theirs, VisitorRecord({"resume": "../../etc"}, Settings(), None)):
-        store.save(record)
-    now = AWAY - 1.0
-    assert find(store, {**LINK, "lesson": "4"}) is mine and find(store, theirs.query) is theirs
-    assert (
-        find(store, {"resume": TAB[::-1]}) is find(store, {}) is find(store, {"resume": "../../etc"}) is None
-    )
-    now = AWAY + 1.0
-    assert (find(store, LINK) is mine) == (keep == math.inf)
-    for number in range(MOST_RECORDS):
-        store.save(VisitorRecord({"resume": f"{number:016d}"}, Settings(), None))
-    assert find(store, LINK) is None and find(store, {"resume": f"{0:016d}"}) is not None
 
 
 def tab(number: int) -> str:
@@ -72,7 +33,7 @@ def tab(number: int) -> str:
 
 
 def session_of(seconds: float = 1.5, **keys: object) -> Session:
-    """A session that has run so long, in parts as if it had been stored in between."""
+    """A session that has run for `seconds`, in parts as if it had been stored in between."""
     session = Session(with_values(Settings(), **keys))
     while session.simulation.time < seconds:
         session.advance(0.05, 60.0)
@@ -85,7 +46,7 @@ def record_of(session: Session, number: int = 0) -> VisitorRecord:
 
 
 def again(record: VisitorRecord) -> VisitorRecord:
-    """The record after a way through its bytes."""
+    """The record after conversion to bytes and back."""
     head, parts = split_record(record)
     stored = {name: record_from_bytes(record_to_bytes(piece), Recorded) for name, piece in parts.items()}
     return joined_record(visitor_from_bytes(record_to_bytes(head)), stored)
@@ -114,7 +75,7 @@ NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
     dm=st.floats(0.03, 0.3),
 )
 @settings(max_examples=25, deadline=None)
-def test_a_record_comes_back_as_it_was(short: Session, query, stored, names, dm) -> None:
+def test_a_record_is_restored_unchanged(short: Session, query, stored, names, dm) -> None:
     own, piece = changed(Settings(), "dm", dm), state_of(short).run.pieces[0]
     record = VisitorRecord(
         {"resume": tab(1), **query}, own, state_of(short), stored, dict.fromkeys(names, piece)
@@ -134,7 +95,7 @@ RUNS = {
 }
 
 
-def test_a_session_in_the_opening_goes_on_in_it_and_an_older_record_does_not() -> None:
+def test_a_session_in_the_opening_continues_in_it_and_an_older_record_does_not() -> None:
     session = Session(Settings())
     session.hand.source.opens = True
     while session.simulation.time < 1.5:
@@ -155,7 +116,7 @@ def test_a_session_in_the_opening_goes_on_in_it_and_an_older_record_does_not() -
 
 @pytest.mark.parametrize("history", [0.0, 60.0])
 @pytest.mark.parametrize("keys", RUNS.values(), ids=list(RUNS))
-def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: float) -> None:
+def test_a_session_continues_bit_for_bit(keys: dict[str, object], history: float) -> None:
     session = session_of(2.2, **keys)
     session.change("dm", 0.13)
     session.control.halt.set("visitor")
@@ -189,7 +150,7 @@ def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: fl
     assert rerun(recorded).table[-1].tobytes() == other.simulation.history.table()[-1].tobytes()
 
 
-def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_is_noticed() -> None:
+def test_pieces_before_a_missing_one_are_dropped_and_damage_is_noticed() -> None:
     session = session_of(1.0)
     record = record_of(session)
     head, parts = split_record(record)
@@ -210,7 +171,7 @@ def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_
 
 
 class Marks(NamedTuple):
-    """What a feature may keep of a visitor."""
+    """Example of a feature's data about a visitor."""
 
     points: int
     names: tuple[str, ...] = ()
@@ -227,13 +188,13 @@ def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureF
     assert again(with_part(with_part(record, "marks", None), "other", None)) == plain
 
 
-def test_the_parts_that_an_earlier_release_stored_as_fields_are_found() -> None:
+def test_parts_stored_as_fields_by_an_earlier_release_are_found() -> None:
     plain = VisitorRecord({"resume": TAB}, Settings())
     stored = {**msgspec.to_builtins(plain), "marks": Marks(3), "empty": None}
     del stored["parts"]
     record = visitor_from_bytes(record_to_bytes(stored))
     assert part_of(record, "marks", Marks) == Marks(3) and record.parts.keys() == {"marks"}
     assert replace(record, parts={}) == plain
-    # A part of this release comes before a field of the same name.
+    # A part of this release has priority over a field of the same name.
     both = {**stored, "parts": with_part(plain, "marks", Marks(5)).parts}
     assert part_of(visitor_from_bytes(record_to_bytes(both)), "marks", Marks) == Marks(5)

@@ -1,4 +1,4 @@
-"""Which file a server keeps its visitors in."""
+"""Choice of a server's store file."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -9,7 +9,7 @@ from app.features.store.store_choice import MOST_SERVERS, chosen_store
 from app.features.store.store_file import StoreLock, StoreRefused, StoreTaken
 
 
-def test_which_file_a_server_has(tmp_path: Path) -> None:
+def test_choice_of_the_store_file(tmp_path: Path) -> None:
     usual = tmp_path / "state" / "visitors.sqlite"
     with ExitStack() as held:
 
@@ -22,7 +22,7 @@ def test_which_file_a_server_has(tmp_path: Path) -> None:
         assert (name, other) == ("visitors.sqlite", "visitors-2.sqlite")
         first.release()
         second.release()
-        # By its port; another port takes the first one that is free.
+        # Chosen by port; another port takes the first free file.
         name, second = take(8081)
         assert name == "visitors-2.sqlite"
         name, third = take(9000)

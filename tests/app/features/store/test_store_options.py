@@ -1,4 +1,4 @@
-"""The options of the store: what they refuse, and that a file is chosen and locked once for all processes."""
+"""Options of the store: refusals, and one file chosen and locked for all processes."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -44,7 +44,7 @@ def test_the_server_locks_the_file_and_its_processes_open_it_without(tmp_path: P
             StoreLock(path)
         with pytest.raises(StoreTaken):
             made(StoreOptions(file=path))
-    # One that is started without the command takes the lock for itself.
+    # A process started without the command takes the lock itself.
     store = made(StoreOptions(file=path))
     with pytest.raises(StoreTaken):
         StoreLock(path)
@@ -58,9 +58,7 @@ def test_in_memory_nothing_is_locked_and_nothing_lasts() -> None:
         assert options.held(8080, until) is options and not made(options).lasting
 
 
-def test_where_a_file_was_chosen_that_is_not_the_usual_one_the_start_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_start_names_an_unusual_store_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     with ExitStack() as until:
         first = StoreOptions().held(8080, until)

@@ -1,4 +1,4 @@
-"""What pages show of the store, and when they save: seldom while they rest, at once after that."""
+"""The store on the page; pages save seldom at rest and at once after a rest."""
 
 import json
 import sqlite3
@@ -29,11 +29,11 @@ WORD = "0123456789abcdef0123456789abcdef"
 
 
 def kept_in(path: Path) -> tuple[StoreOptions]:
-    """Options of a server that keeps its visitors in a file."""
+    """Options of a server with this store file."""
     return (StoreOptions(file=path),)
 
 
-def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
+def test_an_unwritable_disk_is_reported_once_and_the_session_continues(
     house: OpenHouse, join: Join, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(record_writer, "AGAIN", 0.2)
@@ -47,7 +47,7 @@ def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
     file = store.file.file
     file.connection.execute("PRAGMA max_page_count = 1")
     visitor.wait_for(lambda v: any("disk" in note for note in notes(v)), 60.0)
-    assert store.file.file is file, "it is still read"
+    assert store.file.file is file, "the file must still be read"
     file.connection.execute("PRAGMA max_page_count = 1000000")
     steps = session.simulation.steps
     visitor.wait_for(lambda _: not store.state.problem and session.simulation.steps > steps + 100, 60.0)
@@ -69,7 +69,7 @@ def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, 
     assert [len([note for note in notes(one) if "damaged" in note]) for one in (visitor, later)] == [1, 1]
 
 
-def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_path: Path) -> None:
+def test_the_health_names_problems_of_the_store(house: OpenHouse, tmp_path: Path) -> None:
     def state_with(store: Path | None) -> dict[str, object]:
         with urlopen(
             f"{house(features=() if store is None else kept_in(store)).url}/healthz", timeout=60.0
@@ -85,7 +85,7 @@ def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_pat
     aside = str(state_with(damaged)["set_aside"])
     assert (tmp_path / aside).stat().st_size == 9_000
     (tmp_path / "file").touch()
-    # The path is the user's own.
+    # Without the path, which is private to the user.
     assert state_with(tmp_path / "file" / "store") == {**well, "problem": "File exists"}
 
 
@@ -106,7 +106,7 @@ def test_a_page_at_rest_is_saved_seldom(
     assert len(saved) == pytest.approx(2, abs=1)
 
 
-def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_path: Path) -> None:
+def test_an_action_after_a_rest_is_saved_at_once(by_hand: Made, tmp_path: Path) -> None:
     opened, query = (
         by_hand(sessions=3, features=kept_in(tmp_path / "store")),
         {"resume": "0123456789abcdef" * 2},
@@ -116,13 +116,13 @@ def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_pa
         drawn(opened, LIVELY + rest)
         click(page, f"{choice + 1} ")
         until(lambda: len(visitor_of(opened).session.posts) > 0)
-        # The writer takes up to `BEAT` more.
+        # The writer takes up to `BEAT` longer.
         drawn(opened, 2.0 - BEAT)
         record = find(opened.house.context.store, query)
         assert [done.choice for done in progress_in(record).steps.values()] == [choice]
 
 
-def test_by_another_link_a_doubled_tab_finds_the_record_of_the_later_page(by_hand: Made) -> None:
+def test_a_duplicated_tab_finds_the_record_of_the_later_page_by_another_link(by_hand: Made) -> None:
     opened = by_hand(sessions=8)
     opened.let_in(f"n=8&resume={WORD}")
     second = opened.let_in(f"n=8&resume={WORD}")

@@ -1,4 +1,4 @@
-"""A machine on which no step takes any time, and jobs that are done when a test says so."""
+"""A machine on which steps take no time, and jobs that finish on a test's request."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What is wrong with the options of a search is one line."""
+"""Wrong options of a search give one line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The tab on comparisons: what was computed beside the run, in numbers and words."""
+"""The comparison tab: results computed beside the run, in numbers and words."""
 
 import re
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ from tests.app.page.helpers import shown
 SCENES = tuple(EXPERIMENTS)
 
 PATIENCE = 180.0
-"""Longest time for a study, which shares a busy machine's processors with whatever else runs [s]."""
+"""Longest wait for a study on a busy machine [s]."""
 
 
 def text(html: str) -> str:
@@ -57,12 +57,12 @@ def test_smoothness_in_a_table() -> None:
         ((0.0, 0.0, 0.0, 0.0), "Nothing moved that keeps clear."),
     ],
 )
-def test_what_is_said_of_smoothness(steps: tuple[float, ...], words: str) -> None:
+def test_smoothness_is_described(steps: tuple[float, ...], words: str) -> None:
     study = StepStudy(RunSettings(), 10.0, (0.005, 0.0025, 0.00125, 0.000625), steps)
     assert words in text(smoothness_html(Smoothness(study, None)))
 
 
-def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
+def test_the_tables_use_the_readers_decimal_sign() -> None:
     set_language("de")
     run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
     between = StepStudy(run, 10.0, dts, (0.5, 0.45, 0.4, 0.33))
@@ -78,7 +78,7 @@ def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
 
 @contextmanager
 def held(jobs: JobPool, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Let no job begin meanwhile: a quick one would be over before the page says that it is computed."""
+    """Start no job meanwhile: a quick job would end before the page shows that it is computed."""
     with monkeypatch.context() as context:
         context.setattr(jobs, "_pump", lambda: None)
         yield
@@ -95,7 +95,7 @@ def test_the_tab_on_comparisons_follows_the_studies(
     def says(*words: str) -> None:
         one.visitor.wait_for(lambda v: all(word in text(shown(v)) for word in words), PATIENCE)
 
-    # At once after a reset: there is too little to measure, however fast the frames come.
+    # Right after a reset there is too little data, however fast the frames come.
     one.ask(lambda s: (s.reset(), s.parts.of(BackgroundStudies).measure_smoothness()))
     says("few seconds")
     one.ask(lambda s: s.change("whatif", True))
@@ -164,7 +164,7 @@ def test_what_if_of_another_first_task_has_its_symbol_and_unit() -> None:
         ("smooth_priority", 0.0, 0.0, ("none broke the promise", "comes to 3.0 mm above")),
     ],
 )
-def test_a_search_says_which_condition_was_missing(
+def test_a_search_names_the_missing_condition(
     law: str, lost: float, strict: float, words: tuple[str, str]
 ) -> None:
     search = CounterexampleSearch(None, lambda: None, Settings, lambda recorded, name: None)

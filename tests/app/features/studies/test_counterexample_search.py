@@ -1,4 +1,4 @@
-"""A search for a broken promise beside a session: start by start, replayed, shared by a link, dropped when settings change."""
+"""A counterexample search beside a session: by starts, with replay and link, dropped on changes."""
 
 from urllib.parse import quote
 
@@ -32,10 +32,10 @@ def searching(desk: Inline, **settings: object) -> tuple[Session, Counterexample
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("in_time", [3, 5])
-def test_it_goes_from_start_to_start_and_ends(
+def test_a_search_goes_from_start_to_start_and_ends(
     desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int
 ) -> None:
-    """After the starts that are made in time, but not before a fourth one."""
+    """It ends after the starts that fit in the time, but not before a fourth one."""
     monkeypatch.setattr(counterexample_search, "STARTS", 4)
     session, search = searching(desk, seed=7)
     for done in range(1, (starts := max(in_time, 4)) + 1):
@@ -49,11 +49,11 @@ def test_it_goes_from_start_to_start_and_ends(
         and len(found) == starts
         and search.worst.badness == max(one.badness for one in found)
     )
-    # The worst of all is one in which the closest pair loses centimetres.
+    # In the worst run the closest pair loses centimetres.
     assert search.broken and search.worst.loss.lost > 0.01
 
 
-def test_the_button_ends_it_and_other_settings_drop_it(desk: Inline) -> None:
+def test_the_button_ends_a_search_and_other_settings_drop_it(desk: Inline) -> None:
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
@@ -67,7 +67,7 @@ def test_the_button_ends_it_and_other_settings_drop_it(desk: Inline) -> None:
     assert not desk.waiting("replay")
 
 
-def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> None:
+def test_the_worst_run_is_replayed_and_its_link_repeats_it(desk: Inline) -> None:
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
@@ -88,7 +88,7 @@ def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> 
     assert rerun(replay.recorded).table.tobytes() == table.tobytes()
 
 
-def test_where_nothing_can_be_searched_it_says_why(desk: Inline) -> None:
+def test_an_impossible_search_gives_a_reason(desk: Inline) -> None:
     _, search = searching(desk, scene="solo")
     assert not search.busy and "Nothing is in the way" in search.message
     with pytest.raises(BadSetting, match="copy the link again"):
@@ -110,7 +110,7 @@ def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(
     one = arrive(app, link)
     one.visitor.wait_for(lambda v: f"This is {NAME}" in shown(v))
     one.wait(lambda s: s.player.replay is not None)
-    # The page's own link is that of the replay.
+    # The page's own link is the replay's link.
     one.visitor.wait_for(lambda v: f"{ATTACK}={quote(attack.text(), safe='')}" in shown(v))
     other = arrive(app, f"{ATTACK}=1,2")
     other.visitor.wait_for(lambda v: any("copy the link again" in note for note in notes(v)))

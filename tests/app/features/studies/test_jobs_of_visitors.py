@@ -1,4 +1,4 @@
-"""What a server computes for its visitors ends with them."""
+"""A server's computations for its visitors end with them."""
 
 import multiprocessing
 
@@ -14,7 +14,7 @@ from tests.blocking_client import BlockingClient
 
 
 def compute_for(session: Session, visitor: BlockingClient) -> None:
-    """Have a session ask for two studies; the second one is still under way at the end."""
+    """Request two studies in a session; the second is still running at the end."""
 
     def move(s: Session) -> None:
         s.change("whatif", True)
@@ -26,12 +26,12 @@ def compute_for(session: Session, visitor: BlockingClient) -> None:
     visitor.wait_for(lambda _: session.parts.of(BackgroundStudies).questions.what_if is not None)
     answer = session.parts.of(BackgroundStudies).questions.what_if
     assert answer is not None and answer.settings.law.critical_distance == 0.12
-    # Who asks and leaves leaves nothing behind.
+    # A visitor who leaves must leave no job behind.
     ask(session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
 
 
 @pytest.mark.thorough
-def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, join: Join) -> None:
+def test_jobs_of_a_visitor_end_with_the_visit(house: OpenHouse, join: Join) -> None:
     jobs = JobPool()
     opened = house(jobs=jobs)
     others = set(multiprocessing.active_children())

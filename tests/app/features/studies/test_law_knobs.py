@@ -1,4 +1,4 @@
-"""The knob of a law, turned until it keeps the distance of another law."""
+"""The knob of a law, set to keep the distance of another law."""
 
 import pytest
 
@@ -36,7 +36,7 @@ def test_the_found_value_keeps_the_distance(recorded: Recorded, name: str, key: 
     assert found.wanted == ours and found.reached == theirs and abs(theirs - ours) <= MATCH
 
 
-def test_a_distance_out_of_reach_is_reported_after_few_runs(recorded: Recorded) -> None:
+def test_an_unreachable_distance_is_reported_after_few_runs(recorded: Recorded) -> None:
     asked: list[int] = []
     with until(lambda: bool(asked.append(1))):
         found = match_knob(recorded, law("smooth_priority"), law("null_space_avoidance"))
@@ -46,6 +46,6 @@ def test_a_distance_out_of_reach_is_reported_after_few_runs(recorded: Recorded) 
     assert len(asked) <= MOST_RERUNS * -(-recorded.steps // 64)
 
 
-def test_it_ends_when_the_answer_is_no_longer_wanted(recorded: Recorded) -> None:
+def test_a_search_ends_when_its_answer_is_no_longer_wanted(recorded: Recorded) -> None:
     with pytest.raises(Stopped), until(lambda: True):
         match_knob(recorded, law("smooth_priority"), law("barrier_qp"))

@@ -1,4 +1,4 @@
-"""Tests of how a question leads to the slider that it is about."""
+"""How a question leads to its slider."""
 
 from app.features.studies.compare import flash_html
 

@@ -1,4 +1,4 @@
-"""The microscope: single steps of a run, and the same at half the time step."""
+"""The microscope: single steps of a run, also at half the time step."""
 
 import re
 
@@ -53,7 +53,7 @@ def seen(session: Session, desk: Inline) -> Magnified:
     return second
 
 
-def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inline) -> None:
+def test_the_steps_come_from_the_history_and_the_finer_ones_from_a_rerun(desk: Inline) -> None:
     session = looking(desk)
     found = seen(session, desk)
     assert found.finer is not None
@@ -74,9 +74,9 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inlin
     ]
     assert len(found.finer.times) == 4 * AROUND + 1 and found.finer.dt == pytest.approx(0.0025)
     assert found.finer.values.tobytes() == there[:, found.joint].tobytes()
-    # A jump stays at half the step.
+    # A jump keeps its size at half the step.
     assert found.finer.largest == pytest.approx(found.steps.largest, rel=0.1)
-    # Nothing is asked a second time.
+    # No job is started a second time.
     assert session.parts.of(BackgroundStudies).microscope.magnify(
         session.simulation
     ) is not None and not desk.waiting("microscope")
@@ -87,7 +87,7 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inlin
     ]
 
 
-def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown(desk: Inline) -> None:
+def test_after_a_change_of_the_time_step_the_finer_steps_match_the_shown_part(desk: Inline) -> None:
     session = looking(desk, RunSettings(dt=0.01), 2.0)
     session.control.toggle_pause()
     session.change("dt", 0.0025)
@@ -99,7 +99,7 @@ def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_i
     assert found.finer.times[[0, -1]] == pytest.approx(found.steps.times[[0, -1]])
 
 
-def test_another_signal_and_another_instant(desk: Inline) -> None:
+def test_another_signal_and_another_moment(desk: Inline) -> None:
     session = looking(desk, RunSettings(), 3.0)
     jump = seen(session, desk)
     for quantity in ("d", "lambda", "e"):
@@ -114,7 +114,7 @@ def test_another_signal_and_another_instant(desk: Inline) -> None:
     assert seen(session, desk).time == pytest.approx(jump.time - STRIDE * 0.005)
     session.parts.of(BackgroundStudies).microscope.go_to(None)
     assert seen(session, desk).time == jump.time
-    # At the newest step there is nothing after it yet; the finer steps are asked for again when there is.
+    # The newest step has no successor yet; the finer steps are requested again when it has one.
     session.parts.of(BackgroundStudies).microscope.move(10_000, 0.005)
     newest = seen(session, desk)
     assert newest.time == newest.steps.times[-1]
@@ -132,7 +132,7 @@ def test_another_signal_and_another_instant(desk: Inline) -> None:
     assert not desk.waiting("microscope")
 
 
-def test_any_instant_of_the_run(desk: Inline) -> None:
+def test_any_moment_of_the_run(desk: Inline) -> None:
     session = looking(desk, RunSettings(), 24.0)
     microscope = session.parts.of(BackgroundStudies).microscope
     assert microscope.magnify(session.simulation) is not None
@@ -146,7 +146,7 @@ def test_any_instant_of_the_run(desk: Inline) -> None:
         assert np.array_equal(found.steps.times, table[near, COLUMN["t"]])
         rates = avoiding_rates(session.simulation, table[near])
         assert np.array_equal(found.steps.values, rates[:, found.joint])
-        # The finer steps meet the same stretch, and hardly differ where nothing jumps.
+        # The finer steps cover the same stretch and hardly differ without a jump.
         assert (
             found.finer.times[0] == pytest.approx(found.steps.times[0])
             and len(found.finer.times) >= 2 * AROUND
@@ -155,7 +155,7 @@ def test_any_instant_of_the_run(desk: Inline) -> None:
             found.steps.values, abs=0.02
         )
         assert microscope.span == (table[0, COLUMN["t"]], table[-1, COLUMN["t"]], found.time)
-    # A place before the run is its beginning.
+    # A moment before the run gives its beginning.
     microscope.go_to(-5.0)
     assert (first := microscope.magnify(session.simulation)) is not None and first.time == table[
         0, COLUMN["t"]

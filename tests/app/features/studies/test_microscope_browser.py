@@ -17,7 +17,7 @@ STEEPEST = """() => Math.max(...Object.values(__viserTestpoints.uplots).map(({ c
     for (const y of lines) if (y.length) most = Math.max(most, Math.abs(y[i] - y[i - 1]) || 0);
   return most;
 }))"""
-"""The largest change of any line within one time step."""
+"""Largest change of any line within one time step."""
 
 DOTS = "() => [...document.querySelectorAll('.duet-chart .dots')].map((p) => p.getAttribute('d').split('h0').length - 1)"
 
@@ -26,10 +26,10 @@ DOTS = "() => [...document.querySelectorAll('.duet-chart .dots')].map((p) => p.g
 def test_a_jump_is_an_edge_and_has_its_steps(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")
-    # From the beginning, as the plots show no more than the last seconds, of which a busy machine may need many to open the page.
+    # From the beginning: the plots show only the last seconds, and a busy machine opens the page slowly.
     ask(session, lambda s: [s.reset(), s.control.hurry(7.0)])
     until(page, lambda: session.simulation.time > 7.0, "the jump")
-    # Before the jump leaves the plot.
+    # Before the jump has left the plot.
     ask(session, lambda s: s.control.toggle_pause())
     until(page, lambda: session.paused, "the pause")
     table = ask(session, lambda s: s.simulation.history.table())
@@ -39,7 +39,7 @@ def test_a_jump_is_an_edge_and_has_its_steps(house: OpenHouse, page_at: PageAt) 
     page.get_by_role("button", name="dt", exact=True).click()
     page.wait_for_function(f"String(({DOTS})()) === '{2 * AROUND + 1},{4 * AROUND + 1}'")
     page.get_by_text(f"{jump:.3g} at 5 ms").wait_for()
-    # Any other instant by the slider and its keys.
+    # Other moments by the slider and its keys.
     knob = page.get_by_role("slider", name="moment [s]")
 
     def looked_at() -> float:

@@ -1,19 +1,21 @@
-"""`lwr-duet hunt` and `falsify`: what is broken is found and can be made again, our own runs break nothing, and both say where they were
-interrupted."""
+"""`lwr-duet hunt` and `falsify`: reproducible faults, none in our own runs, and continuation after Ctrl+C."""
 
 import hashlib
 import json
 import re
 import shlex
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from app.__main__ import run_command as main
-from app.features.studies.counterexample import LEGS, SECONDS, attack_of, searched
+from app.features.studies import counterexample
+from app.features.studies.counterexample import BROKEN, LEGS, SECONDS, attack_of, searched
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
 from controllers import compiled
@@ -29,6 +31,7 @@ from scenes.roles import room_of
 from scenes.room import World
 from scenes.settings import LATER, RunSettings, values
 from scenes.simulation import Simulation
+from scenes.targets import OF_HAND, OF_WALL
 from scenes.world_stages import WorldStage
 from tests.approved import Approve
 from tests.scenes.helpers import given_settings
@@ -38,7 +41,7 @@ pytestmark = pytest.mark.slow
 
 
 def interrupted(compute: Callable[..., Iterator[Any]], after: int) -> Callable[..., Iterator[Any]]:
-    """The same, except that Ctrl+C comes after `after` of its computations."""
+    """The same, interrupted by Ctrl+C after `after` computations."""
 
     def some(*arguments: Any) -> Iterator[Any]:
         for done, found in enumerate(compute(*arguments)):
@@ -62,7 +65,7 @@ def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp
 
 
 @pytest.mark.usefixtures("interrupted_after_two")
-def test_an_interrupted_hunt_says_what_it_has(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupted_hunt_reports_its_results(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hunt", "--runs", "9", "--seconds", "0.5", "--workers", "1"]) == INTERRUPTED
     said = capsys.readouterr()
     assert said.out.startswith("2 runs, 0 broken.") and said.err.endswith(
@@ -70,7 +73,7 @@ def test_an_interrupted_hunt_says_what_it_has(capsys: pytest.CaptureFixture[str]
     )
 
 
-def test_the_runs_are_drawn_from_everything() -> None:
+def test_random_runs_cover_all_scenes_pairs_and_robots() -> None:
     drawn = [random_run(1, index) for index in range(60)]
     for index in (0, 7):
         again = random_run(1, index)
@@ -88,8 +91,8 @@ def test_the_runs_are_drawn_from_everything() -> None:
     assert overlapping >= 5
 
 
-def test_the_usual_series_of_a_seed_stays_as_it_was() -> None:
-    """To the bit, whatever is drawn in other series; settings added later are not drawn."""
+def test_the_usual_series_of_a_seed_never_changes() -> None:
+    """Bit for bit, whatever other series draw; settings added later are not drawn."""
     drawn = [random_run(7, index) for index in range(20)]
     assert all(values(one.settings)[key] == usual for one in drawn for key, usual in LATER.items())
     known = [
@@ -99,7 +102,7 @@ def test_the_usual_series_of_a_seed_stays_as_it_was() -> None:
     assert hashlib.sha256(said.encode()).hexdigest()[:16] == "bda414a7dfdfd4ed"
 
 
-def test_the_runs_of_first_tasks_are_drawn_from_all_and_begin_above_their_threshold() -> None:
+def test_random_runs_cover_all_first_tasks_and_begin_above_the_threshold() -> None:
     drawn = [random_run(1, index, "first-tasks") for index in range(60)]
     again = random_run(1, 7, "first-tasks")
     assert again.settings == drawn[7].settings and repr(again.start) == repr(drawn[7].start)
@@ -135,7 +138,7 @@ def test_forty_runs_of_a_series_break_nothing(series: str, tmp_path: Path) -> No
     assert main(["hunt", "--series", series, *options]) == 0
 
 
-def test_an_arm_that_does_not_glide_is_found_inside_of_things(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_arm_that_does_not_glide_is_detected_inside_an_obstacle(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled.load_now()
     below = Recording(np.zeros(1), np.array([[0.3, 0.25, 0.3]]))
     settings = given_settings(rig="table", world=True, wmax=0.5, dt=0.01)
@@ -148,8 +151,10 @@ def test_an_arm_that_does_not_glide_is_found_inside_of_things(monkeypatch: pytes
     assert entered.clear < -0.01 and fault.startswith("an arm is inside of something, by ")
 
 
-def test_a_promise_that_a_smaller_step_does_not_mend_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Between two pairs, where the condition is not known that explains it."""
+def test_a_broken_promise_that_a_smaller_step_does_not_repair_is_a_fault(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Between two pairs, without the condition that explains it."""
     monkeypatch.setattr(random_runs, "random_run", lambda *_: RandomRun(BETWEEN, None))
     assert run_verdict(1, 0, 6.0).faults == ()
 
@@ -176,12 +181,14 @@ def test_a_promise_that_a_smaller_step_does_not_mend_is_a_fault(monkeypatch: pyt
         ((1e-4, 2e-4, 4e-4, 8e-4, 16e-4, 32e-4), False),
     ],
 )
-def test_a_time_step_explains_what_vanishes_with_it(excesses: tuple[float, ...], fine: bool) -> None:
+def test_an_excess_that_vanishes_with_the_time_step_is_explained_by_it(
+    excesses: tuple[float, ...], fine: bool
+) -> None:
     assert explained(excesses) is fine
 
 
 def started(series: Series) -> int:
-    """The first run with a start posture of its own and, where a hand is drawn, a way of its own."""
+    """First run with its own start posture and, in other series than the usual one, its own hand path."""
     drawn = ((index, random_run(1, index, series)) for index in range(40))
     return next(
         index for index, one in drawn if one.start is not None and (series == "usual" or one.hand is not None)
@@ -219,7 +226,7 @@ CLOSEST = ["falsify", "--pairs", "single", "--v", "0.05", "--dt", "0.01", "--wor
 
 
 @pytest.mark.thorough
-def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(
+def test_the_closest_pair_breaks_and_its_run_can_be_repeated(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     out = tmp_path / "worst.duet.npz"
@@ -228,7 +235,7 @@ def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(
     assert lines[0].startswith("1 start postures, ") and lines[1].endswith(
         "Closest pair (paper), v = 0.05 m/s."
     )
-    # Some 100 mm, as in lesson 10.
+    # About 100 mm, as in lesson 10.
     fall = re.fullmatch(
         r"The promise breaks: d_law falls ([\d.]+) mm below d_m, at dt and at dt/4\.", lines[2]
     )
@@ -249,7 +256,7 @@ def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.thorough
-def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_law_without_a_promise_breaks_no_promise(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         main(
             [
@@ -300,21 +307,59 @@ def test_without_a_law_a_first_task_is_lost(capsys: pytest.CaptureFixture[str]) 
     assert re.fullmatch(r"h_law falls [\d.]+ mrad below h_m, at dt and at dt/4\.", lines[3])
 
 
-def test_a_way_of_a_wall_is_read_from_its_link() -> None:
+def test_a_path_of_a_wall_and_a_hand_is_read_from_its_link() -> None:
     settings = given_settings(scene="first_task", dt=0.02)
     attack = searched(settings, 1, 0, 0.0).attack
     again = attack_of(settings, attack.text())
-    assert attack.points.shape == (LEGS + 1, 5) and again.text() == attack.text()
-    assert np.ptp(attack.table()[:, COLUMN["w"]]) > 0.0
+    assert attack.points.shape == (LEGS + 1, 8) and again.text() == attack.text()
+    table, room = attack.table(), room_of(settings)
+    assert room.wall is not None and np.ptp(table[:, COLUMN["w"]]) > 0.0
+    # Wall and hand each begin at their start position and move independently.
+    assert_allclose(attack.points[0, OF_WALL], attack.start[room.wall], atol=1e-4)
+    for moved in (OF_WALL, OF_HAND):
+        points = attack.points.copy()
+        points[:, moved] = points[0, moved]
+        other = replace(attack, points=points).tables()[0]
+        assert np.abs(other - table)[:, COLUMN["e2"]].max() > 1e-4, "its movement must change the run"
+
+
+def test_a_wall_faster_than_v_wins_and_the_speed_is_named() -> None:
+    settings = given_settings(scene="first_task", dt=0.02, v=0.05, wmax=1.0)
+    found = [searched(settings, 1, index, 0.0) for index in range(3)]
+    assert max(one.missing[Condition.SPEED] for one in found) > 0.02
+    assert max(one.loss.lost for one in found) < BROKEN
+
+
+@pytest.mark.parametrize(("law", "code"), [("unprotected", 1), ("smooth_priority", 0)])
+def test_each_stage_is_checked_and_the_broken_one_named(
+    law: str, code: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(counterexample, "REFINEMENTS", 1)
+    options = ("--together", "stages", "--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.02")
+    assert main(["falsify", "--scene", "first_task", "--first", "all", "--law", law, *options]) == code
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].endswith("by stages, v = 0.3 m/s, rad/s.")
+    assert lines[2] == "Each stage is checked: A wall, Out of singularity, Joint stops, Not to tip."
+    if code:
+        # The later stages use the paper's own law.
+        assert re.fullmatch(r"A wall: d falls [\d.]+ mm below d_m, at dt and at dt/4\.", lines[4])
+        assert lines[5].endswith("an ideal robot, no later stage acting against it.")
+    else:
+        assert lines[3].startswith("No run broke the promise.")
+        assert re.fullmatch(
+            r"The nearest approach: [A-Z][a-z ]+: . − ._m = [\d.]+ m(?:m|rad|m/rad)\.", lines[4]
+        )
 
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("interrupted_after_two")
-def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupted_search_reports_its_results_and_how_to_continue(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert main([*CLOSEST, "--seed", "3", "--starts", "9", "--skip", "5"]) == INTERRUPTED
     said = capsys.readouterr()
     assert said.out.startswith("2 start postures, ") and said.err.endswith(
-        "Interrupted; --seed 3 --skip 7 goes on from here.\n"
+        "Interrupted; --seed 3 --skip 7 continues from here.\n"
     )
 
 
@@ -333,7 +378,7 @@ REFUSED: tuple[str, ...] = (
 )
 
 
-def test_nonsense_is_refused_before_anything_runs(
+def test_invalid_options_are_refused_before_anything_runs(
     approve: Approve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lines: list[str] = []

@@ -1,4 +1,4 @@
-"""What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
+"""Background studies of a session: started at rest, answered once, dropped when the run changes."""
 
 import pickle
 from collections.abc import Callable
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 
 def running(desk: Inline, seconds: float = 5.0, dt: float = 0.005, **page: Any) -> Session:
-    """A session that has run for a while, with "what if" on."""
+    """A session that has run for a while with "what if" on."""
     session = Session(Settings(RunSettings(dt=dt), PageSettings(what_if=True, **page)), background=desk)
     session.parts.of(BackgroundStudies)
     go(session, seconds)
@@ -38,7 +38,7 @@ def running(desk: Inline, seconds: float = 5.0, dt: float = 0.005, **page: Any) 
 
 
 def rest_at(desk: Inline, session: Session, key: str, value: Any) -> None:
-    """Move a slider, give the short answer, and let the slider rest, until the question about it is put."""
+    """Move a slider, compute the short answer, and wait until the long one is requested."""
     session.change(key, value)
     session.advance(0.0)
     assert desk.work("newest") == ["newest"]
@@ -53,14 +53,14 @@ def answered(desk: Inline, session: Session) -> WhatIf:
     return answer
 
 
-def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_rests(desk: Inline) -> None:
+def test_a_short_answer_comes_during_and_a_long_one_after_a_slider_moves(desk: Inline) -> None:
     session = running(desk)
     session.control.toggle_pause()
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
         assert session.parts.of(BackgroundStudies).questions.busy and not desk.waiting("what if")
-    # The short answer under way is not dropped for a newer value, or there would be none as long as the slider moves.
+    # A newer value does not drop the running short answer; otherwise a moving slider would never get one.
     (job,) = desk.waiting("newest")
     assert job.urgent and job.arguments[1]["dm"] == 0.14
     desk.work("newest")
@@ -78,7 +78,7 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
     answer = answered(desk, session)
     assert not session.parts.of(BackgroundStudies).questions.busy
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
-    # The curves are of the run's own clock, and what they are compared with is the run itself.
+    # The curves use the run's clock and are compared with the run itself.
     table = session.simulation.history.table()
     recorded = session.inputs.window(WINDOW)
     assert recorded is not None and recorded.steps == len(table) == 1000
@@ -93,7 +93,7 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
 
 
 @pytest.mark.parametrize("dt", [0.005, 0.002])
-def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) -> None:
+def test_the_short_answer_equals_the_end_of_the_long_one(desk: Inline, dt: float) -> None:
     session = running(desk, 13.0, dt=dt)
     session.change("v", 0.6)
     session.advance(0.0)
@@ -104,7 +104,7 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     assert MOVING - 1 <= len(newest.times) <= MOVING + CHAPTER / dt
     session.control.toggle_pause()
     session.advance(REST)
-    # Moving on drops the long answer that is being computed.
+    # Another move drops the running long answer.
     (job,) = desk.waiting("what if")
     rest_at(desk, session, "v", 0.7)
     assert job.state == "dropped"
@@ -113,13 +113,13 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     assert not session.parts.of(BackgroundStudies).questions.busy and len(answer.times) > 1.2 * len(
         newest.times
     )
-    # Where it begins, the run was as it went; from there on the law that is asked about has pulled it to the same place.
+    # It begins on the unchanged run; the law in question has then pulled it to the same place.
     assert np.interp(newest.times[-1], answer.times, answer.distance) == pytest.approx(
         newest.distance[-1], abs=1e-3
     )
 
 
-def test_at_small_time_steps_only_what_is_drawn_is_made_again(
+def test_at_small_time_steps_only_the_drawn_part_is_recomputed(
     desk: Inline, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = running(desk, 0.1)
@@ -137,7 +137,7 @@ def test_at_small_time_steps_only_what_is_drawn_is_made_again(
     ("key", "value"),
     [("wmax", 0.5), ("theme", "dark"), ("seed", 3), ("autopilot", False), ("ghost", "frozen")],
 )
-def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) -> None:
+def test_only_the_law_and_k_are_studied(desk: Inline, key: str, value: Any) -> None:
     session = running(desk, 1.0)
     session.change(key, value)
     for _ in range(5):
@@ -149,7 +149,7 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     )
 
 
-def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
+def test_nothing_is_computed_while_it_is_off_or_without_a_background(desk: Inline) -> None:
     for session in (Session(Settings(page=PageSettings(what_if=True))), Session(Settings(), background=desk)):
         session.advance(0.1)
         session.change("dm", 0.1)
@@ -163,7 +163,7 @@ def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) 
             and questions.message == ""
         )
         assert not desk.jobs
-    # Switching it on makes a process ready, and asks nothing yet.
+    # Switching it on prepares a process and computes nothing yet.
     session.change("whatif", True)
     session.advance(1.0)
     assert [job.kind for job in desk.jobs] == ["warm"]
@@ -199,7 +199,7 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str, stage: s
     assert not desk.waiting("what if") and not desk.waiting("newest")
 
 
-def test_moving_on_replaces_the_question_and_what_fails_is_named(desk: Inline) -> None:
+def test_another_move_replaces_the_request_and_a_failure_is_named(desk: Inline) -> None:
     session = running(desk, 1.5)
     rest_at(desk, session, "k", 3.0)
     (old,) = desk.waiting("what if")
@@ -219,7 +219,7 @@ def test_moving_on_replaces_the_question_and_what_fails_is_named(desk: Inline) -
     )
 
 
-def test_the_run_does_not_notice(desk: Inline) -> None:
+def test_the_run_is_unchanged_by_studies(desk: Inline) -> None:
     alone, asking = Session(Settings()), running(desk, 0.0)
     for i in range(30):
         for session in (alone, asking):
@@ -237,9 +237,9 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     session.parts.of(BackgroundStudies).measure_smoothness()
     assert questions.busy and questions.smoothness is not None and not questions.smoothness.finished
     assert len(desk.waiting("smoothness")) == 2 * len(SUBSTEPS)
-    # The answers come one by one, in any order.
+    # The answers arrive one by one, in any order.
     for job in reversed(desk.waiting("smoothness")[:-2]):
-        job.arguments = (job.arguments[0], job.arguments[1], 1)  # the coarsest is soon done
+        job.arguments = (job.arguments[0], job.arguments[1], 1)  # The coarsest is quick.
         job.result, job.state = 0.5, "done"
     session.advance(0.0)
     law, ghost = questions.smoothness.law, questions.smoothness.ghost
@@ -251,7 +251,7 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     session.advance(0.0)
     assert questions.smoothness.finished and not questions.busy
     ghost = questions.smoothness.ghost
-    # The smooth law's true step at dt/8 is far below 0.5; the hard switch of the ghost jumps.
+    # The smooth law's real step at dt/8 is far below 0.5; the ghost's hard switch jumps.
     assert questions.smoothness.law.largest[3] is not None and questions.smoothness.law.largest[3] < 0.01
     assert (
         ghost is not None
@@ -261,7 +261,7 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     )
 
 
-def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_and_reset_forgets(
+def test_smoothness_needs_data_restarts_on_request_and_is_dropped_by_a_reset(
     desk: Inline,
 ) -> None:
     session = running(desk, 0.1)
@@ -302,14 +302,14 @@ RUN = RunSettings(dt=0.02)
 def test_a_study_grows_and_is_computed_once(
     desk: Inline, monkeypatch: pytest.MonkeyPatch, study: str, unlike: dict[str, Any], alike: dict[str, Any]
 ) -> None:
-    """Every point in the end; what is varied, or chosen beside it, does not begin it again, anything else does."""
+    """All points in the end; the varied and the compared settings do not restart a study, others do."""
     monkeypatch.setattr(background_studies, "SECONDS", 5.0)
     news: list[int] = []
     made = getattr(Session(Settings(), lambda: news.append(1), desk).parts.of(BackgroundStudies), study)
     assert made.results(RUN) == {} and made.size == 0.0
     jobs, seen = desk.waiting(), [0]
     for number, job in enumerate(jobs, 1):
-        # As far as another process: what goes there, and what comes back.
+        # As through another process: request and result are pickled.
         assert pickle.loads(pickle.dumps((job.function, job.arguments))) == (job.function, job.arguments)
         assert desk.work(job.kind) == [job.kind] and len(news) == number
         assert pickle.loads(pickle.dumps(job.result)) == job.result
@@ -320,7 +320,7 @@ def test_a_study_grows_and_is_computed_once(
     if study == "trade_off":
         at = {(p.order, p.nominal_velocity): p for p in points}
         assert set(at) == {(n, v) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES}
-        # The larger n, the later the arm gives way: nearer, and with a smaller error.
+        # A larger n lets the arm give way later: smaller distance, smaller error.
         far, near = at[2.0, 0.3], at[16.0, 0.3]
     else:
         assert tuple(rows) == knobs() and all(
@@ -337,9 +337,9 @@ def test_a_study_grows_and_is_computed_once(
 
 
 @pytest.mark.parametrize(("n", "v"), [(1.0, 0.1), (4.0, 0.3), (16.0, 0.7)])
-def test_the_present_settings_lie_on_the_map(n: float, v: float) -> None:
-    """On a point of the grid, at that point; beside it, between; beyond it, at its edge; nowhere while points are missing."""
-    # A map whose numbers are easily known: d_min = n/100, |e| = v.
+def test_the_present_settings_are_on_the_map(n: float, v: float) -> None:
+    """On a grid point, at it; between points, between; outside, at the edge; nowhere with missing points."""
+    # A map with simple numbers: d_min = n/100, |e| = v.
     whole = tuple(TradeOff(n, v, n / 100.0, v**2) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES)
 
     def run(n: float, v: float) -> RunSettings:
@@ -370,7 +370,7 @@ def beside_a_ghost(desk: Inline, ghost: str) -> Session:
 
 
 def searched(desk: Inline, session: Session) -> KnobMatch:
-    """The outcome of a search, which the session has taken in."""
+    """Outcome of a search after the session has applied it."""
     assert desk.work("knob") == ["knob"]
     session.advance(0.0)
     assert not session.parts.of(BackgroundStudies).knob_search.busy
@@ -389,7 +389,7 @@ def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost(desk: I
     assert session.ghost.settings.law == LawSettings()
     said = session.parts.of(BackgroundStudies).knob_search.message
     assert "d_m = " in said and f"{1000.0 * found.wanted:.0f} mm" in said
-    # Beside the frozen ghost, the next law is measured against it, too.
+    # With the frozen ghost, the next law is also compared with it.
     session.change("law", "intermediate_value")
     session.parts.of(BackgroundStudies).match_distance()
     again = searched(desk, session)
@@ -400,7 +400,7 @@ def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost(desk: I
     assert session.ghost.settings.law == LawSettings()
 
 
-def test_a_search_beside_a_frozen_ghost_has_its_hardware(desk: Inline) -> None:
+def test_a_search_with_a_frozen_ghost_uses_its_hardware(desk: Inline) -> None:
     session = beside_a_ghost(desk, "frozen")
     session.change("dead", 0.05)
     go(session, 4.0)
@@ -410,7 +410,7 @@ def test_a_search_beside_a_frozen_ghost_has_its_hardware(desk: Inline) -> None:
     assert session.ghost is not None and asked["dead"] == session.ghost.settings.hardware.dead_time == 0.0
 
 
-def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> None:
+def test_an_impossible_match_is_reported_and_changes_nothing(desk: Inline) -> None:
     session = beside_a_ghost(desk, "null_space_avoidance")
     before = session.settings
     session.parts.of(BackgroundStudies).match_distance()
@@ -436,7 +436,7 @@ def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> Non
     searched(desk, session)
     assert (
         session.settings.run.law.law == "smooth_priority"
-        and "changed meanwhile" in session.parts.of(BackgroundStudies).knob_search.message
+        and "changed since then" in session.parts.of(BackgroundStudies).knob_search.message
     )
     session.close()
     fresh = Session(session.settings, background=desk)

@@ -1,4 +1,4 @@
-"""`lwr-duet sweep --scheduler` on a real cluster: a scheduler and two workers, processes of their own on this computer."""
+"""`lwr-duet sweep --scheduler` on a real cluster: a scheduler and two workers, in separate processes here."""
 
 import json
 import os
@@ -63,7 +63,7 @@ def process(folder: Path, *command: str, **more: str) -> Iterator[Process]:
 def scheduler(folder: Path, program: tuple[str, ...] = DASK) -> Iterator[tuple[Process, str]]:
     """A scheduler on a free port, and its address."""
     file = folder / f"{uuid4()}.json"
-    # A worker that has been killed is given up sooner than after half a minute.
+    # A killed worker is given up after 10 s instead of half a minute.
     soon = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s"}
     with process(
         folder, *program, "scheduler", *LOCAL, "--port", "0", "--scheduler-file", str(file), **soon
@@ -74,7 +74,7 @@ def scheduler(folder: Path, program: tuple[str, ...] = DASK) -> Iterator[tuple[P
 
 @contextmanager
 def worker(folder: Path, address: str, program: tuple[str, ...] = DASK, **more: str) -> Iterator[Process]:
-    """A worker that the scheduler knows, and knows to run: it is not at once what it waits for when it is asked for workers."""
+    """A worker that the scheduler counts as running, which takes a moment after its connection."""
     name = uuid4().hex
     options = (
         *LOCAL,
@@ -97,13 +97,12 @@ def worker(folder: Path, address: str, program: tuple[str, ...] = DASK, **more: 
 
 
 def asked(address: str, question: Callable[..., int]) -> Any:
-    """What the scheduler answers."""
     with Client(address, timeout=PATIENCE, set_as_default=False) as client:
         return client.run_on_scheduler(question)
 
 
 def tasks(address: str) -> int:
-    """How many runs the scheduler knows."""
+    """Number of runs that the scheduler knows."""
     return asked(address, lambda dask_scheduler: len(dask_scheduler.tasks))
 
 
@@ -115,7 +114,7 @@ def rows(out: Path) -> int:
 
 @contextmanager
 def sweeping(out: Path, *arguments: str) -> Iterator[Process]:
-    """A sweep of which a few more runs than before are done."""
+    """A sweep that has written a few rows more than before."""
     command, before = [sys.executable, *ENTRY, *arguments, "--out", str(out)], rows(out)
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as sweep:
         try:
@@ -144,7 +143,7 @@ def test_a_sweep_outlives_ctrl_c_a_worker_and_the_scheduler(tmp_path: Path) -> N
         with sweeping(table, *grid, "--scheduler", address) as sweep:
             victim.kill()
             assert begun < rows(table) < 60
-            assert tasks(address) <= 20, "a few for every thread, not the whole grid"
+            assert tasks(address) <= 20, "only a few for every thread, not the whole grid"
             out, said = sweep.communicate(timeout=PATIENCE)
         assert (sweep.returncode, out.decode().split()) == (0, [str(table / "sweep.csv")]), said
         with sweeping(other, *grid, "--scheduler", address) as sweep:
@@ -152,20 +151,20 @@ def test_a_sweep_outlives_ctrl_c_a_worker_and_the_scheduler(tmp_path: Path) -> N
             _, said = sweep.communicate(timeout=PATIENCE)
         assert (sweep.returncode, said.count(b"\n")) == (2, 1) and b"The scheduler is gone" in said, said
         assert 3 < rows(other) < 60
-    # The rest is run here, without another process.
+    # The rest runs here, without another process.
     assert main(["sweep", "--no-maps", *grid, "--workers", "1", "--out", str(other)]) == 0
     assert (table / "sweep.csv").read_bytes() == (other / "sweep.csv").read_bytes()
 
 
 def refusal(address: str) -> str:
-    """Why a sweep does not begin on a cluster."""
+    """The error of a sweep that does not start on a cluster."""
     with pytest.raises(BadSetting) as error, on_dask(address):
         pass
     return str(error.value)
 
 
 @pytest.mark.parametrize("place", ["while it is asked", "while a result is fetched"])
-def test_a_scheduler_that_goes_at_any_moment_is_named(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+def test_a_scheduler_that_ends_at_any_moment_is_named(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
     def gone(*_: object) -> None:
         raise CommClosedError("in <TCP (closed)>: ConnectionResetError: [Errno 104] Connection reset by peer")
 
@@ -179,10 +178,10 @@ def test_a_scheduler_that_goes_at_any_moment_is_named(monkeypatch: pytest.Monkey
     assert closed == [True]
 
 
-def test_computers_with_another_duet_or_none_are_named(
+def test_computers_with_another_duet_or_without_it_are_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, approve: Approve
 ) -> None:
-    """Metadata of another version, as an installed package has it, comes first on that worker's path."""
+    """On that worker's path, the metadata of another version come first, as of an installed package."""
     monkeypatch.setattr(dask_cluster, "JOINING", 0.2)
     metadata, grid = tmp_path / "other" / "lwr_duet.dist-info", read_grid(RunSettings(), ["seed=1:2000"], 0.5)
     metadata.mkdir(parents=True)
@@ -224,14 +223,16 @@ def test_a_worker_with_other_meshes_is_named(
     asked = environment(), given_at_start(), abs, (-3,)
     assert dask_cluster.called_there(*asked) == 3
     mesh.write_bytes(mesh.read_bytes() + b" ")
-    # Looked at once.
+    # Checked only once.
     assert dask_cluster.called_there(*asked) == 3
     dask_cluster.checked.clear()
     with pytest.raises(BadInputFile, match=r"box\.urdf: is another"):
         dask_cluster.called_there(*asked)
 
 
-def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, approve: Approve) -> None:
+def test_an_address_without_a_scheduler_is_named_soon(
+    monkeypatch: pytest.MonkeyPatch, approve: Approve
+) -> None:
     monkeypatch.setattr(dask_cluster, "CONNECTING", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         busy = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
@@ -239,7 +240,7 @@ def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, app
     said["closed"] = refusal(busy).replace(busy, "ADDRESS")
     for address in ("127.0.0.1:1", "host:8786/x", "nothing", "", "http://127.0.0.1:1"):
         said[f"“{address}”"] = refusal(address)
-    # What Dask itself says differs by version.
+    # Dask's own text differs by version.
     approve("refusals of addresses.txt", re.sub(r"\(.*?\);", "(…);", lines_of(said)))
 
 

@@ -1,4 +1,4 @@
-"""Heat maps of a sweep: axes, units, the line of d_m, and what is said where it is not."""
+"""Heat maps of a sweep: axes, units, the line of d_m, and a note where the line is missing."""
 
 import math
 from pathlib import Path
@@ -18,7 +18,7 @@ USUAL = RunSettings()
 
 
 def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid, dict[int, SweepFigures]]:
-    """A grid and figures that were not run: d_min is a function of the point, all others are 1, 2, 3 …"""
+    """A grid with invented figures: d_min is a function of the point, all others are 1, 2, 3 …"""
     grid = read_grid(settings, over, 1.0)
     rows = {}
     for index, point in enumerate(grid.points()):
@@ -67,7 +67,7 @@ def test_maps_are_pictures_and_the_same_each_time(monkeypatch: pytest.MonkeyPatc
         assert svg.read_text(encoding="utf-8").count("<svg") == 1
 
 
-def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
+def test_a_heat_map_describes_its_content_and_the_place_of_d_m() -> None:
     over = ["v=0.1:0.5:5", "n=2:6"]
     grid, rows = made_up(
         over, lambda point: 0.10 + 0.1 * point[0] + 0.005 * point[1], changed(USUAL, "k", 3.0)
@@ -82,7 +82,7 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
         # On the line, 0.10 + 0.1 v + 0.005 n = d_m.
         vertices = np.concatenate([path.vertices for path in line.get_paths()])
         assert len(vertices) > 3 and np.allclose(0.10 + 0.1 * vertices[:, 0] + 0.005 * vertices[:, 1], 0.15)
-    # Each cell lies about its values, n up the picture.
+    # Each cell is centred at its values; n increases upwards.
     mesh = heatmap_figure(plan, "d_min").axes[0].collections[0]
     field = np.asarray(mesh.get_array()).reshape(5, 5)
     assert np.allclose(
@@ -91,7 +91,7 @@ def test_heat_map_says_what_it_shows_and_where_d_m_is() -> None:
 
 
 @pytest.mark.parametrize(("level", "sign"), [(0.2, "≥"), (0.1, "<")])
-def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
+def test_a_missing_line_of_d_m_is_explained(level: float, sign: str) -> None:
     grid, rows = made_up(["v=0.1:0.5:5", "n=2:6"], lambda point: level + 0.001 * point[1])
     figure = heatmap_figure(HeatmapPlan(grid, rows), "d_min")
     assert not contours(figure.axes[0]) and any(
@@ -99,7 +99,7 @@ def test_where_the_line_is_not_it_is_said(level: float, sign: str) -> None:
     )
 
 
-def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> None:
+def test_the_line_follows_a_swept_d_m_and_skips_infinite_values() -> None:
     grid, rows = made_up(
         ["dm=0.05:0.15:5", "n=1:4"],
         lambda point: math.inf if point == (0.05, 1.0) else 0.1 + 0.001 * point[1],
@@ -110,7 +110,7 @@ def test_the_line_follows_a_d_m_that_is_swept_and_skips_what_is_infinite() -> No
     assert len(vertices) > 2 and np.allclose(vertices[:, 0], 100.0 + vertices[:, 1])
 
 
-def test_choices_stand_side_by_side_or_are_lines(approve: Approve) -> None:
+def test_choices_are_columns_or_lines(approve: Approve) -> None:
     grid, rows = made_up(
         ["law=smooth_priority,unprotected", "v=0.1:0.5:5", "ff=0,1", "n=2:6"],
         lambda point: 0.1 + 0.01 * point[3],
@@ -119,7 +119,7 @@ def test_choices_stand_side_by_side_or_are_lines(approve: Approve) -> None:
     *panels, _ = [ax for ax in figure.axes if ax.get_visible()]
     titles = [ax.get_title() for ax in panels]
     approve("titles of panels.txt", "\n".join(titles) + "\n")
-    # One number only: a line for each choice, and d_m.
+    # Only one swept number: a line for each choice, and d_m.
     grid, rows = made_up(
         ["pairs=single,soft", "n=2:6"], lambda point: 0.1 + 0.01 * point[1] + 0.001 * (point[0] == "soft")
     )
@@ -131,10 +131,10 @@ def test_choices_stand_side_by_side_or_are_lines(approve: Approve) -> None:
         soft.get_ydata(), [121, 131, 141, 151, 161]
     )
     assert np.allclose(critical.get_ydata(), 150.0)
-    # They differ by more than their colour.
+    # The lines also differ in more than colour.
     assert single.get_linestyle() != soft.get_linestyle() and single.get_marker() != soft.get_marker()
     assert {text.get_text() for text in legend.get_texts()} == {"single", "soft", "$d_m$"}
-    # A choice alone has dots without a line.
+    # Without a swept number a choice has dots without a line.
     (ax,) = heatmap_figure(HeatmapPlan(*made_up(["rig=torso,table"], lambda point: 0.1)), "ddq_max").axes
     (dots,) = ax.get_lines()
     assert (
@@ -145,8 +145,8 @@ def test_choices_stand_side_by_side_or_are_lines(approve: Approve) -> None:
     assert [label.get_text() for label in ax.get_xticklabels()] == ["torso", "table"]
 
 
-def test_where_nothing_can_be_met_there_is_no_distance_to_draw() -> None:
-    """One arm alone: d = ∞; its error has a unit of its own in scenes that follow joints."""
+def test_without_obstacles_no_distance_is_drawn() -> None:
+    """One arm alone: d = ∞. In scenes that follow joints the error has another unit."""
     for over in (["k=1:3", "g=5:7"], ["k=1:3"]):
         grid, rows = made_up(over, lambda point: math.inf, changed(USUAL, "scene", "solo"))
         for name in ("d_min", "e2_max"):

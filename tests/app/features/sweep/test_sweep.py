@@ -1,4 +1,4 @@
-"""`lwr-duet sweep`: what it writes, how it goes on after an interruption, and how it says no."""
+"""`lwr-duet sweep`: its output, its continuation after an interruption, and its refusals."""
 
 import csv
 import re
@@ -32,7 +32,7 @@ SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The complete table of `SMALL`."""
+    """Complete table of `SMALL`."""
     out = tmp_path_factory.mktemp("whole")
     assert sweep(replace(SMALL, out=out)) == 0
     return (out / "sweep.csv").read_bytes()
@@ -89,7 +89,7 @@ def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert rows[0][2:] != rows[1][2:] != rows[2][2:]
 
 
-def test_a_curve_is_one_cell_and_the_same_command_again_makes_nothing(
+def test_a_curve_is_one_cell_and_repeating_the_command_runs_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     curves = ["0.15:1,0.4:0", "0.1:1,0.3:0"]
@@ -113,11 +113,11 @@ def test_a_curve_is_one_cell_and_the_same_command_again_makes_nothing(
 
 
 def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
-    """Let Ctrl+C come after some rows; return the list of points that are run."""
+    """Raise Ctrl+C after some rows. Returns the list of computed points."""
     real, seen = scene_sweep.run_points, []
 
     def some(grid: Grid, todo: list[int], compute: ComputeMany[SweepFigures]):
-        # From the end, to see that the table has an order of its own.
+        # In reverse order, to check that the table has its own order.
         for index, figures in real(grid, todo[::-1]):
             if len(seen) == after:
                 raise KeyboardInterrupt
@@ -129,7 +129,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
 
 
 @pytest.mark.parametrize("torn", ["", "8.0,single,0.1", "8.0,single,0.1,0.2,0.3,0.4,0.5,0.6,7,0"])
-def test_it_goes_on_where_it_was_ended(
+def test_a_restarted_sweep_continues_and_writes_the_same_file(
     whole: bytes,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -143,7 +143,7 @@ def test_it_goes_on_where_it_was_ended(
     assert "2 of 4 runs" in capsys.readouterr().err
     part = folder / "sweep.part.csv"
     assert [path.name for path in folder.iterdir()] == [part.name] and len(read(part)[2]) == 2
-    # A row that was being written when the power failed: no line break yet.
+    # A row that was being written during a power failure: no line break yet.
     with part.open("a", encoding="utf-8") as file:
         file.write(torn)
     with monkeypatch.context() as patch:
@@ -152,7 +152,7 @@ def test_it_goes_on_where_it_was_ended(
     assert seen == [1, 0]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
     assert (folder / "sweep.csv").read_bytes() == whole
-    # What is complete is not run again.
+    # Complete points are not run again.
     seen = interrupted(monkeypatch, 0)
     assert sweep(replace(SMALL, out=folder)) == 0 and seen == []
 
@@ -187,18 +187,18 @@ SPOILT: dict[str, Callable[[str], str]] = {
 }
 
 
-def test_a_spoilt_file_is_named(whole: bytes, tmp_path: Path, approve: Approve) -> None:
+def test_a_damaged_file_is_named(whole: bytes, tmp_path: Path, approve: Approve) -> None:
     said = dict[str, str]()
     for case, spoil in SPOILT.items():
         (tmp_path / "sweep.csv").write_text(spoil(whole.decode().rstrip()) + "\n", encoding="utf-8")
         with pytest.raises(BadInputFile) as error:
             sweep(replace(SMALL, out=tmp_path))
         said[case] = str(error.value).replace(str(tmp_path), "FOLDER")
-    # The figures of a row may differ by machine in their last digits.
+    # The last digits of a row's figures may differ by machine.
     approve("refusals of a spoilt table.txt", re.sub(r"(soft,x?).*?'", r"\1…'", lines_of(said)))
 
 
-def test_foreign_files_and_places_that_cannot_be_written(tmp_path: Path) -> None:
+def test_foreign_files_and_unwritable_places_are_refused(tmp_path: Path) -> None:
     (tmp_path / "sweep.csv").write_bytes(bytes(range(256)))
     (tmp_path / "file").write_text("")
     (tmp_path / "taken" / "sweep.part.csv").mkdir(parents=True)
@@ -220,7 +220,7 @@ WRONG: dict[str, dict[str, Any]] = {
 }
 
 
-def test_what_is_wrong_is_said_before_a_folder_is_made(tmp_path: Path, approve: Approve) -> None:
+def test_invalid_options_are_refused_before_a_folder_is_made(tmp_path: Path, approve: Approve) -> None:
     said = dict[str, str]()
     for case, wrong in WRONG.items():
         with pytest.raises(BadSetting) as error:
@@ -242,7 +242,7 @@ def test_a_missing_pyarrow_is_named_before_anything_runs(
     approve("refusal without pyarrow.txt", f"{refusal.value}\n")
 
 
-def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_parquet_has_the_same_content_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
     base = replace(SMALL, over=("n=2,8", "pairs=single,soft", "ff=0,1"))
     assert sweep(replace(base, out=tmp_path / "csv")) == 0
@@ -282,7 +282,9 @@ def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
     assert files.rows == {1: figures, 2: figures} and files.missing() == [0, 3]
 
 
-def test_too_many_panels_are_not_drawn_but_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_too_many_panels_are_not_drawn_but_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     over = ("n=2,8", "v=0.1,0.2", f"seed=1:{MOST_PANELS + 1}")
     assert sweep(Sweep(over=over, seconds=0.005, workers=1, out=tmp_path)) == 0
     assert [path.name for path in tmp_path.iterdir()] == ["sweep.csv"]

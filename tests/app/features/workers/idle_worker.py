@@ -1,4 +1,4 @@
-"""A worker that serves nothing, and says that it is ready and at work: enough for what the dispatcher does with its workers."""
+"""A worker that serves nothing and reports that it is ready and at work, for tests of the dispatcher."""
 
 import sys
 from multiprocessing.connection import Connection

@@ -1,4 +1,4 @@
-"""Visitors who rest, then do one thing, and whose worker is killed: what was older than two seconds is in the store."""
+"""Visitors rest and act once, then their workers are killed: data older than 2 s must be in the store."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from tests.app.page.helpers import bodies, buttons, shown
 from tests.blocking_client import OperatingClient
 
 ALLOWED: Final = 2.0
-"""How old may be what a kill loses [s]."""
+"""Largest age of data that a kill may lose [s]."""
 
 RESTS: Final = (3.0, 60.0)
 KILLED_AFTER: Final = (ALLOWED, ALLOWED + 3.0)
-"""Shortest and longest rest, and time from an act to the kill [s]."""
+"""Shortest and longest rest, and time from an action to the kill [s]."""
 
 LINKS: Final = {
     "answer": "lesson=3&step=2",
@@ -44,10 +44,10 @@ PLACE: Final = (0.3, 0.0, 1.0)
 
 
 class RestingVisitor:
-    """A tab that does one thing after a rest.
+    """A tab that acts once after a rest.
 
     Attributes:
-        acted: when it did so [s since 1970].
+        acted: time of the action [s since 1970].
     """
 
     def __init__(self, url: str, kind: str, tab: str) -> None:
@@ -56,7 +56,7 @@ class RestingVisitor:
         self.client = OperatingClient(url)
 
     async def come(self) -> None:
-        """Connect, if need be again, until the page is whole, and bring it to rest."""
+        """Connect, repeatedly if needed, until the page is complete; pause the run before a later pull."""
         while self.client.closed is not None or not self._is_ready():
             await self.client.close()
             self.client = OperatingClient(self._address[0], query=self._address[1])
@@ -116,7 +116,7 @@ class RestingVisitor:
         await self.client.pull(node, "end", PLACE, PLACE)
 
     def is_in(self, saved: float, record: VisitorRecord) -> bool:
-        """True if a record has what the visitor has done. `saved`: when it was written [s since 1970]."""
+        """True if a record has the visitor's action. `saved`: time of writing [s since 1970]."""
         if self.kind == "pull":
             return saved >= self.acted and record.state is not None and record.state.run.snapshot.steps > 0
         progress = progress_in(record)
@@ -139,7 +139,7 @@ def stored(path: Path, tab: str) -> tuple[float, VisitorRecord] | None:
 
 
 async def kill_after_rests(served: Served, store: Path, kills: int, sessions: int) -> list[str]:
-    """Kill all workers again and again, each time after everybody has rested and done one thing; return what was lost."""
+    """Repeatedly kill all workers after all visitors have rested and acted once. Returns the lost actions."""
     chance, lost, acts, killed, number = random.Random(kills), [], Counter[str](), 0, 0
     begin = time.perf_counter()
     while killed < kills:

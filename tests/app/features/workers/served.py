@@ -1,4 +1,4 @@
-"""`lwr-duet serve` in processes of its own."""
+"""`lwr-duet serve` in separate processes."""
 
 import json
 import os
@@ -23,7 +23,7 @@ Serve = Callable[..., "Served"]
 
 
 _TRACKER = re.compile(r"^.*resource_tracker: .*\n\s+warnings\.warn\(.*\n", re.MULTILINE)
-"""What Python says of its own semaphores, at times, where a process ends while others still start."""
+"""Python's occasional warning about its own semaphores if a process ends while others still start."""
 
 
 class Served:
@@ -53,7 +53,7 @@ class Served:
         return self.errors.read()
 
     def children(self, of: str) -> list[int]:
-        """Process ids of the dispatcher's children whose command holds a word."""
+        """Process ids of the dispatcher's children with `of` in their command."""
         found = (
             Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")
             .read_text(encoding="utf-8")
@@ -61,7 +61,7 @@ class Served:
         )
         named: list[int] = []
         for pid in found:
-            # One may end between the two looks.
+            # A child may end between listing and reading.
             with suppress(FileNotFoundError, ProcessLookupError):
                 if of in Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8"):
                     named.append(int(pid))
@@ -72,7 +72,7 @@ class Served:
         return self.children("app.features.workers.serve_worker")
 
     def come(self, query: str, whole: Callable[[HeadlessClient], object] = is_whole) -> BlockingClient:
-        """A tab whose page is whole; as a page does, it comes again when it is sent to another process."""
+        """A tab with a complete page; like a page, it reconnects when it is sent to another process."""
         while True:
             visitor = BlockingClient(self.url, query=query)
             visitor.wait_for(lambda v: v.closed or whole(v))
@@ -82,7 +82,7 @@ class Served:
             visitor.close()
 
     def replace(self, worker: int) -> None:
-        """Kill a worker, and wait until another one is in its place."""
+        """Kill a worker and wait for its successor."""
         count = len(self.workers)
         os.kill(worker, signal.SIGKILL)
         until(lambda: worker not in self.workers and len(self.workers) == count)
@@ -92,14 +92,13 @@ class Served:
             return json.load(answer)
 
     def terminate(self) -> str:
-        """End it as a service is ended, and return what it says of that."""
+        """End it as a service manager does. Returns its messages about that."""
         before = self.said()
         self.process.terminate()
         assert self.process.wait(60.0) == TERMINATED
         return _TRACKER.sub("", self.said().removeprefix(before))
 
     def kill(self) -> None:
-        """Kill all its processes at once."""
         workers = self.workers if self.process.poll() is None else []
         self.process.kill()
         for pid in workers:

@@ -1,9 +1,9 @@
-"""A long class with trouble: `python -m tests.app.features.workers.survival --sessions 30 --minutes 10` prints figures, and ends with 1
-after a loss.
+"""A long class with failures: `python -m tests.app.features.workers.survival --sessions 30 --minutes 10`
+prints figures and ends with 1 after a loss.
 
-Visitors in private sessions pull the arm and change the experiment while each worker is killed once, all workers are renewed, lines
-break off in the middle of a pull, and many tabs come and go. With `--kills 200` they rest instead, do one thing, and all workers are
-killed two seconds later or more, until that number is open.
+Visitors in private sessions pull the arm and change the experiment while each worker is killed once, all
+workers are renewed, connections break during a pull, and many tabs open and close. With `--kills 200` they
+rest instead, act once, and all workers are killed at least two seconds later, until that number is reached.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from tests.blocking_client import OperatingClient
 EXPERIMENTS: Final = ("master_slave", "hold", "ball", "imitation", "solo")
 PLACE: Final = (0.3, 0.0, 1.0)
 ACTIVE: Final = 3
-"""One visitor in this number acts; the others watch their autopilot, and their messages are not decoded."""
+"""One visitor in this number acts; others watch their autopilot, and their messages are not decoded."""
 
 
 def memory(served: Served) -> float:
-    """The memory of the server's processes, shared pages counted once [MB]."""
+    """Memory of the server's processes, shared pages counted once [MB]."""
     total = 0
     for pid in (served.process.pid, *served.children("")):
         with suppress(OSError):
@@ -47,11 +47,11 @@ def memory(served: Served) -> float:
 
 @dataclass
 class Tab:
-    """One tab, which connects again whenever its connection ends.
+    """One tab, which reconnects whenever its connection ends.
 
     Attributes:
-        away: how long it was without frames after each end of a connection [s].
-        frames: that it has received.
+        away: times without frames after each end of a connection [s].
+        frames: number of frames received.
     """
 
     url: str
@@ -88,7 +88,7 @@ class Tab:
                 await client.close()
 
     async def act(self, client: OperatingClient, chance: random.Random) -> None:
-        """Pull the arm for a second, or choose another experiment."""
+        """Pull the arm for a second or choose another experiment."""
         with suppress(KeyError, LookupError, ValueError):
             if chance.random() < 0.3:
                 spec = specs(Settings)["scene"]
@@ -105,7 +105,7 @@ class Tab:
 
 
 async def come_and_go(url: str, times: int) -> int:
-    """Open and close tabs, ten at a time; the number that have seen the page."""
+    """Open and close tabs, ten at a time. Returns the number of tabs that received the page."""
     seen = 0
     for first in range(0, times, 10):
         tabs = [
@@ -123,7 +123,7 @@ async def come_and_go(url: str, times: int) -> int:
 
 
 async def drop_lines(tabs: list[Tab], count: int) -> int:
-    """Break off lines in the middle of a pull; return how many."""
+    """Break connections during a pull. Returns their number."""
     dropped = 0
     for tab in [one for one in tabs if one.number % ACTIVE == 0] * 8:
         client = tab.client
@@ -137,7 +137,7 @@ async def drop_lines(tabs: list[Tab], count: int) -> int:
 
 
 def worst(tabs: list[Tab]) -> str:
-    """How long the tabs were away since the last call."""
+    """Longest absence of the tabs since the last call, as text."""
     away = [seconds for tab in tabs for seconds in tab.away]
     for tab in tabs:
         tab.away.clear()
@@ -147,13 +147,13 @@ def worst(tabs: list[Tab]) -> str:
 async def survive(
     served: Served, sessions: int, minutes: float, lines: int = 15, visits: int = 200
 ) -> list[str]:
-    """What was lost.
+    """Losses, as text.
 
     Args:
-        sessions: visitors at once.
-        minutes: how long they stay.
-        lines: that break off in the middle of a pull.
-        visits: tabs that come and go meanwhile.
+        sessions: simultaneous visitors.
+        minutes: length of the visit.
+        lines: connections broken during a pull.
+        visits: tabs that open and close meanwhile.
     """
     tabs = [Tab(served.url, number) for number in range(sessions)]
     begin = perf_counter()
@@ -164,7 +164,7 @@ async def survive(
         print(f"{(perf_counter() - begin) / 60.0:5.1f} min  {text}", flush=True)
 
     async def reach(share: float) -> None:
-        """Wait until a share of the time is over, and note the memory once a minute."""
+        """Wait until this share of the time has passed, and note the memory once a minute."""
         while (now := (perf_counter() - begin) / 60.0) < share * minutes:
             if now >= len(used):
                 used.append(memory(served))
@@ -188,7 +188,7 @@ async def survive(
     report(f"{await drop_lines(tabs, lines)} lines have broken off in the middle of a pull")
     report(worst(tabs))
     report(f"{await come_and_go(served.url, visits)} of {visits} tabs came and went")
-    # What follows shows how the memory goes on: every run keeps its last ten minutes.
+    # The rest shows the growth of the memory: every run keeps its last ten minutes.
     await reach(1.0)
     await asyncio.gather(*lives)
     seconds = perf_counter() - begin

@@ -1,4 +1,4 @@
-"""A server that is killed or terminated, and started again: its tabs go on where they were."""
+"""A server is killed or terminated, then restarted: its tabs continue."""
 
 import re
 
@@ -23,7 +23,7 @@ def steps_of(record: VisitorRecord | None) -> int:
 
 
 def joints(visitor: BlockingClient) -> np.ndarray:
-    """How the joints of both arms are turned, as quaternions."""
+    """Rotations of both arms' joints as quaternions."""
     nodes = visitor.mirror.nodes
     return np.array([nodes[name]["wxyz"] for name in sorted(nodes) if JOINT.search(name)])
 
@@ -49,10 +49,10 @@ def test_a_tab_has_its_step_answer_and_arms_after_a_kill_and_after_sigterm(
             lambda _: any(done.choice == 1 for done in progress_in(kept(store, STUDENT)).steps.values()), 60.0
         )
         since = steps_of(kept(store, EXPLORER))
-        # The hand has come to rest, and this is in the file.
+        # The hand has come to rest, and the file has this.
         student.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > since + 800, 60.0)
         moved, lesson = joints(explorer), progress_in(kept(store, STUDENT))
-        # The elbow still drifts a little; the hand was moved by more.
+        # The elbow still drifts a little; the hand has moved more.
         assert np.abs(moved - first).max() > 5e-3
         served.kill()
     begin = steps_of(kept(store, EXPLORER))
@@ -64,7 +64,7 @@ def test_a_tab_has_its_step_answer_and_arms_after_a_kill_and_after_sigterm(
         assert progress_in(kept(store, STUDENT)) == lesson and [
             done.choice for done in lesson.steps.values()
         ] == [1]
-    # An answer that waits to be written.
+    # An answer that is not yet written.
     with served.come(lesson_link + LATE) as late:
         answer(late)
         assert served.terminate() == ""

@@ -1,4 +1,4 @@
-"""Several servers on one computer: each has a port and a file of visitors of its own, and finds them again; what a killed one left goes."""
+"""Several servers on one computer have separate ports and files; a killed server's files are removed."""
 
 import os
 import re
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 
 class Started:
-    """`lwr-duet` as a lecturer starts it, with a home and a temporary folder of the test's own. `options`: of the command."""
+    """`lwr-duet` as a lecturer starts it, with its own home and tmp folders. `options`: of the command."""
 
     def __init__(self, home: Path, *options: str) -> None:
         (home / "tmp").mkdir(exist_ok=True)
@@ -40,7 +40,7 @@ class Started:
         )
         self.said: list[str] = []
         assert self.process.stdout is not None
-        # How to end it is its last line.
+        # The last line tells how to end it.
         while (line := self.process.stdout.readline()) and not line.startswith("Ctrl+C"):
             self.said.append(line)
 
@@ -54,7 +54,6 @@ class Started:
         return self.process.stderr.read()
 
     def kill(self) -> None:
-        """Kill it with all its processes at once."""
         children = self.children()
         self.process.kill()
         for child in children:
@@ -106,17 +105,17 @@ def test_two_servers_have_their_own_ports_and_files(
         with pytest.raises(StoreTaken):
             StoreLock(path)
     ports = first.port, second.port
-    # One is killed, the other one is ended; the second comes back first.
+    # The first is killed, the second ended; the second restarts first.
     first.kill()
     second.end()
     again = start("--workers", workers, "--port", str(ports[1]))
     assert any("visitors-2.sqlite" in line for line in again.said) and again.port == ports[1]
-    # What the killed one left in the temporary folder is gone with this start.
+    # This start removed the killed server's files in the temporary folder.
     assert len(list((tmp_path / "tmp").glob(f"duet-*/{LOCK}"))) == (0 if workers == "1" else 1)
 
 
 @pytest.mark.thorough
-def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(
+def test_a_named_port_or_file_that_is_in_use_is_refused(
     start: Callable[..., Started], tmp_path: Path
 ) -> None:
     store = str(tmp_path / "class.sqlite")

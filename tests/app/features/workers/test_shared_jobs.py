@@ -72,7 +72,7 @@ def test_a_running_job_is_stopped_by_a_newer_one(
     stop_by_a_newer_one(clients[0], tmp_path)
 
 
-def test_a_client_that_goes_takes_its_jobs_along(
+def test_the_jobs_of_a_leaving_client_end(
     clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path
 ) -> None:
     one, other = clients
@@ -86,10 +86,10 @@ def test_a_client_that_goes_takes_its_jobs_along(
 
 
 @pytest.mark.thorough
-def test_a_server_that_is_killed_is_started_again_with_the_next_job(
+def test_a_killed_server_is_restarted_by_the_next_job(
     address: JobAddress, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # It has no current folder on its path, and what it computes here is a test's.
+    # Its path lacks the current folder, and its job here is a function of the tests.
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     processes: list[subprocess.Popen[bytes]] = []
 

@@ -1,4 +1,4 @@
-"""Thirty visitors live through killed workers, renewals, lost lines, and tabs that come and go; see `survival.py`."""
+"""Thirty visitors survive killed workers, renewals, lost connections and changing tabs; see `survival.py`."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.thorough
 
 def test_thirty_visitors_lose_nothing(serve: Serve) -> None:
     served = serve("--workers", "2", "--sessions", "42")
-    # In a thread of its own: in this one the browser of other tests may have an event loop.
+    # In its own thread: this one may have the event loop of another test's browser.
     with ThreadPoolExecutor(1) as other:
         lost = other.submit(lambda: asyncio.run(survive(served, 30, 1.0, lines=4, visits=20))).result()
     assert lost == []

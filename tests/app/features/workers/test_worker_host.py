@@ -1,4 +1,4 @@
-"""One worker among several: tabs that wait go where there is room, and what others announce is heard."""
+"""One worker among several: waiting tabs move to free workers, and messages from others are received."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from tests.app.web.conftest import ended
 
 
 @pytest.mark.parametrize("lasting", [True, False])
-def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(
+def test_tabs_that_wait_for_their_pages_move_to_another_ready_worker(
     by_hand: Made, tmp_path: Path, lasting: bool
 ) -> None:
     sent: list[object] = []
@@ -34,7 +34,7 @@ def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(
     newcomers = [opened.come(name) for name in names[1:]]
     link.put(MakeRoom(share=2))
     opened.frames()
-    # Those that came last; one that has a page stays. Without a file, what the last one comes back for is here alone.
+    # The latest tabs move; a tab with a page stays. Without a file, the last tab's session exists only here.
     stays = 0 if lasting else 4
     moved = [place for place in range(5) if place != stays]
     for place in moved:

@@ -1,4 +1,4 @@
-"""The option for several processes: what it refuses, and that the app gets the same in one process and in several."""
+"""The option for several processes: refusals, and equal settings of the app in one or several processes."""
 
 import pickle
 import socket
@@ -34,7 +34,7 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], argumen
     assert said in refused(capsys, "serve", *arguments.split())
 
 
-def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
+def test_the_app_gets_all_options_in_one_process_and_in_several(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     served: list[ServeOptions] = []
@@ -44,7 +44,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
         raise KeyboardInterrupt
 
     def behind(_: socket.socket, start: WorkerStart, most: int) -> None:
-        # As the messages to a worker carry it.
+        # Serialised as in the messages to a worker.
         alone(pickle.loads(pickle.dumps(start)).options)
 
     monkeypatch.setattr("app.start.start_app", alone)
@@ -71,7 +71,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     assert two == replace(one, features=features, loops=min(2, cores()))
 
 
-def test_the_process_that_listens_loads_nothing_heavy() -> None:
+def test_the_listening_process_imports_no_heavy_library() -> None:
     heavy = "{'matplotlib', 'numba', 'numpy', 'pinocchio', 'viser', 'trimesh'}"
     code = f"import sys, app.features.workers.start; print(*sorted({heavy} & set(sys.modules)))"
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""The page in worker processes: tabs are spread over them, stay at theirs, and outlive it."""
+"""The page in worker processes: tabs are distributed, keep their worker, and outlive it."""
 
 import asyncio
 import os
@@ -45,7 +45,7 @@ def connected(served: Served) -> socket.socket:
 
 
 def ended(connection: socket.socket) -> bool:
-    """Whether the server has closed a connection; waits until there is something to read."""
+    """True if the server has closed a connection; waits until there is data or an end."""
     try:
         return connection.recv(1) == b""
     except ConnectionResetError:
@@ -57,15 +57,15 @@ def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingCli
 
 
 def pause(visitor: BlockingClient) -> None:
-    """Have a run rest, which then costs next to nothing, also after it has been restored."""
+    """Pause a run, which then needs almost no CPU, also after its restoration."""
     visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(visitor, "pause")})
 
 
 def peers_of(pid: int, visitor: BlockingClient) -> bool:
-    """Whether a process holds the other end of a visitor's connection."""
+    """True if a process holds the other end of a visitor's connection."""
     port = visitor.local_port
     inodes: set[str] = set()
-    # A file may be closed, and the process may end, between two looks.
+    # A file may be closed, and the process may end, between listing and reading.
     with suppress(FileNotFoundError, ProcessLookupError):
         for link in Path(f"/proc/{pid}/fd").iterdir():
             with suppress(FileNotFoundError):
@@ -81,7 +81,7 @@ def worker_of(served: Served, visitor: BlockingClient) -> int:
 
 
 def wait_for_second_worker(served: Served) -> None:
-    """Return when the second worker serves: a newcomer, who takes no place, has it started and at last comes to it."""
+    """Wait until the second worker serves: newcomers without a place start it and finally reach it."""
     for number in count(1000):
         with BlockingClient(served.url, query=f"resume={number:032d}", camera=False) as newcomer:
             if worker_of(served, newcomer) in served.workers[1:]:
@@ -111,35 +111,34 @@ def test_tab_and_word_are_found_in_the_first_line_of_a_request(line: bytes, tab:
 
 
 def answer_what_is_no_request(served: Served) -> None:
-    """Faults are answered and logged."""
     for sent, status in (
         (b"GET /\r\n\r\n", 400),
         (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 414),
         (b"GET / HTTP/1.1\r\nHost: localhost\r\nA: " + b"x" * 9000 + b"\r\n\r\n", 431),
         (b"GET / HTTP/1.0\r\n\r\n", 505),
     ):
-        # A health check that hangs up.
+        # A health check that disconnects.
         connected(served).close()
         with connected(served) as line:
             line.sendall(sent)
             assert line.recv(12) == f"HTTP/1.1 {status}".encode()
     until(lambda: "faulty request" in served.said())
-    # The others come with the next line, once the first is some seconds old.
+    # The others are logged with the next line, once the first is some seconds old.
     when, _, said = served.said().splitlines()[0].partition(" WARNING duet.server: ")
     assert abs(datetime.now() - datetime.strptime(when, "%Y-%m-%d %H:%M:%S,%f")) < timedelta(hours=1)
     assert said.startswith("faulty request: 400")
 
 
 def keep_lines_without_headers_from_the_workers(served: Served) -> None:
-    """A request that arrives in pieces delays no other, and is answered; one that never arrives makes room."""
+    """A request in pieces delays no other and is answered; one that never arrives is dropped."""
     with ExitStack() as opened:
         lines = [opened.enter_context(connected(served)) for _ in range(60)]
         for line in lines:
             line.sendall(b"GET /?resume=0123456789abcdef HTTP/1.1\r\n")
         *many, last = lines
         newest = many[-MOST_OF_TAB + 1 :]
-        assert all(ended(line) for line in many if line not in newest), "the oldest are closed"
-        # The newest ones go on when the rest arrives.
+        assert all(ended(line) for line in many if line not in newest), "the oldest must be closed"
+        # The newest continue when the rest arrives.
         last.sendall(b"Host: localhost\r\n\r\n")
         assert last.recv(15) == b"HTTP/1.1 200 OK"
         for line in newest:
@@ -156,11 +155,11 @@ def keep_lines_without_headers_from_the_workers(served: Served) -> None:
         silent = [opened.enter_context(connected(served)) for _ in range(MOST_OF_ADDRESS - 2)]
         for _ in range(3):
             opened.enter_context(connected(served))
-        assert ended(silent[0]), "the oldest is closed"
+        assert ended(silent[0]), "the oldest must be closed"
 
 
 def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, BlockingClient]) -> None:
-    """In whichever process it arrives, the health is that of all of them."""
+    """Each process reports the health of all."""
     until(lambda: served.health()["clients"] == len(tabs))
     until(lambda: all(served.health()["sessions"] == len(tabs) for _ in range(3)))
     health = served.health()
@@ -172,7 +171,7 @@ def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, Bl
             return answer.read()
 
     until(lambda: f"\nduet_sessions {len(tabs)}.0\n".encode() in metrics())
-    # Every worker knows that all places are taken, in whichever a request arrives.
+    # Every worker knows that all places are taken.
     until(lambda: not served.health()["room"])
     place = worker_of(served, tabs[0])
     tabs[0].close()
@@ -182,9 +181,9 @@ def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, Bl
 
 
 @pytest.mark.thorough
-def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve: Serve) -> None:
+def test_tabs_are_distributed_keep_their_worker_and_outlive_it(serve: Serve) -> None:
     served = serve("--workers", "2", "--sessions", "3")
-    assert len(served.workers) == 1, "one worker is enough for the first"
+    assert len(served.workers) == 1, "one worker must be enough for the first tab"
     answer_what_is_no_request(served)
     keep_lines_without_headers_from_the_workers(served)
     with ExitStack() as opened:
@@ -192,13 +191,13 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         wait_for_second_worker(served)
         tabs[LATE] = opened.enter_context(come(served, LATE, HOLD))
         places = {number: worker_of(served, visitor) for number, visitor in tabs.items()}
-        assert set(places.values()) == set(served.workers), "both have tabs"
+        assert set(places.values()) == set(served.workers), "both must have tabs"
         count_the_tabs_of_both(served, opened, tabs)
         tabs.pop(1).close()
         pause(tabs[LATE])
         assert places[LATE] != places[0]
         tabs[LATE].wait_for(lambda _: kept(served.store, f"{LATE:032d}") is not None)
-        # The worker is killed: the tab of the other one does not notice.
+        # The worker is killed; the other worker's tab is not affected.
         frames = tabs[0].received.frames
         served.replace(places[LATE])
         tabs[LATE] = opened.enter_context(come(served, LATE, HOLD))
@@ -206,7 +205,7 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         tabs[0].wait_for(lambda v: v.received.frames > frames, 60.0)
         assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
         assert "takes its place" in served.said()
-        # All are replaced, one after the other.
+        # All are replaced, one after another.
         pause(tabs[0])
         before = served.workers
         served.process.send_signal(signal.SIGUSR1)
@@ -217,14 +216,14 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         assert {worker_of(served, visitor) for visitor in tabs.values()} == set(served.workers)
     assert served.process.poll() is None and served.said().count("has ended with code") == 1
     processes = [served.process.pid, *served.workers]
-    # A test run in the background of a shell hands on that Ctrl+C is ignored.
+    # A test run in the background of a shell passes on that Ctrl+C is ignored.
     assert served.terminate() == ""
     assert all(gone(pid) for pid in processes) and "Traceback" not in served.said()
 
 
 @pytest.fixture
 def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
-    """While this is set, the workers that are started are real ones; the others take a moment instead of seconds."""
+    """While this is set, real workers are started; otherwise idle ones, in a moment instead of seconds."""
     chosen = threading.Event()
     command = worker_process.subprocess.Popen
 
@@ -238,11 +237,11 @@ def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 
 
 class Group:
-    """A group of workers without a dispatcher; its messages are heard while something is waited for."""
+    """A group of workers without a dispatcher; its messages are received while a test waits."""
 
     def __init__(self, opened: ExitStack, most: int = 1) -> None:
         listener = opened.enter_context(socket.create_server(("127.0.0.1", 0)))
-        # Where a browser is driven, this thread has an event loop that is at work.
+        # With a browser, this thread already runs an event loop.
         self._thread = opened.enter_context(ThreadPoolExecutor(1))
         self.loop = asyncio.new_event_loop()
         opened.callback(self.loop.close)
@@ -259,14 +258,14 @@ class Group:
 
 
 @pytest.mark.usefixtures("real")
-def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
+def test_a_hanging_worker_is_replaced_and_a_working_one_is_not() -> None:
     with ExitStack() as opened:
         dispatcher = Group(opened)
         group, hear_until = dispatcher.group, dispatcher.hear_until
         (worker,) = group.workers
         for _ in range(MOST_SILENT + 1):
             group.look()
-        assert not worker.silent, "it only starts"
+        assert not worker.silent, "a starting worker must not count as silent"
         hear_until(lambda: worker.ready)
         for _ in range(MOST_SILENT):
             group.look()
@@ -280,7 +279,7 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         hear_until(lambda: group.workers != [worker])
         assert gone(worker.process.pid)
         hear_until(lambda: group.workers[0].ready)
-        # One that hangs is also renewed, though it has longer to come to its end.
+        # A hanging worker is also renewed, though it has more time to end.
         (old,) = group.workers
         os.kill(old.process.pid, signal.SIGSTOP)
         group.renew()
@@ -291,7 +290,7 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         group.look()
         hear_until(lambda: group.workers != [old] and group.workers[0].ready)
         assert gone(old.process.pid)
-        # One that hangs before it has started is given up.
+        # A worker that hangs before it is ready is given up.
         (worker,) = group.workers
         group.renew()
         assert group.successor is not None
@@ -310,7 +309,7 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
 
 
 @pytest.mark.usefixtures("real")
-def test_a_look_that_is_late_says_nothing_of_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_late_look_does_not_count_against_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.features.workers.worker_group.LOOK", 0.1)
     monkeypatch.setattr("app.features.workers.worker_group.LATE", 0.5)
     looks: list[float] = []
@@ -319,7 +318,7 @@ def test_a_look_that_is_late_says_nothing_of_the_workers(monkeypatch: pytest.Mon
         monkeypatch.setattr(dispatcher.group, "look", lambda: looks.append(time.monotonic()))
         task = dispatcher.loop.create_task(dispatcher.group.look_after())
         dispatcher.hear_until(lambda: looks)
-        # The dispatcher itself has no processor.
+        # The dispatcher itself gets no processor.
         dispatcher.loop.call_soon(time.sleep, 1.0)
         awake = time.monotonic() + 1.0
         dispatcher.hear_until(lambda: len(looks) > 2)
@@ -338,7 +337,7 @@ signal.signal(signal.SIGUSR2, hang)
 
 
 @pytest.mark.thorough
-def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang_is_replaced(
+def test_newcomers_go_to_a_ready_worker_and_hanging_frames_are_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real: threading.Event
 ) -> None:
     (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
@@ -366,7 +365,7 @@ def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang
         assert gone(second.process.pid) and group.workers[0] is first
 
 
-def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:
+def test_a_server_that_cannot_start_reports_it_in_one_line(tmp_path: Path) -> None:
     command = [
         sys.executable,
         "-m",

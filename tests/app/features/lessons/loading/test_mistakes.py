@@ -1,4 +1,4 @@
-"""A broken lesson is named with its line and the remedy, and nothing else suffers."""
+"""A broken lesson is named with its line and the remedy; the other lessons load."""
 
 import re
 from pathlib import Path
@@ -6,10 +6,17 @@ from pathlib import Path
 import pytest
 
 from app.features.lessons.commands import Lessons, lessons
+from app.features.lessons.lesson import LessonBook
 from app.features.lessons.library import notes_of
 from app.features.lessons.loading import load_lessons
 from app.text.lesson_text import lesson_html
 from tests.app.features.lessons.helpers import SMALL, book_of
+from tests.approved import Approve
+
+
+def said(book: LessonBook) -> str:
+    """All problems, one line each."""
+    return "".join(f"line {problem.line}: {problem.message}\n" for problem in book.problems)
 
 
 def line_with(text: str, part: str) -> int:
@@ -34,7 +41,7 @@ settings = { n = 6.0 }
 """
 
 BARE = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
-"""The small lesson as a translation may be: texts only."""
+"""The small lesson's texts, as in a translation."""
 
 CASES = [
     ("# A small lesson", "A small lesson", "A small lesson", "before the title"),
@@ -101,7 +108,7 @@ CASES = [
     ("Find out something.", "It costs $5.", "costs $5", "belongs to no formula"),
     ("3. Three.", "3. $Three.", "3. $Three", "belongs to no formula"),
     ("\n[challenge]", DRAWING.replace('"distance"', '"length"'), 'y = "length"', "choose from time, distance"),
-    ("\n[challenge]", DRAWING.replace('"distance"', '"time"'), 'y = "time"', "is no curve"),
+    ("\n[challenge]", DRAWING.replace('"distance"', '"time"'), 'y = "time"', "is not a curve"),
     ("\n[challenge]", DRAWING.replace("[0.0, 0.4]", "[0.4, 0.0]"), "y_range = ", "low < high"),
     ("\n[challenge]", DRAWING.replace("x_range = [0.0, 2.0]\n", ""), "[drawing]", "x_range is missing"),
     ("\n[challenge]", DRAWING.replace("within = 0.01", "within = 0.5"), "within = 0.5", "smaller than the axis"),
@@ -125,37 +132,33 @@ def test_a_mistake_is_named_with_its_line_and_the_remedy(
     (problem,) = book.problems
     assert problem.file == "01-small.md" and message in problem.message
     if where.startswith("## "):
-        # What is missing has no line of its own: that of the step, or of its block, will do.
+        # A missing part has no line: the line of the step or of its block is right, too.
         assert line_with(text, where) <= problem.line <= line_with(text, where) + 4
     else:
         assert where in text.splitlines()[problem.line - 1]
 
 
-def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
+def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path, approve: Approve) -> None:
     mistakes = {
-        'equations = "31"': ("equation = 31", "no key 'equation'"),
-        "right = 2": ("right = 3", "from 1 to 2"),
-        "   > No: {measured:d}.": ("", "has no reply"),
-        'plots = ["distance"]': ('plots = ["elbow"]', "no 'elbow'"),
-        "at_least = 5.0": ('at_least = "five"', "give a number"),
-        "3. Three.": ("", "there are 2 hints"),
-        "It was {measured:d} at {setting:dm}.": ("It was {measured:x} at {setting:y}.", "measures no 'x'"),
-        'input = "yours"': ('input = "theirs"', "choose from autopilot"),
+        'equations = "31"': "equation = 31",
+        "right = 2": "right = 3",
+        "   > No: {measured:d}.": "",
+        'plots = ["distance"]': 'plots = ["elbow"]',
+        "at_least = 5.0": 'at_least = "five"',
+        "3. Three.": "",
+        "It was {measured:d} at {setting:dm}.": "It was {measured:x} at {setting:y}.",
+        'input = "yours"': 'input = "theirs"',
     }
     text = SMALL
-    for old, (new, _) in mistakes.items():
+    for old, new in mistakes.items():
         assert text.count(old) == 1
         text = text.replace(old, new)
-    # A fault of the lesson's own block keeps nothing back but the steps that build on it.
-    assert [problem.message[:28] for problem in book_of(tmp_path, text).problems] == [
-        "there is no key 'equation'; c"[:28]
-    ]
-    problems = book_of(tmp_path, text.replace("equation = 31", 'equations = "31"')).problems
-    said = "\n".join(problem.message for problem in problems)
-    assert [message for _, message in [*mistakes.values()][1:] if message not in said] == []
-    assert len(problems) == len(mistakes) and [one.line for one in problems] == sorted(
-        one.line for one in problems
-    )
+    # A fault in the lesson's block hides only problems of the steps that need it.
+    approve("block.txt", said(book_of(tmp_path, text)))
+    book = book_of(tmp_path, text.replace("equation = 31", 'equations = "31"'))
+    lines = [problem.line for problem in book.problems]
+    assert len(lines) == len(mistakes) and lines == sorted(lines)
+    approve("mistakes.txt", said(book))
 
 
 @pytest.mark.parametrize(
@@ -171,7 +174,9 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         ("01-small.md", b"# T\ngoal\n\n```duet\n" + b"a = " + b"[" * 5000 + b"\n```\n## S\n", ""),
     ],
 )
-def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+def test_files_that_are_not_lessons_are_named(
+    tmp_path: Path, name: str, content: bytes, message: str
+) -> None:
     (tmp_path / "02-good.md").write_text(SMALL, encoding="utf-8")
     (tmp_path / name).write_bytes(content)
     book = load_lessons(tmp_path)
@@ -179,7 +184,7 @@ def test_files_that_are_no_lessons_at_all(tmp_path: Path, name: str, content: by
     assert len(book.problems) == 1 and book.problems[0].file == name and message in book.problems[0].message
 
 
-def test_folders_without_lessons_and_numbers_that_stand_twice_are_named(tmp_path: Path) -> None:
+def test_folders_without_lessons_and_repeated_numbers_are_named(tmp_path: Path) -> None:
     assert "README.md" in load_lessons(tmp_path).problems[0].message
     assert "cannot be read" in load_lessons(tmp_path / "none").problems[0].message
     book_of(tmp_path)
@@ -198,7 +203,7 @@ def test_folders_without_lessons_and_numbers_that_stand_twice_are_named(tmp_path
         ("It was {measured:d}", "Es war {measured:x}", "measures no 'x'"),
     ],
 )
-def test_a_translation_that_does_not_fit_is_named_and_english_stays(
+def test_a_mismatched_translation_is_named_and_english_is_used(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
     book_of(tmp_path)
@@ -213,7 +218,7 @@ def test_a_translation_that_does_not_fit_is_named_and_english_stays(
     )
 
 
-def test_a_translation_carries_every_text(tmp_path: Path) -> None:
+def test_a_translation_replaces_every_text(tmp_path: Path) -> None:
     book = book_of(tmp_path)
     words = r"(?<![{:\w#])\b(small|something|First|see|near|Near|Far|No|Yes|Run|Because|Raise|One|Two|Three|Second|Move)\b"
     (tmp_path / "01-small.de.md").write_text(re.sub(words, lambda m: f"ü{m[0]}", BARE), encoding="utf-8")
@@ -238,7 +243,7 @@ def test_a_translation_carries_every_text(tmp_path: Path) -> None:
     assert step.setup == original.steps[0].setup and step.trials == original.steps[0].trials
 
 
-def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path: Path) -> None:
+def test_notes_without_a_lesson_are_a_problem_and_unreadable_ones_skipped(tmp_path: Path) -> None:
     book = book_of(tmp_path)
     (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
     (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
@@ -249,9 +254,12 @@ def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path
 
 
 HERE = "Because $x$."
-"""In the small lesson: where a picture may stand."""
+"""Text of the small lesson that a picture may replace."""
 
 PICTURE = "![x](a.svg)"
+
+NO_PICTURE = "picture.txt"
+"""Approved file with the message for a path without a picture beside the lesson."""
 
 
 @pytest.mark.parametrize(
@@ -264,7 +272,7 @@ PICTURE = "![x](a.svg)"
         (HERE, "![](a.svg)", "says nothing"),
         (HERE, "![x](b.svg)", "there is no picture"),
         *(
-            (HERE, f"![x]({path})", "not a picture beside the lesson")
+            (HERE, f"![x]({path})", NO_PICTURE)
             for path in ("below", "../a.svg", "/etc/passwd.svg", "link.svg")
         ),
         (HERE, "![x](https://example.org/a.svg)", "there is no picture"),
@@ -281,8 +289,8 @@ PICTURE = "![x](a.svg)"
         ("Find out something.", PICTURE, "a line of its own"),
     ],
 )
-def test_pictures_are_beside_the_lesson_and_can_be_shown(
-    tmp_path: Path, instead: str, text: str, message: str
+def test_pictures_must_be_beside_the_lesson_and_displayable(
+    tmp_path: Path, instead: str, text: str, message: str, approve: Approve
 ) -> None:
     folder = tmp_path / "lessons"
     (folder / "below").mkdir(parents=True)
@@ -298,6 +306,10 @@ def test_pictures_are_beside_the_lesson_and_can_be_shown(
         (folder / name).write_text("text", encoding="utf-8")
     assert instead in SMALL
     book = book_of(folder, SMALL.replace(instead, text))
+    if message == NO_PICTURE:
+        path = text[len("![x](") : -1]
+        approve("picture.txt", str(book.problems[0].message).replace(f"'{path}'", "'…'") + "\n")
+        return
     if message:
         assert message in book.problems[0].message
         return

@@ -1,4 +1,4 @@
-"""Our own lessons: complete in every language, with notes, a bookmark and documents that name what exists; the command."""
+"""Our lessons: complete in every language; notes, bookmark, documents; the command `lessons`."""
 
 import dataclasses
 import math
@@ -28,6 +28,7 @@ from controllers.activation import activation
 from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
 from tests.app.features.lessons.helpers import SMALL, book_of, our_book
+from tests.approved import Approve
 
 DOCUMENTS = Path(app.__file__).parent / "documents"
 
@@ -81,13 +82,13 @@ def words_of(step: object) -> str:
     return repr(dataclasses.astuple(step))  # pyright: ignore[reportArgumentType]
 
 
-def test_the_model_says_what_is_simplified() -> None:
+def test_the_model_names_its_simplifications() -> None:
     model = (DOCUMENTS / "model.md").read_text(encoding="utf-8")
     assert all(word in model for word in ("Simplified", "leaves open", "Euler", "out of authority"))
 
 
-def test_what_pulls_at_the_elbow_is_called_as_on_the_panel_beside_it() -> None:
-    """In lessons 1 and 2 the panel shows N q̇₀; q̇_n is what the whole task asks for."""
+def test_lessons_name_the_elbows_velocity_as_the_panel_does() -> None:
+    """In lessons 1 and 2 the panel shows N q̇₀; q̇_n is the velocity of the whole task."""
     assert r"N\,\dot q_0" in ALONE[0][0]
     for path in [path for number in ("01", "02") for path in FOLDER.glob(f"{number}-*.md")]:
         text = path.read_text(encoding="utf-8")
@@ -96,7 +97,7 @@ def test_what_pulls_at_the_elbow_is_called_as_on_the_panel_beside_it() -> None:
         assert not re.search(r"\bjerk|\bRuck\b|\bsunek\b", path.read_text(encoding="utf-8")), path.name
 
 
-def test_the_model_says_what_the_program_and_the_paper_do() -> None:
+def test_the_model_describes_the_program_and_the_paper_correctly() -> None:
     model = (DOCUMENTS / "model.md").read_text(encoding="utf-8")
     speeds = [round(math.degrees(joint.velocity_limit)) for joint in JOINTS]
     assert f"({min(speeds)}° to {max(speeds)}° a second)" in model
@@ -126,11 +127,11 @@ def test_the_model_says_what_the_program_and_the_paper_do() -> None:
         ("a\n## 3rd floor", Notes("", "a\n## 3rd floor", ())),
     ],
 )
-def test_notes_need_no_form_but_a_heading_with_a_number_begins_a_step(text: str, notes: Notes) -> None:
+def test_in_notes_only_a_numbered_heading_begins_a_step(text: str, notes: Notes) -> None:
     assert read_notes(text) == notes
 
 
-def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> None:
+def test_our_notes_have_a_part_for_every_step_and_repeat_no_lesson_text() -> None:
     texts = notes_of(our_book())
     for lesson in our_book().lessons:
         everything, text = repr(lesson), texts.pop(lesson.id)
@@ -146,7 +147,7 @@ def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> N
     assert not texts
 
 
-def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
+def test_notes_show_the_present_step_first_and_all_others() -> None:
     notes = read_notes("# Title\nWhole.\n## 1. One\nA <b>.\n## 2. Two\nB.")
     for step, order in (
         (1, ("1. One", "Title", "Whole", "2. Two")),
@@ -163,26 +164,28 @@ BOOK = our_book()
 ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson.steps))]
 
 
-def test_every_step_is_on_the_way_there_and_back_and_is_found_by_place_and_by_name() -> None:
+def test_next_and_back_reach_every_step() -> None:
     way = [Bookmark(BOOK)]
     while (after := way[-1].next_to(1)) is not None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
     assert way[0].next_to(-1) is None and [at.next_to(-1) for at in way[1:]] == way[:-1]
-    at = way[0]
     for there, (i, j) in zip(way, ALL, strict=True):
-        lesson = BOOK.lessons[i]
-        assert there.step is lesson.steps[j] and there == Bookmark(BOOK, i, j)
+        assert there.step is BOOK.lessons[i].steps[j] and there == Bookmark(BOOK, i, j)
+
+
+def test_a_step_is_found_by_place_or_by_name() -> None:
+    at = Bookmark(BOOK)
+    for i, j in ALL:
+        lesson, there = BOOK.lessons[i], Bookmark(BOOK, i, j)
         assert at.at(i, j) == at.at(lesson.id, j) == at.of(lesson.id, lesson.steps[j].id) == there
-    assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == Bookmark(BOOK)
+    assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == at
 
 
 README = (FOLDER / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_readmes_example_passes_its_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (example,) = re.findall(r"````markdown\n(.*?)\n````\n", README, flags=re.DOTALL)
     assert "01-nearer.md" in README
     (tmp_path / "01-nearer.md").write_text(example, encoding="utf-8")
@@ -194,7 +197,7 @@ def test_the_example_of_the_readme_is_a_lesson_that_passes_its_check(
     assert '"nearer"' in (tmp_path / "check.json").read_text(encoding="utf-8")
 
 
-def test_the_readme_names_everything_there_is() -> None:
+def test_the_readme_names_all_measurements_and_scripts() -> None:
     for name, quantity in QUANTITIES.items():
         (row,) = [line for line in README.splitlines() if line.startswith(f"| `{name}` |")]
         assert all(parameter in row for parameter in quantity.parameters)
@@ -204,7 +207,7 @@ def test_the_readme_names_everything_there_is() -> None:
         assert all(f"`{parameter}`" in row for parameter in known.parameters)
 
 
-def test_the_list_names_the_lessons_and_what_was_left_out(
+def test_the_list_names_the_lessons_and_the_faulty_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert lessons(Lessons()) == 0
@@ -216,17 +219,21 @@ def test_the_list_names_the_lessons_and_what_was_left_out(
     assert "fault: 01-small.md, line" in capsys.readouterr().out
 
 
-def test_bad_commands_are_named(tmp_path: Path) -> None:
-    with pytest.raises(BadSetting, match="choose from 0 beliefs, 1 redundancy"):
-        lessons(Lessons(only=("x",)))
-    with pytest.raises(BadSetting, match="add --check"):
-        lessons(Lessons(out=tmp_path / "x.json"))
-    with pytest.raises(BadSetting, match="there is no folder"):
-        lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
+def test_bad_options_of_the_command_are_named(tmp_path: Path, approve: Approve) -> None:
+    said = ""
+    for command in (
+        Lessons(only=("x",)),
+        Lessons(out=tmp_path / "x.json"),
+        Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"),
+    ):
+        with pytest.raises(BadSetting) as found:
+            lessons(command)
+        said += f"{found.value}\n"
+    approve("commands.txt", said.replace(str(tmp_path), "…"))
 
 
 def walks_with(place: int, step: Step, **changes: Any) -> tuple[Walk, ...]:
-    """The walks through a lesson of ours, from 0, that has this step alone."""
+    """Walks through one of our lessons (0-based) reduced to this step."""
     lesson = dataclasses.replace(our_book().lessons[place], steps=(step,), **changes)
     return check_lesson(LessonBook((lesson,), ()), lesson)
 
@@ -235,33 +242,32 @@ def asked_alone(step: Step) -> Step:
     return dataclasses.replace(step, challenge=None, trials=())
 
 
-def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
-    """What does show it is not named: `test_lessons.py` walks all of ours."""
+def test_the_check_requires_the_lists_texts_in_our_lessons() -> None:
+    """The opposite case, complete lessons, is in `test_lessons.py`."""
     walks = walks_with(4, asked_alone(our_book().lessons[4].steps[0]), promise="")
     (walk,) = [walk for walk in walks if walk.name == "list"]
     assert not walk.ok and "### Promise" in walk.text
 
 
-def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_check_finds_a_page_that_shows_the_answer_too_early(
+    monkeypatch: pytest.MonkeyPatch, approve: Approve
+) -> None:
     book = our_book()
     monkeypatch.setattr(Walkthrough, "locked", False)
     told = {
         lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever))))
         for lesson in book.lessons
     }
-    assert (
-        told["strict-priority"]
-        == told["hold"]
-        == ["λ and what follows from it, on the card of the line of contact"]
-    )
+    assert told["strict-priority"] == told["hold"] and len(told["hold"]) == 1
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
     (walk,) = [
         walk for walk in walks_with(3, asked_alone(book.lessons[3].steps[1])) if walk.name == "questions"
     ]
-    assert not walk.ok and walk.text.startswith("shown while it is asked: curve: λ")
+    assert not walk.ok
+    approve("early.txt", f"hold: {told['hold'][0]}\n{walk.text}\n")
 
 
-def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) -> None:
+def test_positive_control_the_check_notices_wrong_declarations(tmp_path: Path, approve: Approve) -> None:
     text = (
         SMALL.replace("right = 2", "right = 1")
         .replace("choice = 1", "choice = 2")
@@ -269,18 +275,19 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     )
     book = book_of(tmp_path, text)
     walks = {(walk.kind, walk.name): walk for walk in check_lesson(book, book.lessons[0])}
-    assert "does not speak for the right answer" in walks["reference", "the right answers"].text
-    assert "speaks for the wrong answer" in walks["answer", "answer 2"].text
-    assert "fails by nothing instead of ('n',)" in walks["attempt", "less"].text
-    assert "passes with nothing changed: n: 2, as asked" in walks["untouched", "as the step starts it"].text
-    assert not walks["lesson", "wrong paths"].ok
-    assert not any(
-        walks[key].ok
-        for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less"))
+    noticed = (
+        ("reference", "the right answers"),
+        ("answer", "answer 2"),
+        ("attempt", "less"),
+        ("untouched", "as the step starts it"),
+        ("lesson", "wrong paths"),
     )
+    assert [key for key in noticed if walks[key].ok] == []
+    said = "".join(f"{', '.join(key)}: {walks[key].text}\n" for key in noticed)
+    approve("check.txt", re.sub(r"(\d\.\d{4})\d+", r"\1…", said))
 
 
-def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point() -> None:
+def test_a_contrast_with_the_questions_number_must_declare_it() -> None:
     step = our_book().lessons[5].steps[0]
     assert step.question is not None and step.question.choices[0].same
     choices = tuple(
@@ -294,7 +301,7 @@ def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point(
     assert not walks["answer 3"].ok and "which is not the same" in walks["answer 3"].text
 
 
-def test_a_challenge_that_a_movement_alone_passes_is_noticed() -> None:
+def test_the_check_notices_a_challenge_passed_by_movement_alone(approve: Approve) -> None:
     swing = our_book().lessons[0].steps[2]
     assert swing.challenge is not None
     lenient = tuple(
@@ -303,4 +310,5 @@ def test_a_challenge_that_a_movement_alone_passes_is_noticed() -> None:
     )
     step = dataclasses.replace(swing, challenge=dataclasses.replace(swing.challenge, criteria=lenient))
     (walk,) = [walk for walk in walks_with(0, step) if walk.kind == "untouched"]
-    assert not walk.ok and "passes with nothing changed" in walk.text and "3.42 mm, as asked" in walk.text
+    assert not walk.ok
+    approve("movement.txt", f"{walk.text}\n")

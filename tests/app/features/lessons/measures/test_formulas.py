@@ -1,4 +1,4 @@
-"""Closed forms, in runs of the lessons' own kind; parameters and moments of measurements, and how values are read."""
+"""Closed forms compared with runs; parameters, moments and displayed values of measurements."""
 
 from dataclasses import replace
 from typing import Any
@@ -28,6 +28,7 @@ from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from tests.app.features.lessons.helpers import our_book
 from tests.app.features.lessons.measures.test_measurements import RUNS, looped_zigzag, setup
+from tests.approved import Approve
 
 
 @pytest.mark.parametrize("degrees", [20.0, 10.0, 5.0, 1.0])
@@ -48,7 +49,7 @@ def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -
     inside=st.floats(0.0, 0.6),
     d_m=st.floats(0.03, 0.3),
 )
-def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
+def test_balance_solves_its_equation(n: float, v: float, K: float, inside: float, d_m: float) -> None:
     d = balance(
         RunSettings(law=LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), gain=K), inside
     )
@@ -65,34 +66,35 @@ def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
     assert largest_zigzag(np.array(values))[0] == pytest.approx(looped_zigzag(np.array(values)), abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "message"),
-    [
-        ("distance_at", {}, "needs the parameter 'time'"),
-        ("distance_at", {"time": "late"}, "is not a number"),
-        ("distance_at", {"time": True}, "is not a number"),
-        ("distance_at", {"time": float("nan")}, "is not a number"),
-        ("distance_at", {"time": 1e9}, "too large"),
-        ("distance_at", {"time": 1.0, "place": 2.0}, "has no parameter 'place'; choose from time"),
-        ("setting", {"key": 4}, "is not a text"),
-        ("smallest_distance", {"time": 1.0}, "it has none"),
-    ],
+BAD_PARAMETERS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("distance_at", {}),
+    ("distance_at", {"time": "late"}),
+    ("distance_at", {"time": True}),
+    ("distance_at", {"time": float("nan")}),
+    ("distance_at", {"time": 1e9}),
+    ("distance_at", {"time": 1.0, "place": 2.0}),
+    ("setting", {"key": 4}),
+    ("smallest_distance", {"time": 1.0}),
 )
-def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
-    with pytest.raises(BadSetting, match=message):
-        read_parameters(f"measurement {name}", QUANTITIES[name].parameters, given)
 
 
-def test_there_is_no_rest_to_be_told_under_a_law_that_has_none_in_closed_form() -> None:
-    """Smooth priority has one; the switch, which stays in the same place, has not."""
+def test_bad_parameters_are_named(approve: Approve) -> None:
+    said = ""
+    for name, values in BAD_PARAMETERS:
+        with pytest.raises(BadSetting) as found:
+            read_parameters(f"measurement {name}", QUANTITIES[name].parameters, values)
+        said += f"{found.value}\n"
+    approve("parameters.txt", said)
+
+
+def test_a_resting_distance_exists_only_for_laws_with_a_closed_form() -> None:
+    """Smooth priority has a closed form; the switch, although it also comes to rest, does not."""
     for law, told in (("smooth_priority", True), ("strict_switched", False), ("unprotected", False)):
         run = RUNS["tail"].with_changes((("law", law),))
         assert (measure(Evidence(simulated(replace(run, seconds=0.1))), "rest_now") is not None) is told
 
 
-def test_values_are_read_with_unit_and_true_signs_and_two_significant_digits_but_no_whole_number_is_rounded() -> (
-    None
-):
+def test_values_are_shown_with_unit_and_correct_sign() -> None:
     assert shown_value(-0.0123, "mm", 1) == "−12.3 mm"
     assert shown_value(-0.00001, "mm", 1) == "0.0 mm"
     assert shown_value(np.inf, "mm", 0) == "∞ mm"
@@ -100,22 +102,31 @@ def test_values_are_read_with_unit_and_true_signs_and_two_significant_digits_but
     assert shown_value(np.pi / 2.0, "deg", 0) == "90°"
     assert shown_value(4.0, "", 0) == "4"
     assert shown_value(0.305, "%", 0) == "30%"
-    for value, digits, text in (
-        *(
-            (0.000313, 3, "0.31 mm"),
-            (0.001221, 3, "1.2 mm"),
-            (0.0337, 1, "34 mm"),
-            (0.424, 0, "424 mm"),
-            (0.0, 1, "0.0 mm"),
-        ),
-        *((-0.0546, 1, "−55 mm"), (2e-9, 3, "< 0.001 mm"), (1e-6, 3, "0.0010 mm"), (-2e-9, 3, "0.0000 mm")),
-    ):
-        assert Measurement("x", "hand_error_now", (), "mm", digits).text(value) == text
-    # What counts ways or ranks stays a whole number.
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (0.000313, 3, "0.31 mm"),
+        (0.001221, 3, "1.2 mm"),
+        (0.0337, 1, "34 mm"),
+        (0.424, 0, "424 mm"),
+        (0.0, 1, "0.0 mm"),
+        (-0.0546, 1, "−55 mm"),
+        (2e-9, 3, "< 0.001 mm"),
+        (1e-6, 3, "0.0010 mm"),
+        (-2e-9, 3, "0.0000 mm"),
+    ],
+)
+def test_a_measured_value_has_two_significant_digits(value: float, digits: int, text: str) -> None:
+    assert Measurement("x", "hand_error_now", (), "mm", digits).text(value) == text
+
+
+def test_counts_are_shown_as_whole_numbers() -> None:
     assert Measurement("x", "null_dimension", (), "", 0).text(4.0) == "4"
 
 
-def test_a_row_that_was_forgotten_is_not_taken_for_another() -> None:
+def test_a_discarded_row_is_not_replaced_by_another() -> None:
     simulation = Simulation(setup(scene="solo", path="circle", dt=0.02, k=2.0).run, 100)
     for _ in range(500):
         simulation.step(None)
@@ -130,7 +141,7 @@ def step_of(lesson: str, step: str) -> Step:
     return next(one for one in our_book().lessons[our_book().index(lesson)].steps if one.id == step)
 
 
-def test_a_moment_is_the_time_after_the_step_that_decides() -> None:
+def test_a_moment_is_the_time_after_the_decisive_step() -> None:
     step = step_of("hold", "push")
     evidence = Evidence(simulated(step.setup), step.setup.seconds)
     row = int(evidence.column("d").argmin())
@@ -138,14 +149,14 @@ def test_a_moment_is_the_time_after_the_step_that_decides() -> None:
         evidence.table[row, COLUMN["t"]] + evidence.settings.dt
     )
     assert moment(evidence, "distance_at", (("time", 1.5),)) == pytest.approx(1.5 + evidence.settings.dt)
-    # What no run tells, or only the whole run, has none.
+    # A count over the whole run, and a time outside the run, have no moment.
     assert (
         moment(evidence, "pair_switches") is None
         and moment(evidence, "distance_at", (("time", 50.0),)) is None
     )
 
 
-def test_the_row_of_a_measure_holds_its_value() -> None:
+def test_the_row_of_a_measurement_contains_its_value() -> None:
     evidence = Evidence(simulated(step_of("master-slave", "copy").setup), 12.0)
     speeds = np.abs(evidence.velocities)
     names = ("reached_speed", "speed_share", "largest_joint_error", "largest_approach")

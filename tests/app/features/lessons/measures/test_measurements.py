@@ -1,4 +1,4 @@
-"""Every measurement against a computation that shares nothing with it but the run, which is seen without the measurements' own code."""
+"""Every measurement against an independent computation, which shares only the run with it, not the code."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,6 +22,7 @@ from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.history import COLUMN
 from scenes.simulation import Simulation
+from tests.approved import Approve
 from tests.controllers.helpers import derivative
 
 UP = (0.0, 0.0, 1.0)
@@ -119,7 +120,7 @@ class Seen:
         return derivative(function, q)[:, self.simulation.avoiding.joints]
 
     def gap(self, q: Array) -> Array:
-        """Distance of the ball, by its radius and that of the control point (1,)."""
+        """Distance of the ball's surface from the control point's sphere (1,)."""
         point = self.place(q, "hand" if self.simulation.settings.point == "hand" else "elbow")
         return np.array(
             [float(np.linalg.norm(point - q[self.simulation.room.ball])) - BALL_RADIUS - POINT_RADIUS]
@@ -132,7 +133,7 @@ class Seen:
         return self.jacobian(self.place, self.q[row])
 
     def least(self, row: int) -> float:
-        """Smallest eigenvalue of sym(M), M by eqs (17)–(25) with numpy's own pseudo-inverses and K_a = K_b = K."""
+        """Smallest eigenvalue of sym(M) of eqs (17)–(25), by numpy's pseudo-inverses, K_a = K_b = K."""
         lam, K = float(self.col("lambda")[row]), self.simulation.settings.gain
         J_a, J_b = self.lever(row)[None, :], self.hand_jacobian(row)
         a, b = np.linalg.pinv(J_a), np.linalg.pinv(J_b)
@@ -161,7 +162,7 @@ def seen(name: str) -> Seen:
 
 
 def looped_zigzag(d: Array) -> float:
-    """Chatter, step by step."""
+    """Chatter, computed with a plain loop."""
     steps, best = np.diff(d).tolist(), 0.0
     for k in range(len(steps) - 3):
         four = steps[k : k + 4]
@@ -171,7 +172,7 @@ def looped_zigzag(d: Array) -> float:
 
 
 def circle_error(s: Seen, time: float) -> Array:
-    """e of the hand on its circle of 0.1 m in 8 s."""
+    """Error e of the hand on its circle (radius 0.1 m, 8 s)."""
     row = round(time / s.simulation.settings.dt)
     home, phase = s.place(s.q[0]), 2.0 * np.pi * time / 8.0
     return home + 0.1 * np.array([0.0, np.sin(phase), 1.0 - np.cos(phase)]) - s.place(s.q[row])
@@ -182,19 +183,19 @@ def first_over_half(s: Seen) -> int:
 
 
 def crossing(s: Seen, at: float) -> int:
-    """The first step after which d is on the other side."""
+    """First step after which d is on the other side of `at`."""
     d = s.col("d")
     return next(k for k in range(len(d) - 1) if (d[k] - at) * (d[k + 1] - at) <= 0.0)
 
 
 def fall(s: Seen) -> int:
-    """The step below d_m after which d falls most."""
+    """Step below d_m with the largest fall of d after it."""
     d = s.col("d")
     return max((k for k in range(len(d) - 1) if d[k] < 0.15), key=lambda k: d[k] - d[k + 1])
 
 
 def slope(s: Seen, row: int) -> float:
-    """n (u + w) / d*, by the rest that line (R) has with this step's u and w."""
+    """n (u + w) / d*, with d* of line (R) for this step's u and w."""
     law, u, w = s.simulation.settings.law, s.col("u")[row], s.col("w_law")[row]
     rest = law.critical_distance * ((u + law.nominal_velocity) / (u + w)) ** (1.0 / law.order)
     return float(law.order * (u + w) / rest)
@@ -360,7 +361,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
         1e-5,
     ),
 }
-"""Name → run, parameters, what it has to be, and how exactly."""
+"""Name → run, parameters, expected value, tolerance."""
 
 
 def away(s: Seen) -> Array:
@@ -370,7 +371,8 @@ def away(s: Seen) -> Array:
 
 
 def stand_off() -> float:
-    """The d at which λ v = (1 − λ) K (d − 0.1 m) for n = 2, v = 0.3 m/s, K = 2/s and d_m = 0.15 m: the positive root of a cubic."""
+    """Solution d of λ v = (1 − λ) K (d − 0.1 m), the positive root of a cubic, for n = 2, v = 0.3 m/s,
+    K = 2/s and d_m = 0.15 m."""
     return float(np.roots([2.0, -0.2, -2.0 * 0.15**2, 0.2 * 0.15**2 - 0.3 * 0.15**2]).real.max())
 
 
@@ -390,7 +392,7 @@ def test_measurement(name: str) -> None:
 
 
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave", "imitation"])
-def test_nothing_is_measured_of_a_run_that_has_not_begun(scene: str) -> None:
+def test_a_run_without_steps_has_only_formula_values(scene: str) -> None:
     simulation = Simulation(setup(scene=scene).run, 10)
     asked = {name: tuple(parameters.items()) for name, (_, parameters, _, _) in EXPECTED.items()}
     told = {
@@ -399,7 +401,7 @@ def test_nothing_is_measured_of_a_run_that_has_not_begun(scene: str) -> None:
         if measure(Evidence(simulation), name, parameters) is not None
     }
     assert told == {"gain_step", "setting", "activation_formula", "stand_off_formula", "bias_formula"}, (
-        "from settings alone"
+        "only values from settings exist before the first step"
     )
     for _ in range(3):
         simulation.step(None)
@@ -408,8 +410,8 @@ def test_nothing_is_measured_of_a_run_that_has_not_begun(scene: str) -> None:
         measure(Evidence(simulation, newest=1), name, parameters)
 
 
-def test_marks_are_missed_by_the_chord() -> None:
-    """A mark 0.9 rad away, of which the elbow turns about 0.6 at most: the chord between the two, on the elbow's circle."""
+def test_the_miss_of_a_mark_is_the_chord() -> None:
+    """The elbow turns about 0.6 rad, a mark is at 0.9 rad; the miss is their chord on the elbow's circle."""
     s = seen("turned")
     data = s.simulation.room.model.createData()
     pin.forwardKinematics(s.simulation.room.model, data, s.q[0])
@@ -427,7 +429,7 @@ def test_marks_are_missed_by_the_chord() -> None:
         )
 
 
-def test_measuring_leaves_the_simulation_alone() -> None:
+def test_measuring_does_not_change_the_simulation() -> None:
     simulations = [Simulation(RUNS["ball"].run, 100) for _ in range(2)]
     for i in range(50):
         for simulation in simulations:
@@ -442,9 +444,6 @@ def test_measuring_leaves_the_simulation_alone() -> None:
     assert (pose == simulations[1].kinematics.hand_pose(simulations[1].avoiding).translation).all()
 
 
-def test_the_critical_distance_has_an_index_in_what_a_person_reads() -> None:
+def test_labels_show_the_critical_distance_with_an_index(approve: Approve) -> None:
     assert not [quantity.label for quantity in QUANTITIES.values() if "d_m" in quantity.label]
-    assert (
-        settings_text((("dm", 0.1), ("law", "strict_switched")))
-        == "dₘ = 100 mm, law set to “Strict priority, switched at dₘ”"
-    )
+    approve("settings.txt", settings_text((("dm", 0.1), ("law", "strict_switched"))) + "\n")
