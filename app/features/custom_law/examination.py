@@ -1,5 +1,6 @@
 """The six tests of a file."""
 
+import hashlib
 import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -109,6 +110,7 @@ class ExaminationProgress(NamedTuple):
         message: why they could not be made, or "".
         typed: true if the law is typed on the page.
         number: of this run of the tests, unique in this process; 0 before the first of a file.
+        stale: true if the file was changed since.
     """
 
     file: str | None = None
@@ -117,6 +119,7 @@ class ExaminationProgress(NamedTuple):
     message: str = ""
     typed: bool = False
     number: int = 0
+    stale: bool = False
 
     @property
     def finished(self) -> bool:
@@ -132,6 +135,7 @@ class Examination:
     def __init__(self, path: Path, background: Jobs, wake: Callable[[], None]) -> None:
         self._path, self._background, self._wake = path, background, wake
         self._jobs: list[Job] = []
+        self._version = ""
         self.progress = self._none = ExaminationProgress(readable(path.name))
 
     def begin(self) -> None:
@@ -141,7 +145,7 @@ class Examination:
             BadInputFile: the file cannot be read.
         """
         self.drop()
-        function, arguments = self._one_test()
+        function, arguments, self._version = self._one_test()
         self._jobs = [
             self._background.submit(self, name, function, *arguments, name, wake=self._wake)
             for name in TRIALS
@@ -150,8 +154,10 @@ class Examination:
         self._none = self._none._replace(number=next(_NUMBERS))
         self.progress = self._none._replace(running=True)
 
-    def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:
-        return examine_one, (self._path, read_law(self._path))
+    def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...], str]:
+        """Function, its arguments before the test's name, and the SHA-256 of a text that can change."""
+        text = read_law(self._path)
+        return examine_one, (self._path, text), hashlib.sha256(text).hexdigest()
 
     def advance(self) -> bool:
         if not self.progress.running:
@@ -169,6 +175,11 @@ class Examination:
         news = len(verdicts) != len(self.progress.verdicts)
         self.progress = self._none._replace(verdicts=tuple(verdicts), running=len(verdicts) < len(self._jobs))
         return news
+
+    def compare(self, version: str) -> None:
+        """Mark results of another version of the file as stale. `version`: the SHA-256 of its text."""
+        if self.progress.finished:
+            self.progress = self.progress._replace(stale=self._version not in ("", version))
 
     def drop(self) -> None:
         self._background.cancel(self)

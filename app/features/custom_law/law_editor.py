@@ -199,7 +199,8 @@ class LawEditor(PagePanel):
         if task is not None and tab is not None and in_task and self._in_task is None:
             with tab:
                 self._in_task = self._add(task.order)
-        failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
+        verdicts = () if tests.stale else tests.verdicts
+        failed = [(one.reason, one.line) for one in verdicts if one.line is not None]
         problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
         state = (
             in_task,
@@ -242,7 +243,7 @@ class LawEditor(PagePanel):
 
 
 def _lamp(tests: ExaminationProgress, place: int, name: str) -> tuple[str, str]:
-    if place < len(tests.verdicts):
+    if place < len(tests.verdicts) and not tests.stale:
         verdict = tests.verdicts[place]
         return "ok" if verdict.passed else "no", f"{tr(name)}: {tr(verdict.reason)}"
     return "now" if tests.running and place == len(tests.verdicts) else "", tr(name)

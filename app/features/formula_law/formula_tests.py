@@ -52,5 +52,5 @@ class FormulaExamination(Examination):
         self.progress = self._none = self._none._replace(file=FILE, typed=True)
         self._text = text
 
-    def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...]]:
-        return examine_formula, (self._text,)
+    def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...], str]:
+        return examine_formula, (self._text,), ""

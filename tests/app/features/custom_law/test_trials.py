@@ -21,6 +21,7 @@ from app.features.custom_law.examination import Examination, ExaminationProgress
 from app.features.custom_law.law_file import LawFile
 from app.features.custom_law.law_html import law_html
 from app.features.custom_law.law_limits import LawProblem
+from app.features.custom_law.student_law import examination as examination_of
 from app.features.custom_law.trials import TRIALS, verdict_on
 from app.i18n.speaking import set_language
 from app.runtime.job_pool import BUSY, JobPool
@@ -302,6 +303,37 @@ def test_verdicts_come_in_order_and_refer_to_the_original_text(
     assert examination.advance() and all(v.passed for v in examination.progress.verdicts)
 
 
+def test_results_are_stale_while_the_file_has_another_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    path, background = write(tmp_path / "my_law.py", PAPER), Inline()
+    with session_of(path, background) as session:
+        tests = examination_of(session)
+        assert tests is not None
+
+        def stale() -> bool:
+            session.advance(0.02)
+            return tests.progress.stale
+
+        tests.begin()
+        assert not stale()
+        background.work()
+        until(lambda: not stale() and tests.progress.finished)
+        write(path, STANDS_STILL)
+        until(stale)
+        # Its results are kept, for the text that they are of.
+        assert len(tests.progress.verdicts) == len(NAMES)
+        write(path, PAPER)
+        until(lambda: not stale())
+        write(path, STANDS_STILL)
+        until(stale)
+        tests.begin()
+        assert not stale()
+        background.work()
+        until(lambda: not stale() and tests.progress.finished)
+
+
 def test_tests_that_cannot_run_give_a_reason(tmp_path: Path) -> None:
     path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
     examination = Examination(path, background, lambda: None)
@@ -361,6 +393,7 @@ PANELS = {
     ),
     "at the end": (ExaminationProgress("my_law.py", VERDICTS), "", False, False),
     "passed": (ExaminationProgress("my_law.py", VERDICTS), "", False, True),
+    "of another text": (ExaminationProgress("my_law.py", VERDICTS, stale=True), "", False, False),
     "the file is gone": (ExaminationProgress("my_law.py"), "", True, False),
     "a message": (ExaminationProgress("my_law.py", message="<no"), "", False, False),
     "all failed": (

@@ -24,7 +24,7 @@ from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, private_of, visitor_of
 from tests.app.features.lessons.helpers import lessons_of, unfold_controls
 from tests.app.inline import Inline
-from tests.browser import PageAt, close_software_note, until
+from tests.browser import PageAt, close_software_note, screenshot, until
 
 pytestmark = pytest.mark.thorough
 
@@ -220,6 +220,15 @@ def test_a_saved_law_is_tested_and_runs_with_the_papers_law_as_ghost(desk: Desk)
     desk.area.blur()
     unfold_controls(page)
     page.get_by_text(f"my_law.py, SHA-256 {desk.sha256()[:12]}…").wait_for(state="attached")
+
+
+def test_results_are_marked_when_another_editor_changes_the_file(desk: Desk) -> None:
+    desk.save_and_test(desk.damped)
+    desk.another_editor_saves(desk.template)
+    results = desk.page.locator(".card.stale.law")
+    results.get_by_text("The file was changed since; test it again.").wait_for()
+    until(desk.page, lambda: desk.lamps.count() == 0, "no lamps over another text")
+    screenshot(desk.page, "stale-results")
 
 
 def test_six_tests_finish_one_by_one_and_pass_the_challenge(desk: Desk) -> None:
