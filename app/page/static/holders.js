@@ -24,6 +24,10 @@
     first: [".duet-first", above(1)],
     spare: [".duet-spare", above(1)],
     label: [".mantine-Flex-root > div > p > label[for]", above(2)],
+    "buttons-label": [
+      ".mantine-Flex-root > div + div > div > .mantine-Flex-root > .mantine-Button-root:first-child",
+      (button) => button.parentElement.parentElement.parentElement.previousElementSibling,
+    ],
     lesson: [".duet-lesson", above(2)],
     drawing: [".duet-l-drawing .duet-draw", besides(".duet-l-drawing")],
     "dock-head": [

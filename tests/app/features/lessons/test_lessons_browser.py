@@ -4,6 +4,7 @@
 import re
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -164,6 +165,26 @@ def test_the_test_before_lesson_1_has_no_run_and_shows_no_right_answer(student: 
     assert page.locator(".duet-lesson .card").count() == 0
     assert run.walk.done_in("beliefs", "null_space").outcome is None
     screenshot(page, "test-before")
+
+
+STEP_BUTTONS = """() => {
+  const buttons = [...document.querySelectorAll('[data-duet-holds~=lesson] button')];
+  const boxes = buttons.filter((one) => /^(● )?[0-9]$/.test(one.textContent)).map((one) => one.getBoundingClientRect());
+  return boxes.map(({ left, top, width }) => [left, top, width]);
+}"""
+"""Left, top and width of the buttons of a lesson's steps [CSS px]."""
+
+
+@pytest.mark.thorough
+def test_six_steps_are_one_row_that_no_mark_moves(student: Student) -> None:
+    page, places = student.page, []
+    for step in (0, 4):
+        shown_step(page, student.session, student.run, 9, step)
+        page.get_by_role("button", name=f"● {step + 1}", exact=True).wait_for()
+        places.append(page.evaluate(STEP_BUTTONS))
+    first, fifth = np.array(places)
+    assert len(first) == 6 and len(set(first[:, 1])) == len(set(fifth[:, 1])) == 1, places
+    np.testing.assert_allclose(first[:, [0, 2]], fifth[:, [0, 2]], atol=1.0)
 
 
 @pytest.mark.thorough
