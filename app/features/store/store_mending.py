@@ -60,13 +60,22 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
         file.write(changes)
     finally:
         file.close()
-    aside = path.with_name(f"{path.name}.damaged-{datetime.fromtimestamp(now):{_DATE}}")
+    aside = _free_name(path, now)
     for side, its in zip(_sides(path), _sides(aside), strict=True):
         if side.exists():
             side.rename(its)
     path.rename(aside)
     new.rename(path)
     return aside, len(changes)
+
+
+def _free_name(path: Path, now: float) -> Path:
+    """Name of a damaged file; a later second if another one has this one."""
+    while True:
+        name = path.with_name(f"{path.name}.damaged-{datetime.fromtimestamp(now):{_DATE}}")
+        if not name.exists():
+            return name
+        now += 1.0
 
 
 def last_aside(path: Path) -> tuple[str, float]:

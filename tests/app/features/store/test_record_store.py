@@ -190,6 +190,20 @@ def test_an_unusable_file_is_renamed_and_named(
     assert asides(path) == [aside]
 
 
+def test_two_files_damaged_within_a_second_are_both_kept(opened: Open, path: Path) -> None:
+    before = []
+    for number in (1, 2):
+        store = opened()
+        store.save(small(number))
+        store.close()
+        ruined(path, "head")
+        before.append(path.read_bytes())
+        store = opened()
+        assert store.state.set_aside == max(asides(path)).name
+        store.close()
+    assert [one.read_bytes() for one in sorted(asides(path))] == before
+
+
 def test_a_compressed_damaged_file_beside_a_sound_one_is_not_reported(opened: Open, path: Path) -> None:
     store = opened()
     store.save(small(1))
