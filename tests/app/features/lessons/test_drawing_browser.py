@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 
 import pytest
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Locator, Page, ViewportSize
 
 from app.features.lessons.bookmark import Phase
 from app.features.lessons.session.lesson_actions import Press
@@ -72,9 +72,12 @@ class Drawer:
         until(self.page, lambda: pencil.evaluate("path => path.getTotalLength()") > 40, "a drawn curve")
 
 
+SIZE: ViewportSize = {"width": 1000, "height": 760}
+
+
 @pytest.fixture(scope="module")
 def shared_drawer(lasting_house: OpenHouse, lasting_page_at: PageAt) -> Drawer:
-    opened, page = lasting_house(), lasting_page_at(1000, 760, fresh=True)
+    opened, page = lasting_house(), lasting_page_at(SIZE["width"], SIZE["height"], fresh=True)
     enter(page, opened, "lesson=4&step=2")
     return Drawer(page, opened)
 
@@ -83,7 +86,13 @@ def shared_drawer(lasting_house: OpenHouse, lasting_page_at: PageAt) -> Drawer:
 def drawer(shared_drawer: Drawer) -> Drawer:
     """Student at the beginning of the step."""
     one = shared_drawer
-    ask(one.session, lambda _: one.lessons.act(Press("reset")))
+    one.page.set_viewport_size(SIZE)
+
+    def begin(_: Session) -> None:
+        one.lessons.enter("lambda", 1)
+        one.lessons.act(Press("reset"))
+
+    ask(one.session, begin)
     one.board.wait_for()
     until(one.page, lambda: one.drawn() == () and one.phase() is Phase.PREDICT, "an empty board")
     return one
