@@ -163,7 +163,8 @@ class ClientBuffer(MessageBuffer):
 
     def push(self, message: Message) -> None:
         """Replace a message of the same kind; dropped if the connection is closed or an entry waits."""
-        if self.done or not stamp_value(message, self.entries):
+        # viser repeats a browser's message for other browsers; here there are none, and it would replace our answer.
+        if self.done or message.excluded_self_client is not None or not stamp_value(message, self.entries):
             return
         key = message.redundancy_key()
         with self.buffer_lock:
@@ -216,13 +217,12 @@ class ClientBuffer(MessageBuffer):
     async def window_generator(
         self, client_id: int, backlog_done_message: Message | None = None
     ) -> AsyncGenerator[Sequence[Message], None]:
-        """`backlog_done_message` is unused: this buffer has no backlog."""
+        """The arguments are unused: this buffer has one browser and no backlog."""
         while not self.done:
             await self.flush_event.wait()
             self.flush_event.clear()
             while window := self._take():
-                if found := [message for message in window if message.excluded_self_client != client_id]:
-                    yield found
+                yield window
 
     def _take(self) -> list[Message]:
         """Oldest waiting messages; empty within an atomic block."""
