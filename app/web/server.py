@@ -61,6 +61,9 @@ _FOREIGN = (
 _LOG_EVERY = 10.0
 """Least time between two log lines of a kind [s]."""
 
+ANSWER_SECONDS: Final = 300.0
+"""Longest time for a request and its answer [s]."""
+
 MOST_DELAYED: Final = 200
 """Most delayed answers at once; further requests are refused."""
 
@@ -234,6 +237,8 @@ class DuetServer(viser.ViserServer):
             "process_response": lambda connection, request, response: connection.answer(response),
             "max_size": self.limits.frame_bytes,
             "max_queue": self.limits.frames_waiting,
+            # A request has `head_seconds`; a busy machine may take longer to draw a document.
+            "open_timeout": ANSWER_SECONDS,
             "close_timeout": 2.0,
             "server_header": None,
             "logger": quiet,

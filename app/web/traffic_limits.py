@@ -25,6 +25,7 @@ class TrafficLimits:
             connection.
         connections: of one tab, and of one address for pages without a tab's name.
         silent: of one address without a place; a class, or all behind a proxy, may share it.
+        head_seconds: then a connection without a complete request is closed.
         first_message_seconds: then a silent connection is closed.
         stall_seconds: then a browser that reads nothing is disconnected.
     """
@@ -40,6 +41,7 @@ class TrafficLimits:
     small_frames_per_second: float = 100.0
     connections: int = 8
     silent: int = 300
+    head_seconds: float = 10.0
     first_message_seconds: float = 10.0
     stall_seconds: float = 45.0
 

@@ -6,6 +6,8 @@ import re
 import socket
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -13,10 +15,12 @@ from prometheus_client.parser import text_string_to_metric_families
 from viser import infra
 
 from app.runtime.throttled_log import ThrottledLog
+from app.settings import Language
 from app.web.listening import PortInUse, port_answers
 from app.web.origin_policy import OriginPolicy
 from app.web.pages import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.server import DuetServer, log
+from app.web.traffic_limits import TrafficLimits
 from controllers.errors import BadSetting, DuetError
 from tests.app.runtime.processes import until
 from tests.app.web.conftest import Join, Room, Start, ended, get
@@ -316,6 +320,27 @@ def test_a_faulty_request_gets_its_status_and_is_logged_with_its_address(
     for path in (f"/{'x' * 3000}", "//[", "/%00"):
         assert ask(room, request("GET", path))[0] == 404
     assert ask(room, request("HEAD"))[0] == 200
+
+
+def test_half_a_request_is_closed_and_a_slow_document_is_not(start: Start) -> None:
+    asked, drawn = threading.Event(), threading.Event()
+
+    def render(_: Language) -> bytes:
+        asked.set()
+        assert drawn.wait(60.0)
+        return b"<p>drawn"
+
+    server = start(limits=TrafficLimits(head_seconds=0.2), documents={"/documents/slow": render})
+    with ThreadPoolExecutor(1) as reader:
+        answer = reader.submit(get, server.url + "/documents/slow")
+        assert asked.wait(60.0)
+        with socket.create_connection(("127.0.0.1", server.get_port()), 60.0) as line:
+            line.sendall(b"GET /hea")
+            with suppress(ConnectionResetError):
+                assert line.recv(1) == b""
+        drawn.set()
+        status, _, body = answer.result(60.0)
+    assert (status, body) == (200, b"<p>drawn")
 
 
 def test_unfinished_requests_and_surplus_data_log_no_warning(
