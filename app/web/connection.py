@@ -83,7 +83,7 @@ class FilteredConnection(ServerConnection):
         self._client_id: int | None = None
         self._ending: asyncio.Task[None] | None = None
         self.stalled: asyncio.TimerHandle | None = None
-        self._without_head: asyncio.TimerHandle | None = None
+        self._head_timer: asyncio.TimerHandle | None = None
 
     @property
     def hidden(self) -> bool:
@@ -95,11 +95,11 @@ class FilteredConnection(ServerConnection):
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BUFFER_BYTES)
         setattr(transport, "max_size", READ_BYTES)  # noqa: B010  (of asyncio's transports over sockets; type checkers don't know it)
         super().connection_made(transport)
-        self._without_head = self.loop.call_later(self.duet.limits.head_seconds, self.transport.abort)
+        self._head_timer = self.loop.call_later(self.duet.limits.head_seconds, self.transport.abort)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._end_stall()
-        self._head_came()
+        self._end_head_timer()
         self.duet.gate.forget(self.traffic)
         super().connection_lost(exc)
 
@@ -117,10 +117,10 @@ class FilteredConnection(ServerConnection):
             self.stalled.cancel()
             self.stalled = None
 
-    def _head_came(self) -> None:
-        if self._without_head is not None:
-            self._without_head.cancel()
-            self._without_head = None
+    def _end_head_timer(self) -> None:
+        if self._head_timer is not None:
+            self._head_timer.cancel()
+            self._head_timer = None
 
     @property
     def address(self) -> str:
@@ -136,7 +136,7 @@ class FilteredConnection(ServerConnection):
         if not self.head.complete:
             data = self.head.take(data)
             if self.head.complete:
-                self._head_came()
+                self._end_head_timer()
         elif self.response is None:
             # The rest of a request that is not answered yet, such as its body.
             return

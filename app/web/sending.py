@@ -162,8 +162,10 @@ class ClientBuffer(MessageBuffer):
         self._woken = self._timed = False
 
     def push(self, message: Message) -> None:
-        """Replace a message of the same kind; dropped if the connection is closed or an entry waits."""
-        # viser repeats a browser's message for other browsers; here there are none, and it would replace our answer.
+        """Replace a message of the same kind. Dropped if the connection is closed, an entry waits, or the
+        message is for other browsers.
+        """
+        # viser repeats a browser's move for the others; here it would replace our answer to it.
         if self.done or message.excluded_self_client is not None or not stamp_value(message, self.entries):
             return
         key = message.redundancy_key()

@@ -155,7 +155,7 @@ class Examination:
         self.progress = self._none._replace(running=True)
 
     def _one_test(self) -> tuple[Callable[..., TrialResult], tuple[object, ...], str]:
-        """Function, its arguments before the test's name, and the SHA-256 of a text that can change."""
+        """Function, its arguments before the test's name, and SHA-256 of the text; "" if it cannot change."""
         text = read_law(self._path)
         return examine_one, (self._path, text), hashlib.sha256(text).hexdigest()
 
@@ -178,8 +178,9 @@ class Examination:
 
     def compare(self, version: str) -> None:
         """Mark results of another version of the file as stale. `version`: the SHA-256 of its text."""
-        if self.progress.finished:
-            self.progress = self.progress._replace(stale=self._version not in ("", version))
+        stale = self.progress.finished and self._version not in ("", version)
+        if stale != self.progress.stale:
+            self.progress = self.progress._replace(stale=stale)
 
     def drop(self) -> None:
         self._background.cancel(self)
